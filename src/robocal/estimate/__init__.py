@@ -1,0 +1,1 @@
+"""Estimation on vectors: problems, solvers, identifiability, uncertainty; nothing here knows of robots."""

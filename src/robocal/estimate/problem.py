@@ -1,0 +1,335 @@
+"""A least-squares problem: everything that a solver may see.
+
+    cost(x) = 1/2 sum_i w_i rho(|r_i(x) / sigma_i|^2) + 1/2 sum_j ((x_j - mu_j) / s_j)^2
+
+x (B, P) stacks B parameter vectors of a table, followed by local blocks (one pose or one point each). The solver moves in the tangent
+space: n free columns and L blocks of l. Terms give residuals and Jacobians for many rows at once; whitening, robust weights, priors,
+bounds and elimination happen here, once. `normal` feeds the iteration, `linearize` feeds rank, EKF and reports; a law test keeps them equal.
+Reference: Triggs et al., Bundle adjustment, a modern synthesis (2000), sections 4 to 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import ModelError
+from robocal.parameters import Table
+
+__all__ = ["LOSSES", "Linear", "Normal", "Problem", "Residuals", "Term"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+LOSSES = {"none": 0, "huber": 1, "cauchy": 2, "tukey": 3}
+# Tuning constants for 95 % efficiency under Gaussian noise in one dimension (Holland and Welsch, 1977).
+TUNING = {"none": 1.0, "huber": 1.345, "cauchy": 2.385, "tukey": 4.685}
+# Doubles per chunk of Jacobian: small enough to stay in the second-level cache.
+CHUNK = 1 << 16
+
+
+class Term(Protocol):
+    """Rows of one kind: residual (value predicted minus measured) and Jacobian, not yet whitened."""
+
+    @property
+    def group(self) -> str:
+        """The sensor group that the rows belong to, for chi2."""
+
+    @property
+    def scale(self) -> Array:
+        """1 / sigma, shape (m, d)."""
+
+    @property
+    def unit(self) -> Ints:
+        """The configuration of each row, shape (m,): what is held out together."""
+
+    @property
+    def local(self) -> Ints:
+        """The local block of each row, shape (m,), or -1."""
+
+    @property
+    def columns(self) -> Ints:
+        """The tangent column of each Jacobian column, shape (k,)."""
+
+    def bind(self, column_of: Ints) -> Term:
+        """The same rows with Jacobian columns for the table rows where column_of (P,) >= 0."""
+
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        """r (B, m, d), J (B, m, d, k), J of the local block (B, m, d, l or 0); `which` (B,) says which problems of the batch these are."""
+
+
+@dataclass
+class Normal:
+    """Half the weighted sum of squares, its gradient and Gauss-Newton matrix, the local blocks kept apart (lower triangles)."""
+
+    cost: Array  # (B,)
+    g: Array  # (B, n)
+    a: Array  # (B, n, n)
+    gl: Array  # (B, L, l)
+    al: Array  # (B, L, l, l)
+    asl: Array  # (B, L, n, l)
+
+    def take(self, index: Ints) -> Normal:
+        """The same for a subset of the batch."""
+        return Normal(*(getattr(self, f)[index] for f in ("cost", "g", "a", "gl", "al", "asl")))
+
+    def put(self, index: Ints, other: Normal) -> None:
+        """Overwrites a subset of the batch."""
+        for f in ("cost", "g", "a", "gl", "al", "asl"):
+            getattr(self, f)[index] = getattr(other, f)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Whitened residual and dense Jacobian of one problem: r (N,), j (N, n), jl (N, l); robust weights are not applied."""
+
+    r: Array
+    j: Array
+    jl: Array
+    local: Ints
+    unit: Ints
+    observation: Ints
+    group: Ints
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Unwhitened residuals of one term at one x: values (m, d), with its scale, unit and group."""
+
+    value: Array
+    scale: Array
+    unit: Ints
+    group: str
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Terms over a parameter table, with the columns that are free; immutable, `with_...` gives another problem."""
+
+    table: Table
+    terms: tuple[Term, ...]
+    free: tuple[str, ...]
+    blocks: int = 0
+    block_size: int = 0
+    units: int = 0
+    weights: Array | None = None
+    loss: str = "none"
+    tuning: float | None = None
+    priors: bool = True
+    local_start: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        if self.loss not in LOSSES:
+            raise ModelError("unknown loss", found=self.loss, expected=", ".join(LOSSES))
+
+    # --- layout -------------------------------------------------------------------------------------------------------------
+
+    @property
+    def n(self) -> int:
+        """Number of free columns."""
+        return len(self.free)
+
+    @property
+    def start(self) -> Array:
+        """x at the table's values, shape (1, P)."""
+        return np.concatenate([self.table.values, self.local_start])[None]
+
+    @cached_property
+    def index(self) -> Ints:
+        """The table row of every free column, shape (n,)."""
+        return np.array([self.table.index[name] for name in self.free], dtype=np.int64)
+
+    @cached_property
+    def column_of(self) -> Ints:
+        """The column of every table row, or -1, shape (P,)."""
+        out = np.full(len(self.table), -1, dtype=np.int64)
+        out[self.index] = np.arange(self.n)
+        return out
+
+    @cached_property
+    def bound_terms(self) -> tuple[Term, ...]:
+        """The terms with Jacobians for the free columns."""
+        return tuple(t.bind(self.column_of) for t in self.terms)
+
+    @cached_property
+    def _turns(self) -> tuple[Ints, Ints, Ints, Ints]:
+        """Rotation vectors with a free component, and the free columns that simply add."""
+        at = np.array([t for t in self.table.turns if (self.column_of[t : t + 3] >= 0).any()], dtype=np.int64)
+        columns = np.array([self.column_of[t : t + 3] for t in at], dtype=np.int64).reshape(-1, 3)
+        adds = np.array([c for c in range(self.n) if c not in set(columns.ravel())], dtype=np.int64)
+        return at, columns, self.index[adds], adds
+
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the free columns, each (n,)."""
+        rows = [self.table[name] for name in self.free]
+        return np.array([p.lower for p in rows]), np.array([p.upper for p in rows])
+
+    @cached_property
+    def prior(self) -> tuple[Array, Array]:
+        """Prior mean and information (1 / s^2, zero where none is stated) of the free columns, each (n,)."""
+        rows = [self.table[name] for name in self.free]
+        info = np.array([1 / p.prior**2 if p.prior and self.priors else 0.0 for p in rows])
+        return np.array([p.value for p in rows]), info
+
+    @cached_property
+    def scales(self) -> Array:
+        """The error expected of every free column without data, (n,)."""
+        return np.array([self.table[name].scale for name in self.free])
+
+    def with_free(self, names: Sequence[str]) -> Problem:
+        """The same rows with other free columns (in table order)."""
+        wanted = set(names)
+        return replace(self, free=tuple(n for n in self.table.names if n in wanted))
+
+    def with_weights(self, weights: Array | None) -> Problem:
+        """The same rows with one weight per unit, shape (units,) or (B, units); leave-one-out and bootstrap are weights."""
+        return replace(self, weights=None if weights is None else np.ascontiguousarray(np.atleast_2d(weights), dtype=float))
+
+    def with_loss(self, loss: str, tuning: float | None = None) -> Problem:
+        """The same rows with a robust loss."""
+        return replace(self, loss=loss, tuning=tuning)
+
+    def with_table(self, table: Table) -> Problem:
+        """The same rows over a table with the same names and other values, priors or bounds."""
+        return replace(self, table=table)
+
+    # --- evaluation ---------------------------------------------------------------------------------------------------------
+
+    def retract(self, x: Array, step: Array, step_local: Array | None = None) -> Array:
+        """x moved by a tangent step: x (B, P), step (B, n), step_local (B, L, l); rotation vectors move on the group."""
+        from robocal.geometry._kernels import turn_vectors
+
+        at, columns, rows, adds = self._turns
+        out = np.array(x)
+        if len(rows):
+            out[:, rows] += step[:, adds]
+        if len(at):
+            turn_vectors(out, at, np.ascontiguousarray(step), columns)
+        if self.blocks and step_local is not None:
+            p, size = len(self.table), self.block_size
+            local = out[:, p:].reshape(len(x), self.blocks, size)
+            local[:, :, :3] += step_local[:, :, :3]
+            if size == 6:
+                flat = np.ascontiguousarray(out[:, p:]).reshape(-1, size)
+                turn_vectors(flat, _THREE, np.ascontiguousarray(step_local.reshape(-1, size)), _COLUMNS)
+                out[:, p:] = flat.reshape(len(x), -1)
+            else:
+                out[:, p:] = local.reshape(len(x), -1)
+        return out
+
+    def difference(self, x: Array) -> Array:
+        """The tangent step from the prior mean to x, (B, n)."""
+        from robocal.geometry import so3
+
+        at, columns, rows, adds = self._turns
+        mean = self.table.values
+        out = np.zeros((len(x), self.n))
+        out[:, adds] = x[:, rows] - mean[rows]
+        for t, c in zip(at, columns, strict=True):
+            w = so3.log(so3.exp(x[:, t : t + 3]) @ so3.exp(mean[t : t + 3]).T)
+            out[:, c[c >= 0]] = w[:, c >= 0]
+        return out
+
+    def normal(self, x: Array, which: Ints | None = None) -> Normal:
+        """Cost, gradient and Gauss-Newton matrix at x (B, P); `which` (B,) tells the problems of the batch when only some are asked."""
+        from robocal.estimate._kernels import accumulate
+
+        batch, n, blocks, size = len(x), self.n, self.blocks, self.block_size
+        which = np.arange(batch) if which is None else which
+        out = Normal(
+            np.zeros(batch),
+            np.zeros((batch, n)),
+            np.zeros((batch, n, n)),
+            np.zeros((batch, blocks, size)),
+            np.zeros((batch, blocks, size, size)),
+            np.zeros((batch, blocks, n, size)),
+        )
+        loss, tuning = LOSSES[self.loss], self.tuning or TUNING[self.loss]
+        for term in self.bound_terms:
+            for lo, hi, first, rows in self._chunks(term, batch):
+                r, jac, jloc = term.evaluate(x[lo:hi], which[lo:hi], first, rows)
+                accumulate(
+                    r, jac, jloc, term.scale, self._weight(which[lo:hi]), term.unit, term.columns, term.local, loss, tuning, first,
+                    out.cost[lo:hi], out.g[lo:hi], out.a[lo:hi], out.gl[lo:hi], out.al[lo:hi], out.asl[lo:hi],
+                )  # fmt: skip
+        _, info = self.prior
+        if info.any():
+            d = self.difference(x)
+            out.cost += 0.5 * (d * d) @ info
+            out.g += d * info
+            out.a[:, np.arange(n), np.arange(n)] += info
+        return out
+
+    def _weight(self, which: Ints) -> Array:
+        if self.weights is None:
+            return self._ones
+        return self.weights if len(self.weights) == 1 else self.weights[which]
+
+    @cached_property
+    def _ones(self) -> Array:
+        return np.ones((1, max(self.units, 1)))
+
+    def _chunks(self, term: Term, batch: int) -> Iterator[tuple[int, int, int, int]]:
+        """Slices of batch and rows whose Jacobian stays small."""
+        m, d = term.scale.shape
+        each = max(1, d * (len(term.columns) + self.block_size))
+        rows = max(1, min(m, CHUNK // each))
+        many = max(1, CHUNK // (each * rows)) if rows == m else 1
+        for lo in range(0, batch, many):
+            for first in range(0, m, rows):
+                yield lo, min(batch, lo + many), first, min(rows, m - first)
+
+    def residuals(self, x: Array) -> list[Residuals]:
+        """Unwhitened residuals of every term at one x (P,) or (1, P)."""
+        x = np.atleast_2d(x)
+        bare = self.with_free(()).bound_terms
+        out = []
+        for term in bare:
+            r, _, _ = term.evaluate(x, np.zeros(1, dtype=np.int64), 0, len(term.scale))
+            out.append(Residuals(r[0], term.scale, term.unit, term.group))
+        return out
+
+    def linearize(self, x: Array, units: Ints | None = None) -> Linear:
+        """Whitened r and dense J at one x (P,) or (1, P), of the given units or of all with positive weight; priors are left out."""
+        x = np.atleast_2d(x)
+        weight = self._weight(np.zeros(1, dtype=np.int64))[0]
+        chosen = weight > 0 if units is None else np.isin(np.arange(len(weight)), units)
+        groups = sorted({t.group for t in self.terms})
+        parts: list[tuple[Array, ...]] = []
+        count = 0
+        for term in self.bound_terms:
+            m, d = term.scale.shape
+            r, jac, jloc = term.evaluate(x, np.zeros(1, dtype=np.int64), 0, m)
+            keep = chosen[term.unit]
+            scale = term.scale[keep] * np.sqrt(weight[term.unit[keep]])[:, None]
+            dense = np.zeros((int(keep.sum()), d, self.n))
+            narrow = jac[0][keep] * scale[..., None]
+            for i, column in enumerate(term.columns):
+                # Two columns of a term may feed one tangent column, so add rather than assign.
+                dense[..., column] += narrow[..., i]
+            wide = np.zeros((len(dense), d, self.block_size))
+            if jloc.shape[-1]:
+                wide[:] = jloc[0][keep] * scale[..., None]
+            observation = count + np.arange(len(dense))
+            count += len(dense)
+            parts.append(
+                (
+                    (r[0][keep] * scale).ravel(),
+                    dense.reshape(len(dense) * d, self.n),
+                    wide.reshape(len(dense) * d, self.block_size),
+                    np.repeat(term.local[keep], d),
+                    np.repeat(term.unit[keep], d),
+                    np.repeat(observation, d),
+                    np.full(len(dense) * d, groups.index(term.group)),
+                )
+            )
+        return Linear(*(np.concatenate(p) for p in zip(*parts, strict=True)))
+
+
+_THREE = np.array([3], dtype=np.int64)
+_COLUMNS = np.array([[3, 4, 5]], dtype=np.int64)

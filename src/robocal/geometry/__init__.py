@@ -1,0 +1,1 @@
+"""Rotations, rigid motions and closed-form fits; nothing here knows of robots."""

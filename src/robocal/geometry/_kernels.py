@@ -1,0 +1,95 @@
+"""Compiled rotation arithmetic on plain arrays; callers own every buffer."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from robocal._jit import kernel
+
+
+@kernel
+def rotation_from_vector(x, y, z, out):
+    """Rodrigues: out (3, 3) <- exp of the rotation vector (x, y, z)."""
+    angle2 = x * x + y * y + z * z
+    if angle2 < 1e-12:
+        # Series to second order: the error is of order angle^3, below 1e-18.
+        s = 1.0 - angle2 / 6.0
+        c = 0.5 - angle2 / 24.0
+    else:
+        angle = math.sqrt(angle2)
+        s = math.sin(angle) / angle
+        half = math.sin(0.5 * angle) / angle
+        c = 2.0 * half * half
+    out[0, 0] = 1.0 - c * (y * y + z * z)
+    out[1, 1] = 1.0 - c * (x * x + z * z)
+    out[2, 2] = 1.0 - c * (x * x + y * y)
+    out[0, 1] = c * x * y - s * z
+    out[1, 0] = c * x * y + s * z
+    out[0, 2] = c * x * z + s * y
+    out[2, 0] = c * x * z - s * y
+    out[1, 2] = c * y * z - s * x
+    out[2, 1] = c * y * z + s * x
+
+
+@kernel
+def vector_from_rotation(r, out):
+    """out (3,) <- log of the rotation r (3, 3), angle in [0, pi], through the quaternion, exact near pi as well."""
+    trace = r[0, 0] + r[1, 1] + r[2, 2]
+    if trace > 0.0:
+        s = 2.0 * math.sqrt(1.0 + trace)
+        w = 0.25 * s
+        x = (r[2, 1] - r[1, 2]) / s
+        y = (r[0, 2] - r[2, 0]) / s
+        z = (r[1, 0] - r[0, 1]) / s
+    elif r[0, 0] >= r[1, 1] and r[0, 0] >= r[2, 2]:
+        s = 2.0 * math.sqrt(max(1.0 + r[0, 0] - r[1, 1] - r[2, 2], 0.0))
+        w = (r[2, 1] - r[1, 2]) / s
+        x = 0.25 * s
+        y = (r[0, 1] + r[1, 0]) / s
+        z = (r[0, 2] + r[2, 0]) / s
+    elif r[1, 1] >= r[2, 2]:
+        s = 2.0 * math.sqrt(max(1.0 + r[1, 1] - r[0, 0] - r[2, 2], 0.0))
+        w = (r[0, 2] - r[2, 0]) / s
+        x = (r[0, 1] + r[1, 0]) / s
+        y = 0.25 * s
+        z = (r[1, 2] + r[2, 1]) / s
+    else:
+        s = 2.0 * math.sqrt(max(1.0 + r[2, 2] - r[0, 0] - r[1, 1], 0.0))
+        w = (r[1, 0] - r[0, 1]) / s
+        x = (r[0, 2] + r[2, 0]) / s
+        y = (r[1, 2] + r[2, 1]) / s
+        z = 0.25 * s
+    if w < 0.0:
+        w, x, y, z = -w, -x, -y, -z
+    norm = math.sqrt(x * x + y * y + z * z)
+    factor = 2.0 / w if norm < 1e-12 else 2.0 * math.atan2(norm, w) / norm
+    out[0] = factor * x
+    out[1] = factor * y
+    out[2] = factor * z
+
+
+@kernel
+def turn_vectors(values, at, step, columns):
+    """Steps rotation vectors on the group, in place: values[b, at[i]:at[i]+3] <- log(exp(step) exp(value)).
+
+    values (B, P), at (k,), step (B, n), columns (k, 3): the tangent column of each component, or -1 when it is held.
+    """
+    left = np.empty((3, 3))
+    right = np.empty((3, 3))
+    both = np.empty((3, 3))
+    for b in range(values.shape[0]):
+        for i in range(at.shape[0]):
+            p = at[i]
+            wx = step[b, columns[i, 0]] if columns[i, 0] >= 0 else 0.0
+            wy = step[b, columns[i, 1]] if columns[i, 1] >= 0 else 0.0
+            wz = step[b, columns[i, 2]] if columns[i, 2] >= 0 else 0.0
+            if wx == 0.0 and wy == 0.0 and wz == 0.0:
+                continue
+            rotation_from_vector(wx, wy, wz, left)
+            rotation_from_vector(values[b, p], values[b, p + 1], values[b, p + 2], right)
+            for r in range(3):
+                for c in range(3):
+                    both[r, c] = left[r, 0] * right[0, c] + left[r, 1] * right[1, c] + left[r, 2] * right[2, c]
+            vector_from_rotation(both, values[b, p : p + 3])

@@ -1,0 +1,67 @@
+"""Rigid motions: 4x4 matrices, six-vectors and the exponential of twists, batched over leading axes.
+
+A *frame vector* is (x, y, z, rx, ry, rz): translation and rotation vector, what parameter tables store. A *twist* is (v, w).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.geometry import so3
+
+__all__ = ["adjoint", "compose", "exp", "from_vector", "inverse", "log", "to_vector"]
+
+Array = NDArray[np.float64]
+
+
+def compose(rotation: ArrayLike, translation: ArrayLike) -> Array:
+    """T from R (..., 3, 3) and p (..., 3); shape (..., 4, 4)."""
+    r, p = np.asarray(rotation, float), np.asarray(translation, float)
+    out = np.zeros((*np.broadcast_shapes(r.shape[:-2], p.shape[:-1]), 4, 4))
+    out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = r, p, 1.0
+    return out
+
+
+def from_vector(vector: ArrayLike) -> Array:
+    """T of a frame vector (..., 6): translation and rotation vector kept apart, no coupling."""
+    v = np.asarray(vector, float)
+    return compose(so3.exp(v[..., 3:]), v[..., :3])
+
+
+def to_vector(transform: ArrayLike) -> Array:
+    """The frame vector (..., 6) of T (..., 4, 4)."""
+    t = np.asarray(transform, float)
+    return np.concatenate([t[..., :3, 3], so3.log(t[..., :3, :3])], axis=-1)
+
+
+def inverse(transform: ArrayLike) -> Array:
+    """T^-1 = [R^T, -R^T p]."""
+    t = np.asarray(transform, float)
+    rt = np.swapaxes(t[..., :3, :3], -1, -2)
+    return compose(rt, -(rt @ t[..., :3, 3:])[..., 0])
+
+
+def exp(twist: ArrayLike) -> Array:
+    """The motion along a twist (v, w) (..., 6): R = exp(w), p = J_l(w) v."""
+    x = np.asarray(twist, float)
+    p = (so3.left_jacobian(x[..., 3:]) @ x[..., :3, None])[..., 0]
+    return compose(so3.exp(x[..., 3:]), p)
+
+
+def log(transform: ArrayLike) -> Array:
+    """The twist (v, w) whose exponential is T."""
+    t = np.asarray(transform, float)
+    w = so3.log(t[..., :3, :3])
+    v = (so3.left_jacobian_inverse(w) @ t[..., :3, 3:])[..., 0]
+    return np.concatenate([v, w], axis=-1)
+
+
+def adjoint(transform: ArrayLike) -> Array:
+    """Ad with Ad xi = (T [xi] T^-1) as a twist (v, w): [[R, [p] R], [0, R]], shape (..., 6, 6)."""
+    t = np.asarray(transform, float)
+    r = t[..., :3, :3]
+    out = np.zeros((*t.shape[:-2], 6, 6))
+    out[..., :3, :3] = out[..., 3:, 3:] = r
+    out[..., :3, 3:] = so3.skew(t[..., :3, 3]) @ r
+    return out

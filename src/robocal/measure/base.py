@@ -1,0 +1,362 @@
+"""Carriers and the way from a machine and its data to a problem.
+
+A carrier answers where a frame is: T (B, m, 4, 4), J (B, m, 6, k) for the free parameters and J (B, m, 6, l) for a local block; rows of J
+are (v, w) of the end frame in the coordinates of the first. A sensor kind sees these and never a machine, so the same kind serves an arm,
+a fixed instrument and a cable platform.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain, Element, Program, compile_path, frame_element
+from robocal.errors import ModelError, nearest
+from robocal.estimate.problem import Problem, Term
+from robocal.geometry import se3
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.parameters import Parameter, Table
+
+__all__ = ["Builder", "Carrier", "Inverse", "Kind", "LocalPose", "Path", "Product", "Rows", "problem", "register", "synthesise"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+NONE = np.empty(0, dtype=np.int64)
+
+
+class Carrier(Protocol):
+    """Where a frame is, as a function of the parameters."""
+
+    @property
+    def columns(self) -> Ints:
+        """Tangent columns of J, (k,)."""
+
+    @property
+    def local(self) -> Ints | None:
+        """Local block of every row, (m,), or None."""
+
+    def bind(self, column_of: Ints) -> Carrier:
+        """The same frame with Jacobian columns for the free table rows."""
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        """T, J, J of the local block; J has only its three upper rows when turn is False."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """A compiled path of elements: an arm with the frames before and behind it, or frames alone."""
+
+    program: Program
+    phi: Array  # (1, M, C)
+    columns: Ints = field(default_factory=lambda: NONE)
+    entries: tuple[Ints, Array] | None = None
+    local: Ints | None = None
+
+    def bind(self, column_of: Ints) -> Path:
+        used = self.program.parameters
+        used = used[column_of[used] >= 0]
+        output = np.full(len(column_of), -1, dtype=np.int64)
+        output[used] = np.arange(len(used))
+        return replace(self, columns=column_of[used], entries=self.program.entries(output))
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        t, j = self.program.run(x, self.phi, self.entries, len(self.columns), turn=turn, first=first, rows=rows)
+        return t, j, j[..., :0]
+
+
+@dataclass(frozen=True)
+class LocalPose:
+    """A pose of its own for every local block: x[at + 6 i : at + 6 i + 6] is the frame vector of block i."""
+
+    local: Ints
+    at: int
+    columns: Ints = field(default_factory=lambda: NONE)
+
+    def bind(self, column_of: Ints) -> LocalPose:
+        return self
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        v = x[:, self.at :].reshape(len(x), -1, 6)[:, self.local[first : first + rows]]
+        t = se3.from_vector(v)
+        jl = np.zeros((*t.shape[:2], 6 if turn else 3, 6))
+        jl[..., : jl.shape[2], : jl.shape[2]] = np.eye(jl.shape[2])
+        return t, np.empty((*t.shape[:2], jl.shape[2], 0)), jl
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """The inverse of a carrier."""
+
+    inner: Carrier
+
+    @property
+    def columns(self) -> Ints:
+        return self.inner.columns
+
+    @property
+    def local(self) -> Ints | None:
+        return self.inner.local
+
+    def bind(self, column_of: Ints) -> Inverse:
+        return Inverse(self.inner.bind(column_of))
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        from robocal.measure._kernels import inverse_kernel
+
+        t, j, jl = self.inner.pose(x, first, rows)
+        high = 6 if turn else 3
+        out, both = np.empty_like(t), np.empty((*t.shape[:2], high, j.shape[3] + jl.shape[3]))
+        inverse_kernel(t, np.concatenate([j, jl], axis=3), out, both)
+        return out, _cut(both, slice(None, j.shape[3])), _cut(both, slice(j.shape[3], None))
+
+
+@dataclass(frozen=True)
+class Product:
+    """The product of two carriers, at most one of them with a local block."""
+
+    a: Carrier
+    b: Carrier
+
+    @property
+    def columns(self) -> Ints:
+        return np.concatenate([self.a.columns, self.b.columns])
+
+    @property
+    def local(self) -> Ints | None:
+        return self.a.local if self.a.local is not None else self.b.local
+
+    def bind(self, column_of: Ints) -> Product:
+        return Product(self.a.bind(column_of), self.b.bind(column_of))
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        from robocal.measure._kernels import product_kernel
+
+        ta, ja, la = self.a.pose(x, first, rows)
+        tb, jb, lb = self.b.pose(x, first, rows)
+        out = np.empty_like(ta)
+        ka, kb, na = ja.shape[3], jb.shape[3], la.shape[3]
+        both = np.empty((*ta.shape[:2], 6 if turn else 3, ka + na + kb + lb.shape[3]))
+        if la.shape[3]:
+            ja = np.concatenate([ja, la], axis=3)
+        if lb.shape[3]:
+            jb = np.concatenate([jb, lb], axis=3)
+        product_kernel(ta, ja, tb, jb, out, both)
+        if not na and not lb.shape[3]:
+            return out, both, both[..., :0]
+        shared = np.concatenate([both[..., :ka], both[..., ka + na : ka + na + kb]], axis=3)
+        local = both[..., ka : ka + na] if na else both[..., ka + kb :]
+        return out, shared, np.ascontiguousarray(local)
+
+
+def _cut(a: Array, part: slice) -> Array:
+    return a[..., part] if part == slice(None) else np.ascontiguousarray(a[..., part])
+
+
+class Rows:
+    """What the terms of every kind share: group, scale, unit, local blocks, measured values with an optional batch axis."""
+
+    def __init__(self, carrier: Carrier, obs: Observations, index: Ints, default: Sequence[float]) -> None:
+        self.carrier = carrier
+        self.index = index
+        self.group = obs.label
+        self.unit = np.ascontiguousarray(obs.configuration[index])
+        self.local = np.full(len(index), -1, dtype=np.int64) if carrier.local is None else carrier.local
+        self.value = np.ascontiguousarray(obs.value[..., index, :] if obs.value.ndim == 3 else obs.value[None, index])
+        sigma = np.broadcast_to(np.asarray(default, float), (len(index), len(default))) if obs.sigma is None else obs.sigma[index]
+        self.scale = np.ascontiguousarray(1.0 / sigma)
+
+    @property
+    def columns(self) -> Ints:
+        return self.carrier.columns
+
+    def bind(self, column_of: Ints) -> Term:
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        other.carrier = self.carrier.bind(column_of)
+        return other
+
+    def measured(self, which: Ints, first: int, rows: int) -> Array:
+        """The measured values of these problems and rows, (B or 1, m, d)."""
+        value = self.value[:, first : first + rows]
+        return value if len(value) == 1 else value[which]
+
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        raise NotImplementedError
+
+    def predict(self, x: Array) -> Array:
+        """What a perfect instrument would read, (m, d)."""
+        m = len(self.unit)
+        r, _, _ = self.bind(np.full(x.shape[1], -1, dtype=np.int64)).evaluate(x, np.zeros(1, dtype=np.int64), 0, m)
+        return np.asarray(r[0] + self.value[0])
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A way to measure: its name, how many numbers one observation has, its own parameters, and how its rows become terms."""
+
+    name: str
+    size: int
+    terms: Callable[[Builder, Observations], list[Rows]]
+    parameters: Callable[[Observations], Sequence[Parameter]] = lambda obs: ()
+    disturb: Callable[[Array, Array], Array] = lambda value, noise: value + noise
+
+
+KINDS: dict[str, Kind] = {}
+
+
+def register(kind: Kind) -> Kind:
+    """Makes a kind known under its name; one line at the end of its file, and its import in `measure/kinds.py`."""
+    KINDS[kind.name] = kind
+    return kind
+
+
+def kind_of(obs: Observations) -> Kind:
+    """The kind of some observations. Raises ModelError for an unknown name."""
+    from robocal.measure import kinds  # noqa: F401  (fills KINDS)
+
+    if obs.kind not in KINDS:
+        raise ModelError("unknown kind of measurement", found=obs.kind, expected=", ".join(KINDS), suggestion=nearest(obs.kind, KINDS))
+    return KINDS[obs.kind]
+
+
+class Machine(Protocol):
+    """What a problem asks of a model: its parameter table. A Chain adds elements; a machine without them has one free pose per configuration."""
+
+    @property
+    def table(self) -> Table: ...
+
+
+@dataclass(frozen=True)
+class Builder:
+    """Makes the carriers that kinds ask for."""
+
+    machine: Machine
+    table: Table
+    configurations: Configurations
+    local_targets: tuple[str, ...] = ()  # targets that are local blocks, when the poses are not
+
+    def path(self, elements: Sequence[Element], configuration: Ints) -> Path:
+        """A path of elements at some configurations."""
+        program = compile_path(elements, self.table)
+        phi = np.zeros((len(configuration), 0))
+        if program.columns and isinstance(self.machine, Chain):
+            c = self.configurations
+            assert c.joints is not None
+            phi = self.machine.phi(c.joints, c.columns, program)[configuration]
+        return Path(program, np.ascontiguousarray(phi[None]))
+
+    def tool(self, configuration: Ints, before: Sequence[Element] = (), after: Sequence[Element] = ()) -> Carrier:
+        """The machine's tool or platform frame, with frames before and behind it."""
+        if isinstance(self.machine, Chain):
+            return self.path((*before, *self.machine.elements, *after), configuration)
+        carrier: Carrier = LocalPose(np.ascontiguousarray(configuration), len(self.table))
+        if before:
+            carrier = Product(self.path(before, configuration), carrier)
+        return Product(carrier, self.path(after, configuration)) if after else carrier
+
+    def view(self, obs: Observations, target: int, index: Ints) -> Carrier:
+        """T_measuring_measured of some rows that share one target."""
+        configuration = obs.configuration[index]
+        seen = obs.targets[target] if obs.targets else None
+        after = [frame_element(seen.name)] if seen else []
+        if obs.frame is None:
+            return self.tool(configuration, after=after)
+        own = frame_element(obs.frame.name)
+        if obs.frame.mount == "base":
+            if seen is None or seen.mount == "tool":
+                return self.tool(configuration, before=[own], after=after)
+            return self.path([own, *after], configuration)
+        sensor = Inverse(self.tool(configuration, after=[own]))
+        if seen is None:
+            return sensor
+        if seen.name in self.local_targets:
+            block = np.full(len(index), self.local_targets.index(seen.name), dtype=np.int64)
+            return Product(sensor, LocalPose(block, len(self.table)))
+        return Product(sensor, self.path(after, configuration))
+
+    def split(self, obs: Observations) -> list[tuple[int, Ints]]:
+        """The rows of every target, so that each group is one path."""
+        if obs.target is None:
+            return [(0, np.arange(len(obs)))]
+        return [(t, np.flatnonzero(obs.target == t)) for t in range(len(obs.targets)) if (obs.target == t).any()]
+
+
+def problem(
+    machine: Machine,
+    data: DataSet,
+    *,
+    free: Sequence[str] | None = None,
+    values: Mapping[str, float] | None = None,
+    local_targets: Sequence[str] = (),
+) -> Problem:
+    """The least-squares problem of a machine and its data.
+
+    The table holds the machine's parameters, then those of frames, targets and kinds; `free` names the columns (default: those that
+    say so). A machine without joints gets one free pose per configuration as local block; `local_targets` names targets (markers) that
+    are eliminated instead of sharing the dense part.
+    """
+    rows: dict[str, Parameter] = {p.name: p for p in machine.table.rows}
+    poses = not isinstance(machine, Chain)
+    for obs in data.observations:
+        for frame in (*((obs.frame,) if obs.frame else ()), *obs.targets):
+            if frame.name not in local_targets:
+                rows.update({p.name: p for p in frame.parameters if p.name not in rows})
+        rows.update({p.name: p for p in kind_of(obs).parameters(obs) if p.name not in rows})
+    table = Table(tuple(rows.values()))
+    if values:
+        table = table.with_values(values)
+    builder = Builder(machine, table, data.configurations, tuple(local_targets))
+    terms: list[Term] = []
+    for obs in data.observations:
+        terms.extend(kind_of(obs).terms(builder, obs))
+    start = np.zeros(0)
+    blocks = 0
+    if poses:
+        blocks = len(data.configurations)
+        given = data.configurations.start
+        start = (np.zeros((blocks, 6)) if given is None else given).ravel()
+    elif local_targets:
+        by_name = {f.name: f for obs in data.observations for f in obs.targets}
+        blocks = len(local_targets)
+        start = np.array([by_name[n].value for n in local_targets]).ravel()
+    return Problem(
+        table,
+        tuple(terms),
+        table.free if free is None else tuple(n for n in table.names if n in set(free)),
+        blocks=blocks,
+        block_size=6 if blocks else 0,
+        units=len(data.configurations),
+        local_start=start,
+    )
+
+
+def synthesise(
+    machine: Machine,
+    data: DataSet,
+    rng: np.random.Generator | None = None,
+    *,
+    x: Array | None = None,
+    noise: float = 1.0,
+    local_targets: Sequence[str] = (),
+) -> DataSet:
+    """The data that the instruments of `data` would record on this machine: its values are replaced; without rng there is no noise.
+
+    x (1, P) sets parameters and local blocks together (default: the tables' values and the configurations' starts).
+    """
+    made = problem(machine, data, local_targets=local_targets)
+    x = made.start if x is None else np.atleast_2d(x)
+    builder = Builder(machine, made.table, data.configurations, tuple(local_targets))
+    out = []
+    for obs in data.observations:
+        kind = kind_of(obs)
+        value = np.empty((len(obs), kind.size))
+        for term in kind.terms(builder, obs):
+            value[term.index] = term.predict(x)
+        if rng is not None and obs.sigma is not None:
+            value = kind.disturb(value, noise * obs.sigma * rng.standard_normal(value.shape))
+        out.append(replace(obs, value=value))
+    return DataSet(data.configurations, tuple(out))

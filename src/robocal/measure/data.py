@@ -1,0 +1,133 @@
+"""What was measured: configurations of a machine, and observations made at them (SI, radians).
+
+Every observed pose reads T_measuring_measured. A frame belongs to an instrument, a target to the thing that it sees; both are named,
+and their parameters are called `name.x` ... `name.rz`. Mounted on "base", a frame stores T_frame_base; mounted on "tool", T_tool_frame.
+A target mounted on "tool" stores T_tool_target, on "base" T_base_target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.parameters import Parameter, frame_parameters
+
+__all__ = ["Configurations", "DataSet", "Frame", "Observations"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A named frame with six parameters: an instrument, or a target. `expected` is how far its value may be off (m, rad)."""
+
+    name: str
+    value: tuple[float, ...] = (0.0,) * 6
+    free: tuple[bool, ...] = (False,) * 6
+    mount: str = "base"
+    expected: tuple[float, float] = (1.0, 1.0)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Its six rows of a parameter table."""
+        return frame_parameters(self.name, self.value, free=self.free, expected=self.expected)
+
+
+@dataclass(frozen=True)
+class Configurations:
+    """Where the machine stood: joint values (m, n) in rad or m (None for a machine with free poses), and named columns (m,)."""
+
+    ids: tuple[str, ...]
+    joints: Array | None = None
+    columns: Mapping[str, Array] = field(default_factory=dict)
+    start: Array | None = None  # frame vectors (m, 6) from which free poses start
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def take(self, index: Ints) -> Configurations:
+        """A subset, in the given order."""
+        return Configurations(
+            tuple(self.ids[i] for i in index),
+            None if self.joints is None else self.joints[index],
+            {k: v[index] for k, v in self.columns.items()},
+            None if self.start is None else self.start[index],
+        )
+
+
+@dataclass(frozen=True)
+class Observations:
+    """Many observations of one kind by one instrument.
+
+    configuration (k,) indexes the data set's configurations; value (k, d) and sigma (k, d) as the kind says (sigma None: not stated);
+    target (k,) indexes `targets`; `extra` holds the kind's own columns, each with k rows; `options` its scalars. `rows` (k,) are row numbers in `source`.
+    A second axis in front of value, (B, k, d), gives every problem of a batch its own measurements.
+    """
+
+    kind: str
+    configuration: Ints
+    value: Array
+    sigma: Array | None = None
+    frame: Frame | None = None
+    targets: tuple[Frame, ...] = ()
+    target: Ints | None = None
+    extra: Mapping[str, Array] = field(default_factory=dict)
+    options: Mapping[str, object] = field(default_factory=dict)
+    group: str = ""
+    source: str = ""
+    rows: Ints | None = None
+
+    @property
+    def label(self) -> str:
+        """The sensor group: the instrument's name, or the kind."""
+        return self.group or (self.frame.name if self.frame else self.kind)
+
+    def __len__(self) -> int:
+        return len(self.configuration)
+
+    def take(self, index: Ints) -> Observations:
+        """A subset, in the given order."""
+        return replace(
+            self,
+            configuration=self.configuration[index],
+            value=self.value[..., index, :],
+            sigma=None if self.sigma is None else self.sigma[index],
+            target=None if self.target is None else self.target[index],
+            extra={k: v[index] for k, v in self.extra.items()},
+            rows=None if self.rows is None else self.rows[index],
+        )
+
+
+@dataclass(frozen=True)
+class DataSet:
+    """Configurations with the observations made at them."""
+
+    configurations: Configurations
+    observations: tuple[Observations, ...]
+
+    def take(self, units: Ints) -> DataSet:
+        """The data of some configurations only, renumbered."""
+        new = np.full(len(self.configurations), -1, dtype=np.int64)
+        new[units] = np.arange(len(units))
+        kept = []
+        for obs in self.observations:
+            index = np.flatnonzero(new[obs.configuration] >= 0)
+            part = obs.take(index)
+            kept.append(replace(part, configuration=new[part.configuration]))
+        return DataSet(self.configurations.take(units), tuple(o for o in kept if len(o)))
+
+    def __add__(self, other: DataSet) -> DataSet:
+        """Two data sets as one; configurations are kept apart."""
+        a, b = self.configurations, other.configurations
+        shift = len(a)
+        nan_a, nan_b = np.full(len(a), np.nan), np.full(len(b), np.nan)
+        names = {**a.columns, **b.columns}
+        columns = {k: np.concatenate([a.columns.get(k, nan_a), b.columns.get(k, nan_b)]) for k in names}
+        joints = None if a.joints is None or b.joints is None else np.vstack([a.joints, b.joints])
+        start = None if a.start is None or b.start is None else np.vstack([a.start, b.start])
+        moved = tuple(replace(o, configuration=o.configuration + shift) for o in other.observations)
+        return DataSet(Configurations(a.ids + b.ids, joints, columns, start), self.observations + moved)

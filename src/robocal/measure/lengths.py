@@ -1,0 +1,61 @@
+"""Cable lengths: r = l_i(T_base_platform) - y, one row per cable and configuration.
+
+value (k, 1) in m; extra["cable"] (k,) is the cable's number from 0; the cable's anchors and sensor zero are the machine's parameters.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
+from robocal.errors import ModelError
+from robocal.measure.base import Builder, Kind, Rows, register
+from robocal.measure.data import Observations
+
+__all__ = ["LENGTHS"]
+
+Array = NDArray[np.float64]
+UNSTATED = (1e-3,)
+
+
+class LengthRows(Rows):
+    """The rows of one cable; columns are the carrier's, then the cable's free numbers."""
+
+    def __init__(self, builder: Builder, obs: Observations, name: str, index: NDArray[np.int64]) -> None:
+        super().__init__(builder.tool(obs.configuration[index]), obs, index, UNSTATED)
+        self.cable = np.array([builder.table.index[f"{name}.{s}"] for s in SYMBOLS], dtype=np.int64)
+        self.own = np.empty(0, dtype=np.int64)
+        self.own_columns = np.empty(0, dtype=np.int64)
+
+    @property
+    def columns(self) -> NDArray[np.int64]:
+        return np.concatenate([self.carrier.columns, self.own_columns])
+
+    def bind(self, column_of: NDArray[np.int64]) -> LengthRows:
+        other = super().bind(column_of)
+        assert isinstance(other, LengthRows)
+        other.own = np.flatnonzero(column_of[self.cable] >= 0)
+        other.own_columns = column_of[self.cable[other.own]]
+        return other
+
+    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+        t, j, jl = self.carrier.pose(x, first, rows)
+        length, by_pose, by_cable = lengths(t, x[:, self.cable])
+        row = by_pose[:, :, None, :]
+        jac = np.concatenate([row @ j, by_cable[:, :, None, self.own]], axis=-1)
+        return length[..., None] - self.measured(which, first, rows), jac, row @ jl
+
+
+def terms(builder: Builder, obs: Observations) -> list[Rows]:
+    """One term per cable."""
+    machine = builder.machine
+    if not isinstance(machine, CableRobot):
+        raise ModelError("cable lengths need a cable robot", found=type(machine).__name__)
+    number = obs.extra["cable"].astype(np.int64)
+    return [
+        LengthRows(builder, obs, name, np.flatnonzero(number == i)) for i, name in enumerate(machine.cables) if (number == i).any()
+    ]
+
+
+LENGTHS = register(Kind("lengths", 1, terms))

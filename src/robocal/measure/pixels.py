@@ -1,0 +1,74 @@
+"""Pixels: r = project(T_camera_target X) - uv, for points X known in the target's frame.
+
+value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; options["camera"] names the camera whose nine intrinsics are parameters,
+options["intrinsics"] their values and options["free"] the symbols to identify. The frame is the camera's: mounted on "tool" it is a camera in hand,
+mounted on "base" a fixed one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.measure.base import Builder, Kind, Rows, register
+from robocal.measure.data import Observations
+from robocal.parameters import Parameter
+from robocal.vision.camera import SYMBOLS, project
+
+__all__ = ["PIXELS"]
+
+Array = NDArray[np.float64]
+UNSTATED = (0.1, 0.1)
+EXPECTED = (10.0, 10.0, 10.0, 10.0, 0.1, 0.1, 0.01, 0.01, 0.1)
+
+
+class PixelRows(Rows):
+    """Reprojection error; columns are the carrier's, then the free intrinsics."""
+
+    def __init__(self, builder: Builder, obs: Observations, target: int, index: NDArray[np.int64]) -> None:
+        super().__init__(builder.view(obs, target, index), obs, index, UNSTATED)
+        self.point = np.ascontiguousarray(obs.extra["point"][index])
+        self.intrinsics = np.array([builder.table.index[p.name] for p in parameters(obs)], dtype=np.int64)
+        self.own = np.empty(0, dtype=np.int64)
+        self.own_columns = np.empty(0, dtype=np.int64)
+
+    @property
+    def columns(self) -> NDArray[np.int64]:
+        return np.concatenate([self.carrier.columns, self.own_columns])
+
+    def bind(self, column_of: NDArray[np.int64]) -> PixelRows:
+        other = super().bind(column_of)
+        assert isinstance(other, PixelRows)
+        other.own = np.flatnonzero(column_of[self.intrinsics] >= 0)
+        other.own_columns = column_of[self.intrinsics[other.own]]
+        return other
+
+    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+        t, j, jl = self.carrier.pose(x, first, rows)
+        lever = np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[first : first + rows])
+        uv, jp, ji = project(lever + t[:, :, :3, 3], x[:, None, self.intrinsics])
+        # d point = v + w x lever, so d uv = jp v + (lever x jp) w row by row.
+        both = np.concatenate([jp, np.cross(lever[:, :, None, :], jp)], axis=-1)
+        jac = np.concatenate([both @ j, ji[..., self.own]], axis=-1)
+        return uv - self.measured(which, first, rows), jac, both @ jl
+
+
+def terms(builder: Builder, obs: Observations) -> list[Rows]:
+    """One term per target."""
+    return [PixelRows(builder, obs, t, index) for t, index in builder.split(obs)]
+
+
+def parameters(obs: Observations) -> Sequence[Parameter]:
+    """The camera's nine intrinsics."""
+    camera, values, free = obs.options["camera"], obs.options["intrinsics"], obs.options.get("free", ())
+    assert isinstance(values, tuple) and isinstance(free, tuple)
+    units = ("px",) * 4 + ("1",) * 5
+    return [
+        Parameter(f"{camera}.{s}", float(v), u, s in free, expected=e)
+        for s, v, u, e in zip(SYMBOLS, values, units, EXPECTED, strict=True)
+    ]
+
+
+PIXELS = register(Kind("pixels", 2, terms, parameters))

@@ -1,0 +1,54 @@
+"""Full pose: r = (p(theta) - p_y, log(R(theta) R_y^T)), in the coordinates of the instrument.
+
+value (k, 6) is the frame vector of T_measuring_measured (m, rad), sigma (k, 6): translation, then small rotations about the
+instrument's axes. A laser tracker with a 6D target, a camera that reports a marker's pose.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.geometry import se3, so3
+from robocal.measure.base import Builder, Kind, Rows, register
+from robocal.measure.data import Observations
+
+__all__ = ["POSE"]
+
+Array = NDArray[np.float64]
+UNSTATED = (1e-4,) * 3 + (1e-4,) * 3
+
+
+class PoseRows(Rows):
+    """Residual on position and rotation vector; measured poses are kept as matrices."""
+
+    def __init__(self, builder: Builder, obs: Observations, target: int, index: NDArray[np.int64]) -> None:
+        super().__init__(builder.view(obs, target, index), obs, index, UNSTATED)
+        self.matrix = np.ascontiguousarray(se3.from_vector(self.value))
+
+    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+        from robocal.measure._kernels import pose_kernel
+
+        t, j, jl = self.carrier.pose(x, first, rows)
+        r = np.empty((*t.shape[:2], 6))
+        batched = which if len(self.matrix) > 1 else np.zeros(len(x), dtype=np.int64)
+        pose_kernel(t, j, jl, self.matrix, batched, first, r)
+        return r, j, jl
+
+    def predict(self, x: Array) -> Array:
+        carrier = self.carrier.bind(np.full(x.shape[1], -1, dtype=np.int64))
+        return se3.to_vector(carrier.pose(x, 0, len(self.unit))[0][0])
+
+
+def terms(builder: Builder, obs: Observations) -> list[Rows]:
+    """One term per target."""
+    return [PoseRows(builder, obs, t, index) for t, index in builder.split(obs)]
+
+
+def disturb(value: Array, noise: Array) -> Array:
+    """Noise on the translation is added; on the rotation it turns about the instrument's axes."""
+    r = so3.exp(noise[..., 3:]) @ so3.exp(value[..., 3:])
+    return np.concatenate([value[..., :3] + noise[..., :3], so3.log(r)], axis=-1)
+
+
+POSE = register(Kind("pose", 6, terms, disturb=disturb))
