@@ -40,6 +40,14 @@ class Term(Protocol):
         """The sensor group that the rows belong to, for chi2."""
 
     @property
+    def kind(self) -> str:
+        """The kind of measurement."""
+
+    @property
+    def parts(self) -> tuple[tuple[int, int, str], ...]:
+        """Columns that share a unit: start, stop, SI unit."""
+
+    @property
     def scale(self) -> Array:
         """1 / sigma, shape (m, d)."""
 
@@ -98,12 +106,14 @@ class Linear:
 
 @dataclass(frozen=True)
 class Residuals:
-    """Unwhitened residuals of one term at one x: values (m, d), with its scale, unit and group."""
+    """Unwhitened residuals of one term: values (m, d) or (B, m, d), with its scale, unit, group, kind and parts."""
 
     value: Array
     scale: Array
     unit: Ints
     group: str
+    kind: str
+    parts: tuple[tuple[int, int, str], ...]
 
 
 @dataclass(frozen=True)
@@ -285,13 +295,12 @@ class Problem:
                 yield lo, min(batch, lo + many), first, min(rows, m - first)
 
     def residuals(self, x: Array) -> list[Residuals]:
-        """Unwhitened residuals of every term at one x (P,) or (1, P)."""
+        """Unwhitened residuals of every term at x: (m, d) for one x (P,) or (1, P), else (B, m, d)."""
         x = np.atleast_2d(x)
-        bare = self.with_free(()).bound_terms
         out = []
-        for term in bare:
-            r, _, _ = term.evaluate(x, np.zeros(1, dtype=np.int64), 0, len(term.scale))
-            out.append(Residuals(r[0], term.scale, term.unit, term.group))
+        for term in self.with_free(()).bound_terms:
+            r, _, _ = term.evaluate(x, np.arange(len(x)), 0, len(term.scale))
+            out.append(Residuals(r[0] if len(x) == 1 else r, term.scale, term.unit, term.group, term.kind, term.parts))
         return out
 
     def linearize(self, x: Array, units: Ints | None = None) -> Linear:

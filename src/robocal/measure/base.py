@@ -163,6 +163,8 @@ class Rows:
         self.carrier = carrier
         self.index = index
         self.group = obs.label
+        self.kind = obs.kind
+        self.parts = KINDS[obs.kind].parts
         self.unit = np.ascontiguousarray(obs.configuration[index])
         self.local = np.full(len(index), -1, dtype=np.int64) if carrier.local is None else carrier.local
         self.value = np.ascontiguousarray(obs.value[..., index, :] if obs.value.ndim == 3 else obs.value[None, index])
@@ -202,6 +204,7 @@ class Kind:
     size: int
     terms: Callable[[Builder, Observations], list[Rows]]
     parameters: Callable[[Observations], Sequence[Parameter]] = lambda obs: ()
+    parts: tuple[tuple[int, int, str], ...] = ((0, 3, "m"),)  # columns that share a unit: start, stop, SI unit
     disturb: Callable[[Array, Array], Array] = lambda value, noise: value + noise
 
 

@@ -55,4 +55,4 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
     return [p for end in ends(obs) for p in end.parameters]
 
 
-DISTANCE = register(Kind("distance", 1, terms, parameters))
+DISTANCE = register(Kind("distance", 1, terms, parameters, ((0, 1, "m"),)))

@@ -58,4 +58,4 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     ]
 
 
-LENGTHS = register(Kind("lengths", 1, terms))
+LENGTHS = register(Kind("lengths", 1, terms, parts=((0, 1, "m"),)))

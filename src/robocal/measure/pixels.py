@@ -71,4 +71,4 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
     ]
 
 
-PIXELS = register(Kind("pixels", 2, terms, parameters))
+PIXELS = register(Kind("pixels", 2, terms, parameters, ((0, 2, "px"),)))

@@ -1,0 +1,1 @@
+"""Calibration: identify, judge, and keep the evidence."""

@@ -1,0 +1,157 @@
+"""Errors that a person understands, and the verdict that follows from them.
+
+The error of an observation is the length of its residual in metres (and, for poses, its angle in radians). The verdict compares the identified model with
+the baseline, the nominal model with instrument frames and tool fitted, on configurations that were not used for fitting.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import Problem, Residuals
+
+__all__ = ["Statistic", "Verdict", "bootstrap_gain", "constant_errors", "errors", "judge", "leave_one_out"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Statistic:
+    """Mean, rms, 95th percentile and maximum of n errors (m or rad); `profiled` when local parameters were refitted on them."""
+
+    mean: float
+    rms: float
+    p95: float
+    max: float
+    n: int
+    profiled: bool = False
+
+    @classmethod
+    def of(cls, values: Array, profiled: bool = False) -> Statistic | None:
+        """The statistic of some errors, None of none."""
+        if not len(values):
+            return None
+        return cls(
+            float(values.mean()),
+            float(np.sqrt(np.mean(values**2))),
+            float(np.percentile(values, 95)),
+            float(values.max()),
+            len(values),
+            profiled,
+        )
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """improved, not_improved or refused, with the reasons in words."""
+
+    status: str
+    reasons: tuple[str, ...]
+
+
+def errors(residuals: Sequence[Residuals], unit: str) -> tuple[Array, Ints]:
+    """Length of the residual of every observation that has components in this SI unit: (N,) or (B, N), and its configuration (N,)."""
+    values, units = [], []
+    for r in residuals:
+        for start, stop, u in r.parts:
+            if u == unit:
+                values.append(np.linalg.norm(r.value[..., start:stop], axis=-1))
+                units.append(r.unit)
+    if not values:
+        return np.zeros(0), np.zeros(0, dtype=np.int64)
+    return np.concatenate(values, axis=-1), np.concatenate(units)
+
+
+def leave_one_out(problem: Problem, x: Array, units: Ints, unit: str = "m", chunk: int = 256) -> Array:
+    """The error of every observation when its own configuration is left out of the fit: exact, non-linear, one batch.
+
+    Returns (N,) in the order of `errors`, NaN for configurations outside `units`.
+    """
+    out: Array | None = None
+    for first in range(0, len(units), chunk):
+        some = units[first : first + chunk]
+        weights = np.zeros((len(some), problem.units))
+        weights[:, units] = 1.0
+        weights[np.arange(len(some)), some] = 0.0
+        solution = least_squares(problem.with_weights(weights), np.repeat(np.atleast_2d(x), len(some), axis=0))
+        value, at = errors(problem.residuals(solution.x), unit)
+        value = np.atleast_2d(value)
+        if out is None:
+            out = np.full(value.shape[1], np.nan)
+        for b, u in enumerate(some):
+            out[at == u] = value[b, at == u]
+    return np.zeros(0) if out is None else out
+
+
+def constant_errors(values: Array, units: Ints, fit: Ints, held: Ints) -> Array:
+    """The error of predicting the mean of the fitted measurements, for held-out ones; leave-one-out when nothing is held out.
+
+    values (N, d) measured, units (N,) their configurations.
+    """
+    if len(held):
+        return np.linalg.norm(values[np.isin(units, held)] - values[np.isin(units, fit)].mean(axis=0), axis=1)
+    out = np.empty(len(values))
+    for u in np.unique(units):
+        own = units == u
+        out[own] = np.linalg.norm(values[own] - values[~own].mean(axis=0), axis=1) if (~own).any() else np.inf
+    return out
+
+
+def bootstrap_gain(before: Array, after: Array, units: Ints, seed: int, draws: int = 4000) -> tuple[float, float, float]:
+    """Mean reduction of the error and its paired bootstrap 95 % interval; whole configurations are drawn."""
+    gain = before - after
+    labels, inverse = np.unique(units, return_inverse=True)
+    total = np.bincount(inverse, weights=gain)
+    count = np.bincount(inverse).astype(float)
+    draw = np.random.default_rng(seed).integers(0, len(labels), (draws, len(labels)))
+    means = total[draw].sum(axis=1) / count[draw].sum(axis=1)
+    low, high = np.percentile(means, [2.5, 97.5])
+    return float(gain.mean()), float(low), float(high)
+
+
+def judge(
+    before: Array,
+    after: Array,
+    constant: Array | None,
+    units: Ints,
+    *,
+    rank: int,
+    converged: bool,
+    seed: int,
+    kind: str,
+    stated: float | None = None,
+) -> Verdict:
+    """The verdict from unseen errors of the baseline and of the identified model, (N,) each, in m; `kind` names how they were held out."""
+    if rank == 0:
+        return Verdict("refused", ("the data determine no parameter at all",))
+    if not np.isfinite(after).all():
+        return Verdict("refused", ("the model cannot be evaluated on the unseen poses",))
+    if constant is not None and len(constant) and after.mean() >= 0.9 * constant.mean():
+        return Verdict(
+            "refused",
+            (
+                f"no gain over predicting the mean: {after.mean() * 1e3:.3g} mm on unseen poses, "
+                f"{constant.mean() * 1e3:.3g} mm for the mean of the measurements",
+            ),
+        )
+    if constant is not None and len(constant) and stated and after.mean() > max(0.5 * constant.mean(), 5 * stated):
+        return Verdict(
+            "refused",
+            (
+                f"the model explains less than half of what was measured: {after.mean() * 1e3:.3g} mm on unseen poses, "
+                f"{constant.mean() * 1e3:.3g} mm for the mean of the measurements, stated noise {stated * 1e3:.3g} mm",
+            ),
+        )
+    gain, low, high = bootstrap_gain(before, after, units, seed)
+    span = f"{gain * 1e3:.4g} mm, 95 % interval {low * 1e3:.4g} to {high * 1e3:.4g} mm ({kind})"
+    if not converged:
+        return Verdict("not_improved", ("the iteration did not converge", f"reduction of the mean error {span}"))
+    if low > 0:
+        return Verdict("improved", (f"the mean error on unseen poses falls by {span}",))
+    return Verdict("not_improved", (f"the mean error on unseen poses does not fall significantly: {span}",))

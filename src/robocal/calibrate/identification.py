@@ -1,0 +1,124 @@
+"""What an identification returns: the corrected model with all of its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.calibrate.evidence import Statistic, Verdict
+from robocal.calibrate.noise import Group
+from robocal.estimate.identifiability import Identifiability
+from robocal.parameters import Table
+
+__all__ = ["Band", "Identification", "Options", "ParameterResult", "RowTable", "Stages"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to identify; what was used is kept with the result.
+
+    `hold_out` None: a fifth of the configurations, or leave-one-out alone below 25 configurations. `keep_all` frees every parameter that says so, without
+    dropping what cannot be seen (the pseudo-inverse methods do so by themselves).
+    """
+
+    method: str = "lm"
+    hold_out: float | None = None
+    seed: int = 0
+    loss: str = "none"
+    tuning: float | None = None
+    max_iterations: int = 100
+    leave_one_out: bool | None = None
+    keep_all: bool = False
+    priors: bool = True
+
+
+@dataclass(frozen=True)
+class ParameterResult:
+    """One parameter before and after (SI). `sigma` is as fitted, `sigma_total` adds what hidden partners may be off by."""
+
+    name: str
+    unit: str
+    nominal: float
+    identified: float
+    sigma: float | None
+    sigma_instrument: float | None
+    sigma_total: float | None
+    status: str  # identified | prior | dropped | fixed
+    data_share: float | None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Stages:
+    """The error of one quantity at every stage (m or rad): baseline and identified on fitted and on unseen configurations."""
+
+    unit: str
+    before: Statistic | None
+    after: Statistic | None
+    held_out_before: Statistic | None
+    held_out: Statistic | None
+    leave_one_out_before: Statistic | None
+    leave_one_out: Statistic | None
+    constant: Statistic | None
+
+
+@dataclass(frozen=True)
+class Band:
+    """Predicted error of the identified model away from the data: one standard deviation over sampled joint configurations (m)."""
+
+    mean: float
+    p95: float
+    max: float
+    n: int
+    region: str
+
+
+@dataclass(frozen=True)
+class RowTable:
+    """One row per observation, SI: what residuals.csv and the pictures are made of."""
+
+    configuration: tuple[str, ...]
+    held: NDArray[np.bool_]
+    group: tuple[str, ...]
+    kind: tuple[str, ...]
+    target: tuple[str, ...]
+    place: Array  # (N, 3) predicted position, NaN where the kind has none
+    before: Array  # (N, d) residual of the baseline
+    after: Array  # (N, d) residual of the identified model, from the fit that had not seen it when held out
+    parts: tuple[tuple[tuple[int, int, str], ...], ...]
+    unseen: Array  # (N,) error when not used for fitting: held out or left one out, NaN otherwise
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Nominal and corrected model, per-parameter results, identifiability, errors, noise groups, verdict and recipe."""
+
+    nominal: Chain
+    corrected: Chain
+    table: Table  # of the whole problem, at the solution
+    options: Options
+    parameters: tuple[ParameterResult, ...]
+    identifiability: Identifiability
+    stages: tuple[Stages, ...]
+    groups: tuple[Group, ...]
+    verdict: Verdict
+    rows: RowTable
+    fit_ids: tuple[str, ...]
+    held_ids: tuple[str, ...]
+    iterations: int
+    reason: str
+    history: tuple[float, ...]
+    chi2: float
+    dof: int
+    correlation_names: tuple[str, ...]
+    correlation: Array
+    covariance: Array  # as fitted, of correlation_names
+    band: Band | None
+    warnings: tuple[str, ...] = ()
+    extra: Mapping[str, object] = field(default_factory=dict)

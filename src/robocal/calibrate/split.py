@@ -1,0 +1,45 @@
+"""Which configurations are fitted and which are held out."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import ModelError
+from robocal.measure.data import Configurations
+
+__all__ = ["stratified"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def stratified(configurations: Configurations, fraction: float, seed: int) -> tuple[Ints, Ints]:
+    """Fit and held-out units: space is halved along its widest direction until a cell holds about 1 / fraction units, one of each is held out.
+
+    So both sets cover the same joint space. Raises ModelError for a fraction outside [0, 0.5].
+    """
+    if not 0 <= fraction <= 0.5:
+        raise ModelError("the held-out share must lie between 0 and 0.5", key="hold_out", found=fraction)
+    m = len(configurations)
+    many = round(fraction * m)
+    everyone = np.arange(m)
+    if many == 0:
+        return everyone, everyone[:0]
+    rng = np.random.default_rng(seed)
+    place = configurations.joints if configurations.joints is not None else configurations.start
+    if place is None:
+        place = np.zeros((m, 1))
+    spread = np.ptp(place, axis=0)
+    place = place / np.where(spread > 0, spread, 1.0)
+    cells = [everyone]
+    while len(cells) < many:
+        largest = max(range(len(cells)), key=lambda i: len(cells[i]))
+        cell = cells.pop(largest)
+        widest = int(np.argmax(np.ptp(place[cell], axis=0)))
+        # Equal values keep a random order, so that no file order leaks into the split.
+        order = np.lexsort((rng.random(len(cell)), place[cell, widest]))
+        half = len(cell) // 2
+        cells += [cell[order[:half]], cell[order[half:]]]
+    held = np.sort([int(rng.choice(cell)) for cell in cells if len(cell)])
+    return np.setdiff1d(everyone, held), held

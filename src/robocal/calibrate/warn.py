@@ -1,0 +1,51 @@
+"""What a careful colleague would say about the data and the fit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.geometry import fits
+from robocal.measure.data import DataSet
+
+if TYPE_CHECKING:
+    from robocal.calibrate.identify import Fit
+
+__all__ = ["data_warnings"]
+
+FLAT = 0.02  # thickness of the measured points against their extent
+
+
+def data_warnings(model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64]) -> tuple[str, ...]:
+    """Single-plane data, too few poses, identical poses, restarts, model error far above the stated noise."""
+    out = []
+    rows = sum(t.scale.size for t in fit.problem.terms)
+    if rows < 2 * fit.problem.n:
+        out.append(f"few measurements: {rows} numbers for {fit.problem.n} parameters; more poses would narrow the result")
+    q = data.configurations.joints
+    if q is not None and len(q) > 1 and np.ptp(q, axis=0).max(initial=0.0) < 1e-9:
+        out.append("all configurations are equal: this shows repeatability, not geometry")
+    elif q is not None:
+        still = [n for n, s in zip(model.joint_names, np.ptp(q, axis=0), strict=True) if s < 1e-9]
+        if still and len(q) > 1:
+            out.append(f"these joints never move: {', '.join(still)}")
+    for obs in data.observations:
+        if obs.kind in ("position", "pose") and len(obs) > 3 and obs.value.ndim == 2:
+            points = obs.value[:, :3]
+            extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+            off = float(np.abs(fits.plane(points)[2]).max())
+            if extent > 0 and off < FLAT * extent:
+                out.append(f"all points of {obs.label} lie in one plane (within {off * 1e3:.3g} mm): parameters across it are poorly seen")
+    for g in fit.groups:
+        if g.stated is not None and g.tau > 3 * g.stated and g.unit in ("m", "rad"):
+            scale, unit = (1e3, "mm") if g.unit == "m" else (180 / np.pi, "deg")
+            out.append(
+                f"{g.name}: the model leaves {g.rms * scale:.3g} {unit} per axis where {g.stated * scale:.3g} {unit} of noise was stated; "
+                "uncertainties are those of the fit"
+            )
+    if fit.restarted:
+        out.append(f"the first fit was not acceptable; {fit.restarted} further starts were tried")
+    return tuple(out)

@@ -1,0 +1,181 @@
+"""What the data can tell: rank, the columns to keep, and the combinations in which the others hide.
+
+The whitened Jacobian is scaled column by column with the error expected of that parameter without data (or its stated prior), and divided by the
+noise as fitted. A singular value s of that matrix then says: the data know this combination to 1 / s of what was expected. A combination is *seen* when
+s exceeds SEEN, so the decision is relative to the measurement noise and never to machine precision. Columns are kept by QR with pivoting on the
+same matrix; what is left over is dropped and stays at its nominal value.
+References: Pashkevich, Computer-aided generation of complete irreducible models (2011); Gautier and Khalil (1990) for base parameters; Borm and Menq (1991),
+Driels and Pathre (1990), Nahvi and Hollerbach (1996), Sun and Hollerbach (2008) for the observability indices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.estimate.problem import Linear, Problem
+
+__all__ = ["SEEN", "Combination", "Identifiability", "analyse", "eliminate", "observability", "triangle"]
+
+Array = NDArray[np.float64]
+# Seen means: known to at least half of what one would have guessed without data.
+SEEN = 2.0
+# Exactly dependent to first order, in units of the largest singular value of the column-normalised matrix.
+STRUCTURAL = 1e-9
+
+
+@dataclass(frozen=True)
+class Combination:
+    """A dropped parameter and what takes its place: `name` by one unit looks like the kept parameters by `partners` units (SI)."""
+
+    name: str
+    partners: tuple[tuple[str, float], ...]
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        if not self.partners:
+            return f"{self.name} has no effect on these measurements"
+        shown = [name for name, _ in self.partners[:6]]
+        more = len(self.partners) - len(shown)
+        return f"{self.name} cannot be told from " + ", ".join(shown) + (f" and {more} more" if more else "")
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """Rank relative to noise, structural rank, kept and dropped names, singular values (scaled, descending), indices O1 to O5.
+
+    `share` (n,) is the part of each parameter's knowledge that comes from data: 1 - (posterior / expected sigma)^2, all the others being unknown too.
+    `posterior` (n, n) is that posterior covariance in SI.
+    """
+
+    names: tuple[str, ...]
+    rank: int
+    structural_rank: int
+    kept: tuple[str, ...]
+    dropped: tuple[str, ...]
+    combinations: tuple[Combination, ...]
+    singular_values: Array
+    condition: float
+    indices: dict[str, float]
+    share: Array
+    posterior: Array
+
+
+def eliminate(lin: Linear, size: int) -> Array:
+    """J (N', n) with local blocks projected out: rows of Q2^T J, where Q2 spans what the blocks' columns leave free."""
+    if not size or not (lin.local >= 0).any():
+        return lin.j
+    parts = [lin.j[lin.local < 0]]
+    blocks, counts = np.unique(lin.local[lin.local >= 0], return_counts=True)
+    order = np.argsort(lin.local, kind="stable")
+    order = order[lin.local[order] >= 0]
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    for count in np.unique(counts):
+        # Blocks with the same number of rows are factored together.
+        rows = order[starts[counts == count][:, None] + np.arange(count)]
+        q = np.linalg.qr(lin.jl[rows], mode="complete")[0]
+        free = q[:, :, min(size, count) :]
+        parts.append((np.swapaxes(free, 1, 2) @ lin.j[rows]).reshape(-1, lin.j.shape[1]))
+    assert len(blocks) == len(counts)
+    return np.concatenate(parts)
+
+
+def triangle(j: Array, chunk: int = 20_000) -> Array:
+    """R (n, n) with R^T R = J^T J, by QR in chunks of rows: rank decisions are taken on R, never on J^T J."""
+    r = np.zeros((0, j.shape[1]))
+    for first in range(0, max(len(j), 1), chunk):
+        r = np.linalg.qr(np.vstack([r, j[first : first + chunk]]), mode="r")
+    if len(r) < j.shape[1]:
+        r = np.vstack([r, np.zeros((j.shape[1] - len(r), j.shape[1]))])
+    return np.asarray(r)
+
+
+def _pivot(r: Array, tolerance: float) -> tuple[list[int], list[int]]:
+    """Kept and left columns of R by pivoted Gram-Schmidt; among equals the first column wins."""
+    work = r.copy()
+    n = r.shape[1]
+    kept: list[int] = []
+    left = list(range(n))
+    # A small handicap for later columns makes ties between exactly equal columns go to the first, on every machine.
+    favour = 1.0 - 1e-7 * np.arange(n)
+    while left:
+        norms = np.linalg.norm(work[:, left], axis=0)
+        best = int(np.argmax(norms * favour[left]))
+        if norms[best] <= tolerance:
+            break
+        q = work[:, left[best]] / norms[best]
+        kept.append(left.pop(best))
+        for _ in range(2):
+            work[:, left] -= np.outer(q, q @ work[:, left])
+    return kept, left
+
+
+def observability(values: Array, rows: int) -> dict[str, float]:
+    """O1 to O5 of singular values (descending) of the scaled Jacobian with `rows` rows."""
+    if not len(values) or values[-1] <= 0:
+        return dict.fromkeys(("O1", "O2", "O3", "O4", "O5"), 0.0)
+    return {
+        "O1": float(np.exp(np.log(values).mean()) / np.sqrt(rows)),
+        "O2": float(values[-1] / values[0]),
+        "O3": float(values[-1]),
+        "O4": float(values[-1] ** 2 / values[0]),
+        "O5": float(1 / np.sum(1 / values)),
+    }
+
+
+def analyse(problem: Problem, x: Array, *, noise: float = 1.0, always: Sequence[str] = (), seen: float = SEEN) -> Identifiability:
+    """What the free columns of a problem mean at x; `noise` multiplies the stated sigma (sqrt(chi2 / dof) when the model leaves more).
+
+    Parameters with a stated prior are kept (the prior holds them where the data do not), and so are those named in `always`.
+    """
+    lin = problem.linearize(x)
+    r = triangle(eliminate(lin, problem.block_size))
+    names, scale = problem.free, problem.scales
+    n = len(names)
+    scaled = r * scale / noise
+    values = np.linalg.svd(scaled, compute_uv=False) if n else np.zeros(0)
+    norms = np.linalg.norm(scaled, axis=0)
+    unit = scaled / np.where(norms > 0, norms, 1.0)
+    ones = np.linalg.svd(unit, compute_uv=False) if n else np.zeros(0)
+    structural = int((ones > STRUCTURAL * max(ones.max(initial=0.0), 1e-300)).sum())
+    _, info = problem.prior
+    sure = {i for i in range(n) if info[i] > 0 or names[i] in always}
+    kept, left = _pivot(scaled, seen)
+    kept += [i for i in left if i in sure]
+    left = [i for i in left if i not in sure]
+    kept.sort()
+    combinations = tuple(_hiding(scaled, scale, names, kept, i) for i in sorted(left))
+    final = np.linalg.svd(scaled[:, kept], compute_uv=False) if kept else np.zeros(0)
+    posterior = np.linalg.inv(scaled.T @ scaled + np.eye(n)) if n else np.zeros((0, 0))
+    return Identifiability(
+        names,
+        int((values > seen).sum()),
+        structural,
+        tuple(names[i] for i in kept),
+        tuple(names[i] for i in sorted(left)),
+        combinations,
+        values,
+        float(final[0] / final[-1]) if len(final) and final[-1] > 0 else float("inf"),
+        observability(final, len(lin.r)),
+        1.0 - np.diag(posterior),
+        posterior * np.outer(scale, scale),
+    )
+
+
+def _hiding(scaled: Array, scale: Array, names: tuple[str, ...], kept: list[int], column: int) -> Combination:
+    """The kept parameters that imitate a dropped one."""
+    target = scaled[:, column]
+    if not kept or np.linalg.norm(target) < 1e-6 * max(np.linalg.norm(scaled[:, kept], axis=0).max(), 1.0):
+        return Combination(names[column], ())
+    part = scaled[:, kept]
+    c = np.linalg.lstsq(part, target, rcond=1e-10)[0]
+    # A partner counts when its share of the imitation is visible.
+    effect = np.abs(c) * np.linalg.norm(part, axis=0)
+    counts = effect > 0.05 * effect.max()
+    chosen = sorted(np.flatnonzero(counts), key=lambda i: -effect[i])
+    partners = tuple((names[kept[i]], float(c[i] * scale[kept[i]] / scale[column])) for i in chosen)
+    return Combination(names[column], partners)
