@@ -75,7 +75,11 @@ def path_kernel(elements, constants, screws, start, terms, factor, theta, phi, e
     sine = np.zeros(n)
     fixed_r = np.zeros((n, 9))
     fixed_p = np.zeros((n, 3))
-    skip = np.zeros(n, np.bool_)
+    skip = np.zeros(n, np.bool_)  # the identity: nothing to multiply
+    shift = np.zeros(n, np.bool_)  # a frame that does not turn
+    wanted = np.zeros(n, np.bool_)
+    for i in range(entries.shape[0]):
+        wanted[entries[i, 0]] = True
     before = np.zeros((n, 9))
     at = np.zeros((n, 3))
     matrix = np.zeros((3, 3))
@@ -91,10 +95,16 @@ def path_kernel(elements, constants, screws, start, terms, factor, theta, phi, e
                 rotation_from_vector(
                     theta[b, parameter[s + 3]], theta[b, parameter[s + 4]], theta[b, parameter[s + 5]], matrix
                 )
+                moved = 0.0
+                turned = 0.0
                 for i in range(3):
                     fixed_p[e, i] = theta[b, parameter[s + i]]
+                    moved += abs(fixed_p[e, i])
+                    turned += abs(theta[b, parameter[s + 3 + i]])
                     for j in range(3):
                         fixed_r[e, 3 * i + j] = matrix[i, j]
+                shift[e] = turned == 0.0
+                skip[e] = turned == 0.0 and moved == 0.0
                 continue
             value = _value(e, constant, start, parameter, column, factor, theta, b, phi, bp, 0)
             skip[e] = value == 0.0
@@ -111,11 +121,12 @@ def path_kernel(elements, constants, screws, start, terms, factor, theta, phi, e
             for e in range(n):
                 kind = elements[e, 0]
                 varies = elements[e, 1] == 1
-                # Where the element starts: its screw, seen from the base, is all that the Jacobian needs.
-                before[e, 0], before[e, 1], before[e, 2] = r0, r1, r2
-                before[e, 3], before[e, 4], before[e, 5] = r3, r4, r5
-                before[e, 6], before[e, 7], before[e, 8] = r6, r7, r8
-                at[e, 0], at[e, 1], at[e, 2] = px, py, pz
+                if wanted[e]:
+                    # Where the element starts: its screw, seen from the base, is all that the Jacobian needs.
+                    before[e, 0], before[e, 1], before[e, 2] = r0, r1, r2
+                    before[e, 3], before[e, 4], before[e, 5] = r3, r4, r5
+                    before[e, 6], before[e, 7], before[e, 8] = r6, r7, r8
+                    at[e, 0], at[e, 1], at[e, 2] = px, py, pz
                 if varies:
                     value = _value(e, constant, start, parameter, column, factor, theta, b, phi, bp, first + m)
                     if kind < 3:
@@ -166,6 +177,8 @@ def path_kernel(elements, constants, screws, start, terms, factor, theta, phi, e
                     if kind == 7:
                         # A frame turns about its own origin, so its lever starts after its translation.
                         at[e, 0], at[e, 1], at[e, 2] = px, py, pz
+                        if shift[e]:
+                            continue
                     for j in range(3):
                         nr[j] = r0 * f[j] + r1 * f[3 + j] + r2 * f[6 + j]
                         nr[3 + j] = r3 * f[j] + r4 * f[3 + j] + r5 * f[6 + j]

@@ -135,84 +135,194 @@ def backward(a, n, v):
 
 
 @kernel
-def damped_step(a, g, al, gl, asl, lam, damp, damp_local, held, step, step_local, predicted, good):
-    """Solves (A + lam diag(damp)) step = -g for every problem, local blocks eliminated by Schur complement.
+def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, step_local):
+    """One problem: (A + lam diag(damp)) step = -g with local blocks eliminated by Schur complement; False when not positive.
 
-    a (B, n, n) lower triangle, damp (B, n), damp_local (B, L, l), held (B, n) columns that must not move. predicted (B,) is the decrease
-    of half the sum of squares that the undamped model promises; good (B,) is False where the damped matrix is not positive.
+    a (n, n) lower triangle, damp (n,), damp_local (L, l), held (n,) columns that must not move, s (n, n) and v (n,) work space.
+    """
+    n = g.shape[0]
+    nloc, nl = gl.shape
+    block = np.empty((nl, nl))
+    bv = np.empty(nl)
+    y = np.empty((n, nl))
+    for i in range(n):
+        for j in range(i + 1):
+            s[i, j] = a[i, j]
+        s[i, i] += lam * damp[i]
+        v[i] = -g[i]
+    for t in range(nloc):
+        for i in range(nl):
+            for j in range(nl):
+                block[i, j] = al[t, i, j]
+            block[i, i] += lam * damp_local[t, i]
+            bv[i] = -gl[t, i]
+        if not cholesky(block, nl):
+            return False
+        forward(block, nl, bv)
+        # y = A_sl L^-T, so that A_sl A_ll^-1 A_ls = y y^T.
+        for i in range(n):
+            for j in range(nl):
+                x = asl[t, i, j]
+                for k in range(j):
+                    x -= block[j, k] * y[i, k]
+                y[i, j] = x / block[j, j]
+        for i in range(n):
+            for j in range(nl):
+                v[i] -= y[i, j] * bv[j]
+            for j in range(i + 1):
+                for k in range(nl):
+                    s[i, j] -= y[i, k] * y[j, k]
+    for i in range(n):
+        if held[i]:
+            for j in range(n):
+                if j < i:
+                    s[i, j] = 0.0
+                elif j > i:
+                    s[j, i] = 0.0
+            s[i, i] = 1.0
+            v[i] = 0.0
+    if not cholesky(s, n):
+        return False
+    forward(s, n, v)
+    backward(s, n, v)
+    for i in range(n):
+        step[i] = v[i]
+    for t in range(nloc):
+        for i in range(nl):
+            for j in range(nl):
+                block[i, j] = al[t, i, j]
+            block[i, i] += lam * damp_local[t, i]
+            x = -gl[t, i]
+            for j in range(n):
+                x -= asl[t, j, i] * v[j]
+            bv[i] = x
+        cholesky(block, nl)
+        forward(block, nl, bv)
+        backward(block, nl, bv)
+        for i in range(nl):
+            step_local[t, i] = bv[i]
+    return True
+
+
+# Codes shared with least_squares.Reason.
+COST, GRADIENT, STEP, SINGULAR = 1, 2, 3, 5
+
+
+@kernel
+def propose(
+    cost,
+    g,
+    a,
+    gl,
+    al,
+    asl,
+    value,
+    lower,
+    upper,
+    scales,
+    tolerances,
+    damped,
+    lam,
+    damp,
+    damp_local,
+    step,
+    step_local,
+    predicted,
+    reason,
+):
+    """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,).
+
+    value (B, n) are the parameters where bounds apply (B, 0 without bounds); tolerances (3,): cost, gradient, step. predicted (B,) is the decrease of half
+    the sum of squares that the undamped model promises.
     """
     batch, n = g.shape
     nloc, nl = gl.shape[1], gl.shape[2]
     s = np.empty((n, n))
     v = np.empty(n)
-    block = np.empty((nl, nl))
-    bv = np.empty(nl)
-    y = np.empty((n, nl))
+    held = np.zeros(n, np.bool_)
+    tiny = np.finfo(np.float64).eps ** 2
     for b in range(batch):
-        ok = True
-        for i in range(n):
-            for j in range(i + 1):
-                s[i, j] = a[b, i, j]
-            s[i, i] += lam[b] * damp[b, i]
-            v[i] = -g[b, i]
-        for t in range(nloc):
-            for i in range(nl):
-                for j in range(nl):
-                    block[i, j] = al[b, t, i, j]
-                block[i, i] += lam[b] * damp_local[b, t, i]
-                bv[i] = -gl[b, t, i]
-            if not cholesky(block, nl):
-                ok = False
-                break
-            forward(block, nl, bv)
-            # y = A_sl L^-T, so that A_sl A_ll^-1 A_ls = y y^T.
-            for i in range(n):
-                for j in range(nl):
-                    x = asl[b, t, i, j]
-                    for k in range(j):
-                        x -= block[j, k] * y[i, k]
-                    y[i, j] = x / block[j, j]
-            for i in range(n):
-                for j in range(nl):
-                    v[i] -= y[i, j] * bv[j]
-                for j in range(i + 1):
-                    for k in range(nl):
-                        s[i, j] -= y[i, k] * y[j, k]
-        if ok:
-            for i in range(n):
-                if held[b, i]:
-                    for j in range(n):
-                        if j < i:
-                            s[i, j] = 0.0
-                        elif j > i:
-                            s[j, i] = 0.0
-                    s[i, i] = 1.0
-                    v[i] = 0.0
-            ok = cholesky(s, n)
-        good[b] = ok
-        if not ok:
+        if reason[b] != 0:
             continue
-        forward(s, n, v)
-        backward(s, n, v)
+        largest = 1e-300
         for i in range(n):
-            step[b, i] = v[i]
+            largest = max(largest, a[b, i, i])
+        worst = 0.0
+        for i in range(n):
+            # A column that carries nothing still needs a positive pivot to stay where it is.
+            damp[b, i] = max(damp[b, i], a[b, i, i], largest * tiny)
+            held[i] = value.shape[1] > 0 and (
+                (value[b, i] <= lower[i] and g[b, i] > 0) or (value[b, i] >= upper[i] and g[b, i] < 0)
+            )
+            if not held[i]:
+                worst = max(worst, abs(g[b, i]) / math.sqrt(damp[b, i]))
+        for t in range(nloc):
+            largest = 1e-300
+            for i in range(nl):
+                largest = max(largest, al[b, t, i, i])
+            for i in range(nl):
+                damp_local[b, t, i] = max(damp_local[b, t, i], al[b, t, i, i], largest * tiny)
+                worst = max(worst, abs(gl[b, t, i]) / math.sqrt(damp_local[b, t, i]))
+        # Cosine between the residual and each column, in the metric that the solver sees.
+        if worst <= tolerances[1] * math.sqrt(2.0 * cost[b]) + 1e-300:
+            reason[b] = GRADIENT
+            continue
+        while not solve_damped(
+            a[b], g[b], al[b], gl[b], asl[b], lam[b], damp[b], damp_local[b], held, s, v, step[b], step_local[b]
+        ):
+            lam[b] = max(lam[b], 1e-12) * 10.0
+            if not damped or lam[b] > 1e12:
+                reason[b] = SINGULAR
+                break
+        if reason[b] != 0:
+            continue
         gain = 0.0
+        small = True
+        for i in range(n):
+            x = step[b, i]
+            small = small and abs(x) <= tolerances[2] * scales[i]
+            gain += x * (lam[b] * damp[b, i] * x - g[b, i])
         for t in range(nloc):
             for i in range(nl):
-                for j in range(nl):
-                    block[i, j] = al[b, t, i, j]
-                block[i, i] += lam[b] * damp_local[b, t, i]
-                x = -gl[b, t, i]
-                for j in range(n):
-                    x -= asl[b, t, j, i] * v[j]
-                bv[i] = x
-            cholesky(block, nl)
-            forward(block, nl, bv)
-            backward(block, nl, bv)
-            for i in range(nl):
-                step_local[b, t, i] = bv[i]
-                gain += bv[i] * (lam[b] * damp_local[b, t, i] * bv[i] - gl[b, t, i])
-        for i in range(n):
-            gain += v[i] * (lam[b] * damp[b, i] * v[i] - g[b, i])
+                x = step_local[b, t, i]
+                small = small and abs(x) <= tolerances[2]
+                gain += x * (lam[b] * damp_local[b, t, i] * x - gl[b, t, i])
         # For a step that solves the damped system, decrease = 1/2 step . (lam D step - g).
         predicted[b] = 0.5 * gain
+        if predicted[b] <= tolerances[0] * cost[b]:
+            reason[b] = COST
+        elif small:
+            reason[b] = STEP
+
+
+RUNNING, STALLED = 0, 7
+
+
+@kernel
+def settle(cost, trial, predicted, damped, lam, grow, iterations, reason, accept):
+    """Accepts or refuses the trial of every running problem, and moves its damping; cost (B,) and trial (running,) in the same order.
+
+    Where the model foretells the decrease the damping falls fast, where it fails it grows ever faster.
+    """
+    i = 0
+    for b in range(cost.shape[0]):
+        if reason[b] != RUNNING:
+            continue
+        decrease = cost[b] - trial[i]
+        iterations[b] += 1
+        accept[i] = (decrease > 0.0 or not damped) and math.isfinite(trial[i])
+        if accept[i]:
+            ratio = decrease / predicted[b]
+            if ratio > 0.9:
+                lam[b] *= 0.02
+            elif ratio > 0.5:
+                lam[b] *= 0.2
+            elif ratio <= 0.25:
+                lam[b] *= 4.0
+            grow[b] = 10.0
+        else:
+            lam[b] = max(lam[b], 1e-9) * grow[b]
+            grow[b] = min(grow[b] * 2.0, 1e4)
+            if lam[b] > 1e14 or not damped:
+                reason[b] = STALLED
+        i += 1

@@ -127,7 +127,9 @@ def observability(values: Array, rows: int) -> dict[str, float]:
     }
 
 
-def analyse(problem: Problem, x: Array, *, noise: float = 1.0, always: Sequence[str] = (), seen: float = SEEN) -> Identifiability:
+def analyse(
+    problem: Problem, x: Array, *, noise: float = 1.0, always: Sequence[str] = (), seen: float = SEEN
+) -> Identifiability:
     """What the free columns of a problem mean at x; `noise` multiplies the stated sigma (sqrt(chi2 / dof) when the model leaves more).
 
     Parameters with a stated prior are kept (the prior holds them where the data do not), and so are those named in `always`.

@@ -52,7 +52,9 @@ def kalman(
     for term in problem.terms:
         for block, unit in {(int(b), int(u)) for b, u in zip(term.local, term.unit, strict=True) if b >= 0}:
             if owner.setdefault(block, unit) != unit:
-                raise ModelError("the filter needs every local block to belong to one configuration", found=f"block {block}")
+                raise ModelError(
+                    "the filter needs every local block to belong to one configuration", found=f"block {block}"
+                )
     for unit in range(problem.units):
         big = np.zeros((n + size, n + size))
         big[:n, :n] = p

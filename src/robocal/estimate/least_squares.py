@@ -64,6 +64,10 @@ _WORDS = {
 }
 
 
+# Plain integers: looking an enum up costs more than a small solve.
+_RUNNING, _NOT_FINITE = int(Reason.RUNNING), int(Reason.NOT_FINITE)
+
+
 @dataclass(frozen=True)
 class Solution:
     """Where a solver ended: x (B, P), cost (B,), iterations (B,), reason (B,), history of costs (iterations + 1, B) and the normal equations."""
@@ -101,7 +105,9 @@ def least_squares(
     if method in ("pinv", "lse"):
         return _pseudo_inverse(problem, start, 1 if method == "lse" else max_iterations, watch)
     if method not in METHODS:
-        raise ModelError("unknown method", found=method, expected=", ".join(METHODS), suggestion=nearest(method, METHODS))
+        raise ModelError(
+            "unknown method", found=method, expected=", ".join(METHODS), suggestion=nearest(method, METHODS)
+        )
     return _damped(
         problem,
         np.array(start),
@@ -115,101 +121,59 @@ def least_squares(
 def _damped(
     problem: Problem, x: Array, most: int, tolerances: tuple[float, float, float], damping: float, watch: Watch | None
 ) -> Solution:
-    from robocal.estimate._kernels import damped_step
+    from robocal.estimate._kernels import propose, settle
 
-    cost_tolerance, gradient_tolerance, step_tolerance = tolerances
     batch, n = len(x), problem.n
     blocks, size = problem.blocks, problem.block_size
-    diagonal = np.arange(n)
     normal = problem.normal(x)
-    lam = np.full(batch, damping)
-    grow = np.full(batch, 10.0)
-    reason = np.where(np.isfinite(normal.cost), Reason.RUNNING, Reason.NOT_FINITE).astype(np.int64)
+    reason = np.where(np.isfinite(normal.cost), _RUNNING, _NOT_FINITE)
+    lam, grow = np.full(batch, damping), np.full(batch, 10.0)
     iterations = np.zeros(batch, dtype=np.int64)
     history = [normal.cost.copy()]
-    damp = np.zeros((batch, n))
-    damp_local = np.zeros((batch, blocks, size))
+    damp, damp_local = np.zeros((batch, n)), np.zeros((batch, blocks, size))
+    step, step_local, predicted = np.zeros((batch, n)), np.zeros((batch, blocks, size)), np.zeros(batch)
     lower, upper = problem.bounds
-    bounded = bool(np.isfinite(lower).any() or np.isfinite(upper).any())
+    bounded = problem.bounded
+    limits = np.array(tolerances)
+    nothing = np.empty((batch, 0))
     for _ in range(most):
-        active = np.flatnonzero(reason == Reason.RUNNING)
-        if not len(active):
+        propose(
+            normal.cost, normal.g, normal.a, normal.gl, normal.al, normal.asl,
+            np.ascontiguousarray(x[:, problem.index]) if bounded else nothing, lower, upper, problem.scales, limits, damping > 0.0,
+            lam, damp, damp_local, step, step_local, predicted, reason,
+        )  # fmt: skip
+        at = np.flatnonzero(reason == _RUNNING)
+        if not len(at):
             break
-        everyone = len(active) == batch
-        now = normal if everyone else normal.take(active)
-        here = x if everyone else x[active]
-        diag = now.a[:, diagonal, diagonal]
-        # A column that carries nothing still needs a positive pivot to stay where it is.
-        floor = np.maximum(diag.max(axis=1, initial=0.0), 1e-300)[:, None] * EPS**2
-        d = np.maximum(np.maximum(damp[active], diag), floor)
-        damp[active] = d
-        dl = damp_local[active]
-        if blocks:
-            dl = np.maximum(dl, now.al[:, :, np.arange(size), np.arange(size)])
-            damp_local[active] = dl = np.maximum(dl, np.maximum(dl.max(axis=2, keepdims=True), 1e-300) * EPS**2)
-        held = np.zeros((len(active), n), dtype=np.bool_)
-        if bounded:
-            value = here[:, problem.index]
-            held = ((value <= lower) & (now.g > 0)) | ((value >= upper) & (now.g < 0))
-        step, step_local = np.zeros((len(active), n)), np.zeros((len(active), blocks, size))
-        predicted, good = np.zeros(len(active)), np.zeros(len(active), dtype=np.bool_)
-        damped_step(now.a, now.g, now.al, now.gl, now.asl, lam[active], d, dl, held, step, step_local, predicted, good)
-        if damping == 0.0:
-            reason[active[~good]] = Reason.SINGULAR
-        # Cosine between the residual and each column, in the metric that the solver sees.
-        free_g = np.where(held, 0.0, now.g)
-        cosine = np.abs(free_g / np.sqrt(d)).max(axis=1, initial=0.0)
-        if blocks:
-            cosine = np.maximum(cosine, np.abs(now.gl / np.sqrt(dl)).max(axis=(1, 2), initial=0.0))
-        flat = cosine <= gradient_tolerance * np.sqrt(2 * now.cost) + 1e-300
-        reason[active[flat]] = Reason.GRADIENT
-        done = good & (predicted <= cost_tolerance * now.cost) & ~flat
-        tiny = good & (np.abs(step) <= step_tolerance * problem.scales).all(axis=1) & ~flat & ~done
-        if blocks:
-            tiny &= (np.abs(step_local) <= step_tolerance).all(axis=(1, 2))
-        reason[active[tiny]] = Reason.STEP
-        new = problem.retract(here, step, step_local if blocks else None)
+        everyone = len(at) == batch
+        new = problem.retract(
+            x if everyone else x[at],
+            step if everyone else step[at],
+            (step_local if everyone else step_local[at]) if blocks else None,
+        )
         if bounded:
             new[:, problem.index] = np.clip(new[:, problem.index], lower, upper)
-        reason[active[done]] = Reason.COST
-        trial = np.flatnonzero(good & ~flat & ~tiny & ~done)
-        if not len(trial):
-            lam[active[~good]] = np.maximum(lam[active[~good]], 1e-12) * 10
-            reason[active[~good & (lam[active] > 1e12)]] = Reason.SINGULAR
-            continue
-        at = active[trial]
-        result = problem.normal(new if len(trial) == batch else new[trial], at)
-        decrease = normal.cost[at] - result.cost
-        accept = np.isfinite(result.cost) & ((decrease > 0) | (damping == 0.0))
-        ratio = decrease / np.maximum(predicted[trial], 1e-300)
-        iterations[at] += 1
-        lam[at] = np.where(
-            accept,
-            np.maximum(lam[at] * np.where(ratio > 0.9, 0.02, np.where(ratio > 0.5, 0.2, np.where(ratio > 0.25, 1.0, 4.0))), 0.0),
-            np.maximum(lam[at], 1e-9) * grow[at],
-        ) if damping else 0.0  # fmt: skip
-        grow[at] = np.where(accept, 10.0, np.minimum(grow[at] * 2, 1e4))
-        taken = at[accept]
-        if len(taken) == batch:
+        result = problem.normal(new, at)
+        accept = np.empty(len(at), dtype=np.bool_)
+        settle(normal.cost, result.cost, predicted, damping > 0.0, lam, grow, iterations, reason, accept)
+        if everyone and accept.all():
             x, normal = new, result
-        elif len(taken):
-            x[taken] = new[trial[accept]]
-            normal.put(taken, result.take(np.flatnonzero(accept)))
-        bad = active[~good]
-        lam[bad] = np.maximum(lam[bad], 1e-12) * 10
-        reason[bad[lam[bad] > 1e12]] = Reason.SINGULAR
-        stuck = at[~accept & (lam[at] > 1e14) & (reason[at] == Reason.RUNNING)]
-        reason[stuck] = Reason.STALLED
+        else:
+            x[at[accept]] = new[accept]
+            normal.put(at[accept], result.take(np.flatnonzero(accept)))
         history.append(normal.cost.copy())
         if watch:
-            watch({"stage": "iterate", "iteration": len(history) - 1, "cost": float(normal.cost[0]), "active": len(active)})
-    reason[reason == Reason.RUNNING] = Reason.ITERATIONS
+            watch({"stage": "iterate", "iteration": len(history) - 1, "cost": float(normal.cost[0]), "active": len(at)})
+    reason[reason == _RUNNING] = int(Reason.ITERATIONS)
     return Solution(x, normal.cost, iterations, reason, np.array(history), normal)
 
 
 def _pseudo_inverse(problem: Problem, x: Array, most: int, watch: Watch | None) -> Solution:
     if len(x) != 1 or problem.blocks:
-        raise ModelError("the pseudo-inverse method solves one problem without local blocks", found=f"{len(x)} problems, {problem.blocks} blocks")
+        raise ModelError(
+            "the pseudo-inverse method solves one problem without local blocks",
+            found=f"{len(x)} problems, {problem.blocks} blocks",
+        )
     history = []
     best, best_x = np.inf, x
     reason = Reason.ITERATIONS

@@ -180,11 +180,21 @@ class Problem:
         return np.array([p.lower for p in rows]), np.array([p.upper for p in rows])
 
     @cached_property
+    def bounded(self) -> bool:
+        """Whether any free column has a bound."""
+        return bool(np.isfinite(self.bounds[0]).any() or np.isfinite(self.bounds[1]).any())
+
+    @cached_property
     def prior(self) -> tuple[Array, Array]:
         """Prior mean and information (1 / s^2, zero where none is stated) of the free columns, each (n,)."""
         rows = [self.table[name] for name in self.free]
         info = np.array([1 / p.prior**2 if p.prior and self.priors else 0.0 for p in rows])
         return np.array([p.value for p in rows]), info
+
+    @cached_property
+    def informed(self) -> bool:
+        """Whether any free column has a stated prior."""
+        return bool(self.prior[1].any())
 
     @cached_property
     def scales(self) -> Array:
@@ -198,7 +208,9 @@ class Problem:
 
     def with_weights(self, weights: Array | None) -> Problem:
         """The same rows with one weight per unit, shape (units,) or (B, units); leave-one-out and bootstrap are weights."""
-        return replace(self, weights=None if weights is None else np.ascontiguousarray(np.atleast_2d(weights), dtype=float))
+        return replace(
+            self, weights=None if weights is None else np.ascontiguousarray(np.atleast_2d(weights), dtype=float)
+        )
 
     def with_loss(self, loss: str, tuning: float | None = None) -> Problem:
         """The same rows with a robust loss."""
@@ -267,8 +279,8 @@ class Problem:
                     r, jac, jloc, term.scale, self._weight(which[lo:hi]), term.unit, term.columns, term.local, loss, tuning, first,
                     out.cost[lo:hi], out.g[lo:hi], out.a[lo:hi], out.gl[lo:hi], out.al[lo:hi], out.asl[lo:hi],
                 )  # fmt: skip
-        _, info = self.prior
-        if info.any():
+        if self.informed:
+            _, info = self.prior
             d = self.difference(x)
             out.cost += 0.5 * (d * d) @ info
             out.g += d * info

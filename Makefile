@@ -1,0 +1,75 @@
+# make demo shows what robocal does, make test proves it. Needs only make and Python 3.11 to 3.13; the rest goes into .venv.
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+# Choose the Python with make PYTHON=/path/to/python; otherwise scripts/find_python.sh looks for one.
+PYTHON ?=
+
+# A sourced ROS or a neighbour's PYTHONPATH must not leak into the environment.
+unexport PYTHONHOME PYTHONPATH
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.PHONY: help demo test quick lint bench coverage clean remake
+
+help:
+	@echo "make demo      calibrate real and simulated robots and write a report (the first run installs into .venv)"
+	@echo "make test      everything that CI runs: lint, types, floors, all tests"
+	@echo "make quick     the tests without the long statistics"
+	@echo "make lint      ruff, mypy and import-linter only"
+	@echo "make bench     robocal against its peers, in environments of their own"
+	@echo "make coverage  which lines the quick tests reach (kernels as plain Python)"
+	@echo "make clean     remove .venv and what the tools left behind"
+
+demo: $(VENV)/.has-report
+	@$(BIN)/robocal demo
+
+test: lint
+	@printf '\n== pytest: all tests ==\n'
+	@$(PYTEST)
+
+quick: $(VENV)/.has-dev
+	@printf '\n== pytest: quick tests ==\n'
+	@$(PYTEST) -m "not slow"
+
+lint: $(VENV)/.has-dev
+	@printf '\n== ruff check ==\n'
+	@$(BIN)/python -m ruff check
+	@printf '\n== ruff format --check ==\n'
+	@$(BIN)/python -m ruff format --check
+	@printf '\n== mypy --strict ==\n'
+	@$(BIN)/python -m mypy
+	@printf '\n== import-linter: floors and doors ==\n'
+	@$(BIN)/lint-imports --no-logo
+
+bench: $(VENV)/.has-dev
+	@$(BIN)/python -m benchmarks
+
+coverage: $(VENV)/.has-dev
+	@NUMBA_DISABLE_JIT=1 $(PYTEST) -m "not slow" --cov
+
+clean:
+	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage .coverage.*
+	find src tests -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
+
+# One worker per core already fills the machine; BLAS threads inside each would only wait for one another.
+PYTEST := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
+
+# An environment belongs to its folder and its Python: it is made anew when the project was moved or that Python has gone.
+USABLE := $(shell test "$$(cat $(VENV)/.made-in 2>/dev/null)" = "$(CURDIR)" && $(BIN)/python -c "" 2>/dev/null && echo yes)
+
+$(VENV)/.made-in: $(if $(USABLE),,remake)
+	@python=$$(sh scripts/find_python.sh "$(PYTHON)") || exit 1; \
+	echo "Making $(VENV) with $$python"; \
+	rm -rf $(VENV) && "$$python" -m venv $(VENV) && echo "$(CURDIR)" > $@
+
+$(VENV)/.has-report: $(VENV)/.made-in pyproject.toml constraints.txt
+	@echo "Installing robocal and what its reports need (the first time takes a minute and the internet)"
+	@$(PIP) --editable ".[report]"
+	@touch $@
+
+$(VENV)/.has-dev: $(VENV)/.made-in pyproject.toml constraints.txt
+	@echo "Installing robocal, its extras and its tests' tools (the first time takes a minute and the internet)"
+	@$(PIP) --editable ".[dev,all]"
+	@touch $(VENV)/.has-report $@

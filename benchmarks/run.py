@@ -1,0 +1,178 @@
+"""`make bench`: the 56-pose job with every contestant, interleaved in one run, then robocal's own sections.
+
+    python benchmarks/run.py [--rounds 7] [--instances 20] [--only NAME ...] [--no-sections] [-o FILE]
+
+All workers are started first and stay up. Then every round visits every instance, and at each instance all
+contestants in turn (A B C ... A B C ...), so that a noisy neighbour or a throttled clock strikes all alike; one
+process works at a time. A visit repeats a quick solve for about 20 ms; contestants slower than 3 s per solve take
+part in the first round only. Medians over all solves. The held-out error is the mean distance on 500 noise-free
+poses, computed here for everybody, averaged over the instances. Everybody has one BLAS and one numba thread. Writes
+`benchmarks/results.json` (not with --only, unless -o is given).
+"""
+
+import argparse
+import json
+import statistics
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import job as jobs
+import numpy as np
+import table
+from contestants import CONTESTANTS, THREADS, Contestant, Worker
+from environments import Unavailable
+
+HERE = Path(__file__).resolve().parent
+RESULTS = HERE / "results.json"
+VISIT = 0.02  # seconds that a visit to a quick contestant lasts
+MOST_REPEATS = 50
+SLOW = 3.0  # seconds per solve beyond which one round must do
+
+
+@dataclass
+class Record:
+    """What a contestant has answered so far."""
+
+    worker: Worker
+    name: str
+    how: str
+    versions: dict
+    seconds: list[float] = field(default_factory=list)
+    prepare: list[float] = field(default_factory=list)
+    iterations: list[int] = field(default_factory=list)
+    errors: dict[int, float] = field(default_factory=dict)
+
+    @property
+    def repeat(self) -> int:
+        """How many solves the next visit asks for."""
+        if not self.seconds:
+            return 1
+        return int(np.clip(VISIT / statistics.median(self.seconds), 1, MOST_REPEATS))
+
+    @property
+    def slow(self) -> bool:
+        return bool(self.seconds) and statistics.median(self.seconds) > SLOW
+
+
+def visit(record: Record, instance: jobs.Job, path: Path) -> None:
+    """One contestant, one instance."""
+    answer = record.worker.ask(path, record.repeat)
+    record.seconds += answer["seconds"]
+    record.prepare.append(answer["prepare_seconds"])
+    record.iterations.append(answer["iterations"])
+    if "parameters" in answer:
+        predicted = jobs.position(np.array(answer["parameters"]), instance.held_out_q)
+    else:
+        predicted = np.array(answer["held_out"])
+    record.errors[instance.seed] = instance.error_mm(predicted)
+
+
+def start(contestants: tuple[Contestant, ...], skipped: list[dict]) -> list[Record]:
+    """Start the workers; those that cannot be had go to `skipped` with the reason."""
+    records = []
+    for contestant in contestants:
+        try:
+            worker = Worker(contestant)
+        except Unavailable as why:
+            skipped.append({"name": contestant.name, "reason": str(why)})
+            print(f"skipped {contestant.name}: {why}", file=sys.stderr)
+        else:
+            records.append(Record(worker, contestant.name, worker.how, worker.versions))
+    return records
+
+
+def race(records: list[Record], instances: list[jobs.Job], rounds: int, skipped: list[dict]) -> None:
+    """All rounds. A contestant that fails leaves the race and the table: half a result is no result."""
+    paths = [instance.save(HERE / ".cache" / "jobs" / f"{instance.seed}.npz") for instance in instances]
+    for turn in range(rounds):
+        for instance, path in zip(instances, paths, strict=True):
+            for record in list(records):
+                if turn and record.slow:
+                    continue
+                try:
+                    visit(record, instance, path)
+                except Unavailable as why:
+                    skipped.append({"name": record.name, "reason": str(why)})
+                    print(f"dropped {record.name}: {why}", file=sys.stderr)
+                    records.remove(record)
+        print(f"round {turn + 1} of {rounds} done", file=sys.stderr, flush=True)
+
+
+def yardstick(instances: list[jobs.Job]) -> dict:
+    """Held-out errors before calibration and of the exact least-squares solution."""
+    before = [instance.error_mm(jobs.position(jobs.nominal(), instance.held_out_q)) for instance in instances]
+    exact = [instance.error_mm(jobs.position(jobs.reference(instance), instance.held_out_q)) for instance in instances]
+    return {"held_out_before_mm": statistics.fmean(before), "held_out_exact_least_squares_mm": statistics.fmean(exact)}
+
+
+def sections() -> dict[str, list[dict]]:
+    """robocal's batch, forward kinematics and scaling, from `robocal_sections.py` where that exists."""
+    if not (HERE / "robocal_sections.py").exists():
+        print("no robocal_sections.py: batch, forward_kinematics and scaling are left out", file=sys.stderr)
+        return {}
+    import robocal_sections
+
+    return robocal_sections.sections()
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="The 56-pose job: robocal and its peers in one run.")
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--instances", type=int, default=20)
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="contestants whose name contains one of these")
+    parser.add_argument("--no-sections", action="store_true")
+    parser.add_argument("-o", "--output", type=Path)
+    options = parser.parse_args()
+
+    chosen = tuple(c for c in CONTESTANTS if not options.only or any(part in c.name for part in options.only))
+    instances = [jobs.make(seed) for seed in range(options.instances)]
+    skipped: list[dict] = []
+    records = start(chosen, skipped)
+    workers = [record.worker for record in records]
+    try:
+        race(records, instances, options.rounds, skipped)
+    finally:
+        for worker in workers:
+            worker.close()
+    if not records:
+        print("no contestant took part", file=sys.stderr)
+        return 1
+    rows = table.compare([table.summarise(record) for record in records])
+    measure = yardstick(instances)
+
+    print(table.job_table(rows))
+    print(
+        f"held-out mean error before {measure['held_out_before_mm']:.4f} mm, "
+        f"exact least squares {measure['held_out_exact_least_squares_mm']:.5f} mm"
+    )
+    extra = {} if options.no_sections else sections()
+    for name, section in extra.items():
+        print(f"\n{name}\n{table.section_table(section)}")
+
+    output = options.output or (None if options.only else RESULTS)
+    if output:
+        document = {
+            "machine": table.machine(),
+            "threads": THREADS,
+            "job": {
+                "poses": jobs.POSES,
+                "noise_mm": 1e3 * jobs.SIGMA,
+                "angle_error_mrad": 1e3 * jobs.ANGLE_ERROR,
+                "length_error_mm": 1e3 * jobs.LENGTH_ERROR,
+                "free": [jobs.NAMES[i] for i in jobs.FREE],
+                "held_out_poses": jobs.HELD_OUT,
+                "instances": len(instances),
+                "rounds": options.rounds,
+            }
+            | measure,
+            "contestants": rows,
+            "skipped": skipped,
+            "sections": extra,
+        }
+        output.write_text(json.dumps(document, indent=2) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,295 @@
+"""The door to numba: no stale machine code, no failure for want of a cache, one signature per kernel."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+
+import robocal
+from robocal import _jit
+from robocal._jit import door, door_int, kernel
+
+compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT leaves kernels uncompiled")
+KERNEL_FILES = sorted(Path(robocal.__file__).parent.rglob("_kernels.py"))
+
+# A package of two kernel files, where the caller's file does not change when the callee's does.
+INNER = "from tiny._jit import kernel\n@kernel\ndef factor(x, power=1):\n    return {factor} * x ** power\n"
+OUTER = """
+from tiny._jit import kernel, prange
+from tiny.inner._kernels import factor
+@kernel
+def total(x):
+    s = 0.0
+    for i in range(x.shape[0]):
+        s += factor(x[i])
+    return s
+@kernel(parallel=True)
+def each(x, y):
+    for i in prange(x.shape[0]):
+        y[i] = factor(x[i])
+"""
+PLAIN = """
+import numba
+from numba import prange
+def kernel(f=None, **options):
+    return numba.njit(cache=True, **options)(f) if f else numba.njit(cache=True, **options)
+"""
+REPORT = """
+import numba
+import numpy as np
+from tiny import _jit
+compilations = []
+_jit.on_compile(lambda: compilations.append(1))
+{between}
+from tiny.outer._kernels import each, total
+y = np.zeros(2)
+each(np.array([1.0, 2.0]), y)
+store = _jit._store()
+print(json.dumps(dict(value=total(np.ones(1)), each=y.tolist(), compilations=len(compilations),
+    folder=store and str(store.folder), numba_folder=numba.config.CACHE_DIR)))
+"""
+
+
+class Tiny:
+    """The package on disk; `run` imports and calls it in a process of its own."""
+
+    def __init__(self, folder: Path, jit: str) -> None:
+        self.folder = folder
+        self.edit(2.0)
+        for room, source in (("outer", OUTER), ("inner", None)):
+            (folder / "tiny" / room / "__init__.py").parent.mkdir(exist_ok=True)
+            (folder / "tiny" / room / "__init__.py").write_text("")
+            if source:
+                (folder / "tiny" / room / "_kernels.py").write_text(source)
+        (folder / "tiny" / "__init__.py").write_text("__version__ = '7'\n")
+        (folder / "tiny" / "_jit.py").write_text(jit)
+
+    @property
+    def inner(self) -> Path:
+        return self.folder / "tiny" / "inner" / "_kernels.py"
+
+    def edit(self, factor: float) -> None:
+        self.inner.parent.mkdir(parents=True, exist_ok=True)
+        self.inner.write_text(INNER.format(factor=factor))
+
+    def run(self, code: str = REPORT, first: str = "", between: str = "", **environment: str) -> Any:
+        # No .pyc: Python itself takes a file of equal size that is edited within a second for unchanged.
+        path = os.pathsep.join([str(self.folder), *sys.path])
+        keep = {"PATH": os.environ.get("PATH", ""), "PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": path}
+        default = {"ROBOCAL_CACHE_DIR": str(self.folder / "cache"), "TMPDIR": str(self.folder)}
+        done = subprocess.run(
+            [sys.executable, "-W", "error", "-c", "import json\n" + first + code.replace("{between}", between)],
+            env=keep | default | environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
+
+
+@pytest.fixture
+def tiny(tmp_path: Path) -> Tiny:
+    return Tiny(tmp_path, Path(_jit.__file__).read_text())
+
+
+def files(folder: Path, pattern: str) -> list[Path]:
+    return sorted(folder.rglob(pattern))
+
+
+def test_an_edited_callee_is_never_stale(tiny: Tiny) -> None:
+    first, again = tiny.run(), tiny.run()
+    assert first["value"] == again["value"] == 2.0
+    assert first["each"] == [2.0, 4.0]
+    assert (first["compilations"], again["compilations"]) == (1, 0)  # told once, and only when something compiles
+    assert first["numba_folder"] == ""
+    assert Path(first["folder"]).is_relative_to(tiny.folder / "cache")
+    tiny.edit(3.0)
+    assert tiny.run()["value"] == 3.0
+
+
+def test_numba_alone_would_be_stale(tmp_path: Path) -> None:
+    """The reason for the test above; when this one fails, numba has learned better and `_jit` can be simpler."""
+    plain = Tiny(tmp_path, PLAIN)
+    code = "from tiny.outer._kernels import total\nimport numpy as np\nprint(json.dumps(total(np.ones(1))))"
+    assert plain.run(code, NUMBA_CACHE_DIR=str(tmp_path / "cache")) == 2.0
+    plain.edit(3.0)
+    assert plain.run(code, NUMBA_CACHE_DIR=str(tmp_path / "cache")) == 2.0
+
+
+def test_an_edit_under_a_running_process_is_not_saved_under_the_old_name(tiny: Tiny) -> None:
+    """The process has read the callee as it was and must neither save its code nor mix it with saved code."""
+    edit = f"import tiny.inner._kernels\nopen({str(tiny.inner)!r}, 'w').write({INNER.format(factor=3.0)!r})"
+    assert tiny.run(between=edit)["value"] == 2.0
+    assert files(tiny.folder / "cache", "*.nbc") == []
+    assert tiny.run()["value"] == 3.0
+
+
+@pytest.mark.parametrize("damage", [b"", b"not a pickle"])
+def test_torn_files_are_compiled_over(tiny: Tiny, damage: bytes) -> None:
+    assert tiny.run()["value"] == 2.0
+    for path in files(tiny.folder / "cache", "*.nb[ci]"):
+        path.write_bytes(damage)
+    assert tiny.run()["value"] == 2.0
+    assert tiny.run()["compilations"] == 0
+
+
+def test_no_folder_anywhere(tiny: Tiny) -> None:
+    nowhere = "import tempfile; tempfile.tempdir = '/dev/null/nowhere'\n"
+    told = tiny.run(first=nowhere, HOME="/dev/null/nowhere", ROBOCAL_CACHE_DIR="")
+    assert (told["value"], told["folder"], told["compilations"]) == (2.0, None, 1)
+
+
+def test_a_full_disk(tiny: Tiny) -> None:
+    full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (6000, 6000))\n"
+    assert tiny.run(first=full)["value"] == 2.0
+    assert tiny.run()["compilations"] == 1
+
+
+def test_a_read_only_cache_folder_gives_way_to_a_private_temporary_one(tiny: Tiny) -> None:
+    (tiny.folder / "file").write_text("")
+    caches = [tiny.folder / "file"]
+    if os.getuid() != 0:  # the superuser may write to a read-only folder, but not to a file as if it were one
+        for mode in (0o500, 0o000):
+            caches.append(tiny.folder / f"mode{mode}")
+            caches[-1].mkdir(mode=mode)
+    for cache in caches:
+        told = tiny.run(ROBOCAL_CACHE_DIR=str(cache))
+        private = tiny.folder / f"robocal-{os.getuid()}"
+        assert told["value"] == 2.0
+        assert Path(told["folder"]).is_relative_to(private)
+        assert private.stat().st_mode & 0o777 == 0o700
+
+
+def test_plain_python_without_the_compiler(tiny: Tiny) -> None:
+    told = tiny.run(NUMBA_DISABLE_JIT="1")
+    assert (told["value"], told["each"], told["compilations"]) == (2.0, [2.0, 4.0], 0)
+
+
+@pytest.fixture
+def somewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    for name in ("ROBOCAL_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    return tmp_path
+
+
+def test_where_the_cache_may_lie(somewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    private = somewhere / f"robocal-{os.getuid()}" / "kernels"
+    assert list(_jit._bases()) == [somewhere / "home" / ".cache" / "robocal" / "kernels", private]
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative/is/ignored")
+    assert next(_jit._bases()) == somewhere / "home" / ".cache" / "robocal" / "kernels"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(somewhere / "xdg"))
+    assert next(_jit._bases()) == somewhere / "xdg" / "robocal" / "kernels"
+    monkeypatch.setenv("ROBOCAL_CACHE_DIR", str(somewhere / "mine"))
+    assert list(_jit._bases()) == [somewhere / "mine" / "kernels", private]
+
+
+def test_a_temporary_folder_that_others_can_write_to_is_refused(somewhere: Path) -> None:
+    private = somewhere / f"robocal-{os.getuid()}"
+    private.mkdir()
+    private.chmod(0o777)
+    assert private / "kernels" not in list(_jit._bases())
+    private.rmdir()
+    (somewhere / "elsewhere").mkdir(mode=0o700)
+    private.symlink_to(somewhere / "elsewhere")
+    assert private / "kernels" not in list(_jit._bases())
+
+
+def test_old_folders_go_and_strangers_stay(tmp_path: Path) -> None:
+    ours = [tmp_path / f"robocal-0.{i}-numba-0.60-{i:016x}" for i in range(5)]
+    for i, folder in enumerate([*ours, tmp_path / "not-ours"]):
+        folder.mkdir()
+        os.utime(folder, (i, i))
+    _jit._prune(tmp_path, ours[0])
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(["not-ours", *(ours[i].name for i in (0, 3, 4))])
+
+
+@compiled
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda a: a,
+        lambda a: np.broadcast_to(a, a.shape),  # read-only
+        np.asfortranarray,
+        lambda a: np.repeat(a, 2, axis=1)[:, ::2],
+        lambda a: a[::-1][::-1].view(np.matrix),
+        lambda a: a.astype(">f8"),
+        lambda a: a.astype(np.float32),
+        lambda a: a.astype(np.int32),
+        lambda a: np.frombuffer(b"\0" + a.tobytes(), dtype=np.float64, offset=1).reshape(a.shape),  # unaligned
+        np.ndarray.tolist,
+    ],
+)
+def test_one_signature_for_whatever_comes_in(make: Callable[[Any], Any]) -> None:
+    numbers = np.arange(6).reshape(2, 3)
+    assert (
+        weighted(door(make(numbers.astype(float))), door_int(np.broadcast_to(numbers.astype(np.uint8), (2, 3)))) == 55.0
+    )
+    assert len(weighted.signatures) == 1  # type: ignore[attr-defined]
+
+
+@kernel
+def weighted(a, n):
+    s = 0.0
+    for i in range(a.shape[0]):
+        for j in range(a.shape[1]):
+            s += a[i, j] * n[i, j]
+    return s
+
+
+def test_the_door_passes_what_is_right_and_copies_what_is_not() -> None:
+    a, n = np.zeros((2, 3)), np.zeros(4, np.int64)
+    assert door(a) is a
+    assert door_int(n) is n
+    assert door(a, a)[1] is a
+    frozen = a.copy()
+    frozen.flags.writeable = False
+    entered = door(frozen, a)
+    assert entered[0].flags.writeable
+    assert entered[0] is not frozen
+    assert entered[1] is a
+    assert door_int([]).dtype == np.int64
+    for wrong in ([1j], ["1"], [None]):
+        with pytest.raises(TypeError):
+            door(wrong)
+    with pytest.raises(TypeError):
+        door_int([0.5])
+
+
+@compiled
+def test_fast_arithmetic_still_sees_nan_and_infinity() -> None:
+    @kernel
+    def what(x):
+        s = 0.0
+        for v in x:
+            s += v
+        return s, np.isnan(s), s != s, np.isinf(s)
+
+    assert what(np.array([1.0, np.nan]))[1:] == (True, True, False)
+    assert what(np.array([1.0, np.inf]))[1:] == (False, False, True)
+    assert what(np.array([np.inf, -np.inf]))[1:] == (True, True, False)
+
+
+@pytest.mark.parametrize("path", KERNEL_FILES, ids=lambda p: p.parent.name)
+def test_kernel_files_take_nothing_from_files_outside_the_digest(path: Path) -> None:
+    for node in ast.walk(ast.parse(path.read_text())):
+        names = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names = [node.module or "."]
+        for name in names:
+            own = name == "robocal._jit" or (name.startswith("robocal.") and name.endswith("._kernels"))
+            assert own or name in ("__future__", "math", "numpy"), f"line {node.lineno}: {name}"
