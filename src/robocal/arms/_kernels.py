@@ -1,7 +1,7 @@
 """Pose and Jacobian of a path of elementary transforms, for many parameter vectors and many rows at once.
 
-Element kinds: 0 1 2 translate along x y z; 3 4 5 turn about x y z; 6 move along a constant screw (v, w); 7 a whole frame.
-An element's value is constant + sum_t factor_t theta[parameter_t] phi[row, column_t] (column -1 reads as 1).
+Element kinds: 0 1 2 translate along x y z; 3 4 5 turn about x y z; 6 move along a constant screw (v, w); 7 a whole
+frame. An element's value is constant + sum_t factor_t theta[parameter_t] phi[row, column_t] (column -1 reads as 1).
 Everything that does not vary with the row is computed once per parameter vector.
 """
 

@@ -2,9 +2,9 @@
 
     T(theta, row) = prod_e exp(s_e v_e),    v_e = v0_e + sum_k factor_k theta[parameter_k] phi[row, column_k]
 
-s_e is a fixed axis (tx ty tz rx ry rz), a unit screw, or the six of a frame. The columns phi are the joint values and whatever
-else a configuration carries (temperature, torque, sign of approach), so joint gains, compliance and growth are coefficients like any
-other. The Jacobian of a coefficient is phi times the element's screw carried to the base.
+s_e is a fixed axis (tx ty tz rx ry rz), a unit screw, or the six of a frame. The columns phi are the joint values and
+whatever else a configuration carries (temperature, torque, sign of approach), so joint gains, compliance and growth
+are coefficients like any other. The Jacobian of a coefficient is phi times the element's screw carried to the base.
 """
 
 from __future__ import annotations
@@ -133,7 +133,8 @@ def compile_path(elements: Iterable[Element], table: Table) -> Program:
     columns: list[str] = []
     for element in elements:
         if element.axis not in AXES:
-            raise ModelError("unknown axis of an element", found=element.axis, expected=", ".join(AXES), suggestion=nearest(element.axis, AXES))
+            known = ", ".join(AXES)
+            raise ModelError("unknown axis of an element", found=element.axis, expected=known, suggestion=nearest(element.axis, AXES))
         varies = False
         for term in element.terms:
             _ = table[term.parameter]
@@ -161,7 +162,10 @@ def compile_path(elements: Iterable[Element], table: Table) -> Program:
 
 @dataclass(frozen=True)
 class Chain:
-    """A serial arm: elements from the base to the tool, its joints, and its parameter table (SI, rad)."""
+    """A serial arm: elements from the base to the tool, its joints, and its parameter table (SI, rad).
+
+    `geometric` names the parameters that describe the joints' geometry: no gains, no base, no tool.
+    """
 
     name: str
     elements: tuple[Element, ...]
@@ -170,6 +174,7 @@ class Chain:
     convention: str = "elements"
     source: str = ""
     meta: Mapping[str, object] = field(default_factory=dict, compare=False)
+    geometric: tuple[str, ...] = ()
 
     @cached_property
     def program(self) -> Program:
@@ -205,12 +210,14 @@ class Chain:
 
     def pose(self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None) -> Array:
         """Forward kinematics T_base_tool, (m, 4, 4), for joint values (m, n) in rad or m."""
-        return self.program.run(self.table.values[None], self.phi(joints, extra)[None])[0][0]
+        pose: Array = self.program.run(self.table.values[None], self.phi(joints, extra)[None])[0][0]
+        return pose
 
     def jacobian(self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None) -> Array:
         """Geometric Jacobian (m, 6, n) of the tool: rows (v, w) in base coordinates, one column per joint."""
         entries = self.program.joint_entries(self.joint_names)
-        return self.program.run(self.table.values[None], self.phi(joints, extra)[None], entries, len(self.joints))[1][0]
+        jac: Array = self.program.run(self.table.values[None], self.phi(joints, extra)[None], entries, len(self.joints))[1][0]
+        return jac
 
     def parameter_jacobian(
         self, joints: ArrayLike, names: Sequence[str] | None = None, extra: Mapping[str, ArrayLike] | None = None
@@ -222,4 +229,5 @@ class Chain:
             _ = self.table[name]
             column_of[self.table.index[name]] = i
         entries = self.program.entries(column_of)
-        return self.program.run(self.table.values[None], self.phi(joints, extra)[None], entries, len(wanted))[1][0]
+        jac: Array = self.program.run(self.table.values[None], self.phi(joints, extra)[None], entries, len(wanted))[1][0]
+        return jac

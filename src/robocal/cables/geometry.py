@@ -2,7 +2,8 @@
 
     l_i = |a_i - (p + R b_i)| - l0_i
 
-Cable i runs from frame anchor a_i (base coordinates) to platform anchor b_i (platform coordinates); l0_i is the zero of its length sensor.
+Cable i runs from frame anchor a_i (base coordinates) to platform anchor b_i (platform coordinates); l0_i is the zero
+of its length sensor.
 """
 
 from __future__ import annotations
@@ -30,18 +31,24 @@ class CableRobot:
     table: Table
 
 
-def cable_robot(name: str, frame_anchors: Array, platform_anchors: Array, zeros: Array | None = None, free: Sequence[str] = ()) -> CableRobot:
+def cable_robot(
+    name: str, frame_anchors: Array, platform_anchors: Array, zeros: Array | None = None, free: Sequence[str] = ()
+) -> CableRobot:
     """A robot from anchors (m, 3) and (m, 3); `free` lists the symbols that are to be identified."""
     l0 = np.zeros(len(frame_anchors)) if zeros is None else zeros
     rows, cables = [], []
     for i, numbers in enumerate(np.column_stack([frame_anchors, platform_anchors, l0]), start=1):
         cables.append(f"c{i}")
-        rows += [Parameter(f"c{i}.{s}", float(v), "m", s in free, expected=0.01) for s, v in zip(SYMBOLS, numbers, strict=True)]
+        rows += [
+            Parameter(f"c{i}.{s}", float(v), "m", s in free, expected=0.01)
+            for s, v in zip(SYMBOLS, numbers, strict=True)
+        ]
     return CableRobot(name, tuple(cables), Table(tuple(rows)))
 
 
 def lengths(pose: Array, cable: Array) -> tuple[Array, Array, Array]:
-    """Length (B, m), its gradient with respect to the platform's (v, w), (B, m, 6), and to the cable's seven numbers, (B, m, 7).
+    """Length (B, m), its gradient with respect to the platform's (v, w), (B, m, 6), and to the cable's seven numbers,
+    (B, m, 7).
 
     pose (B, m, 4, 4), cable (B, 7) in the order of SYMBOLS.
     """

@@ -1,7 +1,8 @@
 """Errors that a person understands, and the verdict that follows from them.
 
-The error of an observation is the length of its residual in metres (and, for poses, its angle in radians). The verdict compares the identified model with
-the baseline, the nominal model with instrument frames and tool fitted, on configurations that were not used for fitting.
+The error of an observation is the length of its residual in metres (and, for poses, its angle in radians). The
+verdict compares the identified model with the baseline, the nominal model with instrument frames and tool fitted, on
+configurations that were not used for fitting.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.estimate.least_squares import least_squares
-from robocal.estimate.problem import Problem, Residuals
+from robocal.estimate.problem import Problem
+from robocal.estimate.rows import Residuals
 
 __all__ = ["Statistic", "Verdict", "bootstrap_gain", "constant_errors", "errors", "judge", "leave_one_out"]
 
@@ -23,7 +25,8 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Statistic:
-    """Mean, rms, 95th percentile and maximum of n errors (m or rad); `profiled` when local parameters were refitted on them."""
+    """Mean, rms, 95th percentile and maximum of n errors (m or rad); `profiled` when local parameters were refitted on
+    them."""
 
     mean: float
     rms: float
@@ -56,7 +59,8 @@ class Verdict:
 
 
 def errors(residuals: Sequence[Residuals], unit: str) -> tuple[Array, Ints]:
-    """Length of the residual of every observation that has components in this SI unit: (N,) or (B, N), and its configuration (N,)."""
+    """Length of the residual of every observation that has components in this SI unit: (N,) or (B, N), and its
+    configuration (N,)."""
     values, units = [], []
     for r in residuals:
         for start, stop, u in r.parts:
@@ -90,12 +94,15 @@ def leave_one_out(problem: Problem, x: Array, units: Ints, unit: str = "m", chun
 
 
 def constant_errors(values: Array, units: Ints, fit: Ints, held: Ints) -> Array:
-    """The error of predicting the mean of the fitted measurements, for held-out ones; leave-one-out when nothing is held out.
+    """The error of predicting the mean of the fitted measurements, for held-out ones; leave-one-out when nothing is
+    held out.
 
     values (N, d) measured, units (N,) their configurations.
     """
     if len(held):
-        return np.linalg.norm(values[np.isin(units, held)] - values[np.isin(units, fit)].mean(axis=0), axis=1)
+        return np.asarray(
+            np.linalg.norm(values[np.isin(units, held)] - values[np.isin(units, fit)].mean(axis=0), axis=1)
+        )
     out = np.empty(len(values))
     for u in np.unique(units):
         own = units == u
@@ -103,7 +110,9 @@ def constant_errors(values: Array, units: Ints, fit: Ints, held: Ints) -> Array:
     return out
 
 
-def bootstrap_gain(before: Array, after: Array, units: Ints, seed: int, draws: int = 4000) -> tuple[float, float, float]:
+def bootstrap_gain(
+    before: Array, after: Array, units: Ints, seed: int, draws: int = 4000
+) -> tuple[float, float, float]:
     """Mean reduction of the error and its paired bootstrap 95 % interval; whole configurations are drawn."""
     gain = before - after
     labels, inverse = np.unique(units, return_inverse=True)
@@ -127,7 +136,8 @@ def judge(
     kind: str,
     stated: float | None = None,
 ) -> Verdict:
-    """The verdict from unseen errors of the baseline and of the identified model, (N,) each, in m; `kind` names how they were held out."""
+    """The verdict from unseen errors of the baseline and of the identified model, (N,) each, in m; `kind` names how
+    they were held out."""
     if rank == 0:
         return Verdict("refused", ("the data determine no parameter at all",))
     if not np.isfinite(after).all():

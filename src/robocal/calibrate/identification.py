@@ -23,8 +23,9 @@ Array = NDArray[np.float64]
 class Options:
     """How to identify; what was used is kept with the result.
 
-    `hold_out` None: a fifth of the configurations, or leave-one-out alone below 25 configurations. `keep_all` frees every parameter that says so, without
-    dropping what cannot be seen (the pseudo-inverse methods do so by themselves).
+    `hold_out` None: a fifth of the configurations, or leave-one-out alone below 25 configurations. `keep_all` frees
+    every parameter that says so, without dropping what cannot be seen (the pseudo-inverse methods do so by
+    themselves).
     """
 
     method: str = "lm"
@@ -40,7 +41,8 @@ class Options:
 
 @dataclass(frozen=True)
 class ParameterResult:
-    """One parameter before and after (SI). `sigma` is as fitted, `sigma_total` adds what hidden partners may be off by."""
+    """One parameter before and after (SI). `sigma` is as fitted, `sigma_total` adds what hidden partners may be off
+    by."""
 
     name: str
     unit: str
@@ -56,7 +58,8 @@ class ParameterResult:
 
 @dataclass(frozen=True)
 class Stages:
-    """The error of one quantity at every stage (m or rad): baseline and identified on fitted and on unseen configurations."""
+    """The error of one quantity at every stage (m or rad): baseline and identified on fitted and on unseen
+    configurations."""
 
     unit: str
     before: Statistic | None
@@ -70,7 +73,8 @@ class Stages:
 
 @dataclass(frozen=True)
 class Band:
-    """Predicted error of the identified model away from the data: one standard deviation over sampled joint configurations (m)."""
+    """Predicted error of the identified model away from the data: one standard deviation over sampled joint
+    configurations (m)."""
 
     mean: float
     p95: float

@@ -1,8 +1,11 @@
 """Identify a machine from its measurements, and judge the result.
 
-    1 start     closed form for frames and targets, refined           4 refit   once more on everything, for the model that is handed back
-    2 split     fit and held-out configurations                       5 judge   paired comparison with the baseline on unseen configurations
-    3 fit       what is seen, with the noise as fitted, in rounds     6 report  covariance, hidden combinations, prediction band
+    1 start     closed form for frames and targets, refined           4 refit   once more on everything, for the model
+    that is handed back
+    2 split     fit and held-out configurations                       5 judge   paired comparison with the baseline on
+    unseen configurations
+    3 fit       what is seen, with the noise as fitted, in rounds     6 report  covariance, hidden combinations,
+    prediction band
 
 The noise decides what is seen, what is seen decides the fit, and the fit decides the noise: three rounds settle it.
 """
@@ -62,7 +65,8 @@ def frame_names(model: Chain, problem: Problem) -> tuple[str, ...]:
 
 
 def baseline(model: Chain, data: DataSet, units: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:
-    """The nominal model with frames and tool fitted to some units: the problem over all data (weights on those units) and x (1, P)."""
+    """The nominal model with frames and tool fitted to some units: the problem over all data (weights on those units)
+    and x (1, P)."""
     made = build(model, data).with_weights(_weights(len(data.configurations), units))
     if watch:
         watch({"stage": "start"})
@@ -101,12 +105,16 @@ def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Arr
     for turn in range(1 if plain else ROUNDS):
         data = apply_noise(stated, tau)
         candidate = replace(
-            build(model, data).with_weights(weights).with_loss(options.loss, options.tuning), free=names, priors=options.priors
+            build(model, data).with_weights(weights).with_loss(options.loss, options.tuning),
+            free=names,
+            priors=options.priors,
         )
         seen = analyse(candidate, start if solution is None else solution.x)
         kept = names if plain or options.keep_all else seen.kept
         chosen = candidate.with_free(kept)
-        solution = least_squares(chosen, start, method=options.method, max_iterations=options.max_iterations, watch=watch)
+        solution = least_squares(
+            chosen, start, method=options.method, max_iterations=options.max_iterations, watch=watch
+        )
         if not plain and _unacceptable(solution):
             solution, restarted = _restart(chosen, start, solution, options)
         groups = assess(stated, chosen, solution.x, units, len(kept))
@@ -121,7 +129,9 @@ def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Arr
     final = analyse(candidate, solution.x)
     if not plain and not options.keep_all:
         # The report speaks of the set that was fitted.
-        final = replace(final, kept=kept, dropped=tuple(n for n in names if n not in kept), combinations=seen.combinations)
+        final = replace(
+            final, kept=kept, dropped=tuple(n for n in names if n not in kept), combinations=seen.combinations
+        )
     return Fit(chosen, solution, final, tuple(groups), data, restarted)
 
 
@@ -144,7 +154,8 @@ def _restart(problem: Problem, start: Array, first: Solution, options: Options) 
 
 
 def identify(model: Chain, data: DataSet, options: Options | None = None, watch: Watch | None = None) -> Identification:
-    """Identifies a model from data; see the module for the steps. Raises ModelError when nothing is free or nothing was measured."""
+    """Identifies a model from data; see the module for the steps. Raises ModelError when nothing is free or nothing
+    was measured."""
     options = options or Options()
     count = len(data.configurations)
     if not data.observations or not count:
@@ -162,7 +173,9 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     wanted = wanted and count > 2 and options.method in ("lm", "gauss-newton")
     loo = _leave_one_out(model, base_problem, base_x, whole, everyone, watch) if wanted else {}
     stages = tuple(
-        s for u in ("m", "rad", "px") if (s := _stages(data, base_problem, base_x, part, fit_units, held, loo, u)) is not None
+        s
+        for u in ("m", "rad", "px")
+        if (s := _stages(data, base_problem, base_x, part, fit_units, held, loo, u)) is not None
     )
     verdict = _verdict(data, base_problem, base_x, part, fit_units, held, loo, options)
     u = uncertainty(whole.problem, whole.solution.x, estimated=any(g.stated is None for g in whole.groups))
@@ -216,7 +229,14 @@ def _leave_one_out(
 
 
 def _stages(
-    data: DataSet, base: Problem, base_x: Array, part: Fit, fit_units: Ints, held: Ints, loo: dict[str, tuple[Array, Array]], unit: str
+    data: DataSet,
+    base: Problem,
+    base_x: Array,
+    part: Fit,
+    fit_units: Ints,
+    held: Ints,
+    loo: dict[str, tuple[Array, Array]],
+    unit: str,
 ) -> Stages | None:
     before, at = errors(base.residuals(base_x), unit)
     if not len(before):
@@ -240,7 +260,11 @@ def _stages(
 def _constant(data: DataSet, fit_units: Ints, held: Ints) -> Array | None:
     """What predicting the mean would miss, where positions were measured by one instrument; None otherwise."""
     found = [o for o in data.observations if o.kind in ("position", "pose")]
-    if len(found) != 1 or found[0].value.ndim != 2 or (found[0].target is not None and len(np.unique(found[0].target)) > 1):
+    if (
+        len(found) != 1
+        or found[0].value.ndim != 2
+        or (found[0].target is not None and len(np.unique(found[0].target)) > 1)
+    ):
         return None
     return constant_errors(found[0].value[:, :3], found[0].configuration, fit_units, held)
 

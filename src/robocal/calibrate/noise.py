@@ -2,9 +2,10 @@
 
     sigma_i^2 = s_i^2 + tau^2,   tau >= 0 such that chi2 = dof in the group
 
-A stated sigma s_i stands as long as chi2 / dof is not significantly above one. When the model leaves more than that (a 0.01 mm tracker on a robot that geometry
-explains to 0.4 mm), tau is the model's own error; without it the few rows with the smallest s_i would decide the fit. Where no sigma is stated,
-s_i = 0 and tau is estimated. Reference: Mandel and Paule (1970), Birge (1932) for the ratio.
+A stated sigma s_i stands as long as chi2 / dof is not significantly above one. When the model leaves more than that
+(a 0.01 mm tracker on a robot that geometry explains to 0.4 mm), tau is the model's own error; without it the few rows
+with the smallest s_i would decide the fit. Where no sigma is stated, s_i = 0 and tau is estimated. Reference: Mandel
+and Paule (1970), Birge (1932) for the ratio.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ FLOOR = {"m": 1e-12, "rad": 1e-12, "px": 1e-9}
 
 @dataclass(frozen=True)
 class Group:
-    """Rows of one instrument that share a unit: stated sigma (rms, or None), tau, chi2 against the stated sigma, dof, rms residual."""
+    """Rows of one instrument that share a unit: stated sigma (rms, or None), tau, chi2 against the stated sigma, dof,
+    rms residual."""
 
     name: str
     kind: str
@@ -71,8 +73,11 @@ def apply_noise(data: DataSet, tau: Mapping[Key, float]) -> DataSet:
     return DataSet(data.configurations, tuple(out))
 
 
-def assess(stated: DataSet, problem: Problem, x: Array, units: NDArray[np.int64], columns: int, level: float = 1e-3) -> list[Group]:
-    """The groups at a solution x fitted to `units` with `columns` free parameters; `stated` is the data with its stated sigma."""
+def assess(
+    stated: DataSet, problem: Problem, x: Array, units: NDArray[np.int64], columns: int, level: float = 1e-3
+) -> list[Group]:
+    """The groups at a solution x fitted to `units` with `columns` free parameters; `stated` is the data with its
+    stated sigma."""
     chosen = np.zeros(problem.units, dtype=bool)
     chosen[units] = True
     unstated = {obs.label for obs in stated.observations if obs.sigma is None}
@@ -83,7 +88,9 @@ def assess(stated: DataSet, problem: Problem, x: Array, units: NDArray[np.int64]
         for start, stop, unit in r.parts:
             keep = chosen[r.unit]
             sigma = np.zeros_like(r.value) if r.group in unstated else 1 / term
-            rows.setdefault((r.group, unit), []).append((r.value[keep, start:stop].ravel(), sigma[keep, start:stop].ravel()))
+            rows.setdefault((r.group, unit), []).append(
+                (r.value[keep, start:stop].ravel(), sigma[keep, start:stop].ravel())
+            )
     total = sum(len(v) for parts in rows.values() for v, _ in parts)
     share = max(1 - columns / max(total, 1), 1e-9)
     groups = []
@@ -102,7 +109,9 @@ def assess(stated: DataSet, problem: Problem, x: Array, units: NDArray[np.int64]
         tau = 0.0
         if dof >= 1 and chi2 > stats.chi2.isf(level, dof):
             tau = _solve(value, sigma, dof)
-        groups.append(Group(name, kinds[name], unit, len(value), dof, chi2, rms, float(np.sqrt(np.mean(sigma**2))), tau))
+        groups.append(
+            Group(name, kinds[name], unit, len(value), dof, chi2, rms, float(np.sqrt(np.mean(sigma**2))), tau)
+        )
     return groups
 
 

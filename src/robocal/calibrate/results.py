@@ -1,4 +1,5 @@
-"""From a fit to the tables that people read: parameters with their status, rows with their errors, the prediction band."""
+"""From a fit to the tables that people read: parameters with their status, rows with their errors, the prediction
+band."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.identification import Band, ParameterResult, RowTable
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Uncertainty, band
+from robocal.measure.base import Rows
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
 
@@ -22,7 +24,8 @@ __all__ = ["parameter_results", "prediction_band", "row_table"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-# A parameter is claimed when the data, with everything else unknown too, narrow it to half of what was expected: share 1 - 1/4.
+# A parameter is claimed when the data, with everything else unknown too, narrow it to half of what was expected: share
+# 1 - 1/4.
 CLAIM = 0.75
 SAMPLES = 500
 
@@ -49,7 +52,11 @@ def parameter_results(model: Chain, fit: Fit, u: Uncertainty) -> tuple[Parameter
             status = "identified" if share[row.name] >= CLAIM else "prior"
             if status == "prior":
                 partners = hidden.get(row.name, [])
-                note = f"only a combination with {', '.join(partners[:6])} is seen" if partners else "the data say little beyond the prior"
+                note = (
+                    f"only a combination with {', '.join(partners[:6])} is seen"
+                    if partners
+                    else "the data say little beyond the prior"
+                )
         elif row.name in by_name:
             status, note = "dropped", by_name[row.name].text
         else:
@@ -78,65 +85,56 @@ def _number(source: dict[str, float], name: str) -> float | None:
 def row_table(
     data: DataSet, base: Problem, base_x: Array, part: Fit, held: Ints, loo: tuple[Array, Array] | None
 ) -> RowTable:
-    """One row per observation, in the order of the terms."""
+    """One row per observation, in the order of the terms; `loo` are the leave-one-out errors in the order of `evidence.errors`."""
     before, after = base.residuals(base_x), part.problem.residuals(part.solution.x)
-    outside = set(held.tolist())
-    ids = data.configurations.ids
-    configuration: list[str] = []
-    group: list[str] = []
-    kind: list[str] = []
-    target: list[str] = []
-    parts: list[tuple[tuple[int, int, str], ...]] = []
-    place, first, second, is_held = [], [], [], []
-    unseen: list[float] = []
-    at = 0
-    for a, b, term in zip(before, after, part.problem.terms, strict=True):
-        names = _target_names(data, term)
-        exact = term.predict(part.solution.x) if hasattr(term, "predict") else np.full(b.value.shape, np.nan)
-        lengths = np.linalg.norm(b.value[:, : b.parts[0][1]], axis=1)
-        metric = b.parts[0][2] == "m"
-        for i, unit in enumerate(a.unit):
-            configuration.append(ids[unit])
-            group.append(a.group)
-            kind.append(a.kind)
-            target.append(names[i])
-            parts.append(a.parts)
-            is_held.append(int(unit) in outside)
-            place.append(exact[i, :3] if metric and exact.shape[1] >= 3 else np.full(3, np.nan))
-            first.append(_six(a.value[i]))
-            second.append(_six(b.value[i]))
-            if is_held[-1]:
-                unseen.append(float(lengths[i]))
-            else:
-                unseen.append(float(loo[1][at]) if loo is not None and metric and not outside else np.nan)
-            at += int(metric)
+    ids = np.array(data.configurations.ids, dtype=object)
+    unit = np.concatenate([r.unit for r in before])
+    count = [len(r.unit) for r in before]
+    outside = np.isin(unit, held)
+    place, unseen, seen = [], [], 0
+    for a, term in zip(after, part.problem.terms, strict=True):
+        assert isinstance(term, Rows)
+        nothing = np.full((len(a.unit), 3), np.nan)
+        metric = a.parts[0] == (0, 3, "m")
+        place.append(term.predict(part.solution.x)[:, :3] if metric else nothing)
+        error = np.linalg.norm(a.value[:, : a.parts[0][1]], axis=1)
+        left = np.full(len(error), np.nan)
+        if a.parts[0][2] == "m":
+            if loo is not None and not len(held):
+                left = loo[1][seen : seen + len(error)]
+            seen += len(error)
+        unseen.append(np.where(np.isin(a.unit, held), error, left))
     return RowTable(
-        tuple(configuration), np.array(is_held), tuple(group), tuple(kind), tuple(target), np.array(place), np.array(first),
-        np.array(second), tuple(parts), np.array(unseen),
-    )  # fmt: skip
+        tuple(ids[unit]),
+        outside,
+        _repeat([r.group for r in before], count),
+        _repeat([r.kind for r in before], count),
+        _repeat([t.target for t in part.problem.terms if isinstance(t, Rows)], count),
+        np.concatenate(place),
+        np.concatenate([_six(r.value) for r in before]),
+        np.concatenate([_six(r.value) for r in after]),
+        tuple(p for r, n in zip(before, count, strict=True) for p in [r.parts] * n),
+        np.concatenate(unseen),
+    )
+
+
+def _repeat(words: list[str], count: list[int]) -> tuple[str, ...]:
+    return tuple(w for w, n in zip(words, count, strict=True) for _ in range(n))
 
 
 def _six(value: Array) -> Array:
-    out = np.full(6, np.nan)
-    out[: min(6, len(value))] = value[:6]
+    """Padded with NaN to six columns."""
+    out = np.full((len(value), 6), np.nan)
+    out[:, : value.shape[1]] = value[:, :6]
     return out
 
 
-def _target_names(data: DataSet, term: object) -> list[str]:
-    index = term.index  # type: ignore[attr-defined]
-    for obs in data.observations:
-        if obs.label == term.group and obs.kind == term.kind:  # type: ignore[attr-defined]
-            if obs.target is not None and obs.targets and index.max(initial=-1) < len(obs):
-                return [obs.targets[t].name for t in obs.target[index]]
-            return [""] * len(index)
-    return [""] * len(index)
-
-
 def prediction_band(model: Chain, data: DataSet, fit: Fit, u: Uncertainty) -> Band | None:
-    """One standard deviation of the predicted position over joint space, with hidden parameters as uncertain as expected.
+    """One standard deviation of the predicted position over joint space, with hidden parameters as uncertain as
+    expected.
 
-    Configurations are drawn within the joint limits (the measured range where a limit is infinite); positions are those of the first
-    position or pose instrument.
+    Configurations are drawn within the joint limits (the measured range where a limit is infinite); positions are
+    those of the first position or pose instrument.
     """
     q = data.configurations.joints
     found = [o for o in data.observations if o.kind in ("position", "pose")]

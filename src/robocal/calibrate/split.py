@@ -15,7 +15,8 @@ Ints = NDArray[np.int64]
 
 
 def stratified(configurations: Configurations, fraction: float, seed: int) -> tuple[Ints, Ints]:
-    """Fit and held-out units: space is halved along its widest direction until a cell holds about 1 / fraction units, one of each is held out.
+    """Fit and held-out units: space is halved along its widest direction until a cell holds about 1 / fraction units,
+    one of each is held out.
 
     So both sets cover the same joint space. Raises ModelError for a fraction outside [0, 0.5].
     """

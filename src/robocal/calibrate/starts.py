@@ -3,8 +3,9 @@
     position:  y_i = R (p_i + R_i c) + t        linear in (R, R (x) c, t), then projected on rotations
     pose:      Y_i = T_t T_i X                  R_t^T R_Yi = R_i R_X is linear and homogeneous, then t and x are linear
 
-Every start is refined with frames and targets alone, all starts as one batch, and the cheapest is kept: a mirror or local minimum would
-have to fool all of them. Sources: Kabsch (1976); Andreff, Horaud, Espiau (1999) for the linear hand-eye form.
+Every start is refined with frames and targets alone, all starts as one batch, and the cheapest is kept: a mirror or
+local minimum would have to fool all of them. Sources: Kabsch (1976); Andreff, Horaud, Espiau (1999) for the linear
+hand-eye form.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from robocal.parameters import FRAME_SYMBOLS
 __all__ = ["closed_form", "hand_eye", "point_start", "refine"]
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 def hand_eye(measured: Array, machine: Array) -> tuple[Array, Array]:
@@ -44,7 +46,8 @@ def hand_eye(measured: Array, machine: Array) -> tuple[Array, Array]:
 
 
 def point_start(points: Array, machine: Array, offset: bool = True) -> tuple[Array, Array]:
-    """T_t and c with y_i = T_t (p_i + R_i c); points (m, 3), machine (m, 4, 4). Without `offset` (or with few poses) c is zero."""
+    """T_t and c with y_i = T_t (p_i + R_i c); points (m, 3), machine (m, 4, 4). Without `offset` (or with few poses) c
+    is zero."""
     r, p = machine[:, :3, :3], machine[:, :3, 3]
     m = len(p)
     if not offset or m < 14:
@@ -57,9 +60,15 @@ def point_start(points: Array, machine: Array, offset: bool = True) -> tuple[Arr
     return se3.compose(rt, (points - (p + r @ c) @ rt.T).mean(axis=0)), c
 
 
-def closed_form(model: Chain, data: DataSet, obs: Observations, units: Array) -> list[dict[str, float]]:
-    """Starting values by name for the frame and the target of one instrument; empty where nothing is free or nothing is known."""
-    if obs.kind not in ("position", "pose") or data.configurations.joints is None or obs.frame is None or not any(obs.frame.free):
+def closed_form(model: Chain, data: DataSet, obs: Observations, units: Ints) -> list[dict[str, float]]:
+    """Starting values by name for the frame and the target of one instrument; empty where nothing is free or nothing
+    is known."""
+    if (
+        obs.kind not in ("position", "pose")
+        or data.configurations.joints is None
+        or obs.frame is None
+        or not any(obs.frame.free)
+    ):
         return []
     index = np.flatnonzero(np.isin(obs.configuration, units))
     if obs.target is not None:
@@ -72,7 +81,9 @@ def closed_form(model: Chain, data: DataSet, obs: Observations, units: Array) ->
     seen = obs.targets[0 if obs.target is None else int(first)] if obs.targets else None
     own = model.table
     held = np.eye(4) if seen is None else se3.from_vector(seen.value)
-    loose = seen is not None and any(seen.free) or seen is None and any(own[f"tool.{s}"].free for s in FRAME_SYMBOLS)
+    loose = (seen is not None and any(seen.free)) or (
+        seen is None and any(own[f"tool.{s}"].free for s in FRAME_SYMBOLS)
+    )
     name = "tool" if seen is None else seen.name
     value = obs.value[index] if obs.value.ndim == 2 else obs.value[0, index]
     nominal = np.array([own[f"tool.{s}"].value for s in FRAME_SYMBOLS])
@@ -97,7 +108,8 @@ def closed_form(model: Chain, data: DataSet, obs: Observations, units: Array) ->
 
 
 def refine(problem: Problem, frames: tuple[str, ...], starts: list[dict[str, float]]) -> Array:
-    """The best x (1, P) after fitting frames and targets from every start at once; the table's own values are one more start."""
+    """The best x (1, P) after fitting frames and targets from every start at once; the table's own values are one more
+    start."""
     x = np.repeat(problem.start, len(starts) + 1, axis=0)
     for row, values in zip(x[1:], starts, strict=True):
         for name, value in values.items():

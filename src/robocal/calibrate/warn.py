@@ -24,7 +24,9 @@ def data_warnings(model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64
     out = []
     rows = sum(t.scale.size for t in fit.problem.terms)
     if rows < 2 * fit.problem.n:
-        out.append(f"few measurements: {rows} numbers for {fit.problem.n} parameters; more poses would narrow the result")
+        out.append(
+            f"few measurements: {rows} numbers for {fit.problem.n} parameters; more poses would narrow the result"
+        )
     q = data.configurations.joints
     if q is not None and len(q) > 1 and np.ptp(q, axis=0).max(initial=0.0) < 1e-9:
         out.append("all configurations are equal: this shows repeatability, not geometry")
@@ -38,7 +40,9 @@ def data_warnings(model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64
             extent = float(np.linalg.norm(np.ptp(points, axis=0)))
             off = float(np.abs(fits.plane(points)[2]).max())
             if extent > 0 and off < FLAT * extent:
-                out.append(f"all points of {obs.label} lie in one plane (within {off * 1e3:.3g} mm): parameters across it are poorly seen")
+                out.append(
+                    f"all points of {obs.label} lie in one plane (within {off * 1e3:.3g} mm): parameters across it are poorly seen"
+                )
     for g in fit.groups:
         if g.stated is not None and g.tau > 3 * g.stated and g.unit in ("m", "rad"):
             scale, unit = (1e3, "mm") if g.unit == "m" else (180 / np.pi, "deg")

@@ -32,8 +32,10 @@ def robust(kind, tuning, s):
 def accumulate(r, jac, jloc, scale, weight, unit, columns, local, loss, tuning, first, cost, g, a, gl, al, asl):
     """Adds whitened, weighted rows to the normal equations; cost is half the sum of rho.
 
-    r (B, m, d), jac (B, m, d, k), jloc (B, m, d, l); scale (M, d) = 1 / sigma; weight (1 or B, U) per unit; unit (M,), local (M,) or
-    -1; rows first .. first + m of the (M,) arrays. g (B, n), a (B, n, n) lower triangle, gl (B, L, l), al (B, L, l, l), asl (B, L, n, l).
+    r (B, m, d), jac (B, m, d, k), jloc (B, m, d, l); scale (M, d) = 1 / sigma; weight (1 or B, U) per unit; unit (M,),
+    local (M,) or
+    -1; rows first .. first + m of the (M,) arrays. g (B, n), a (B, n, n) lower triangle, gl (B, L, l), al (B, L, l,
+    l), asl (B, L, n, l).
     r, jac and jloc are whitened in place.
     """
     batch, m, d = r.shape
@@ -136,9 +138,11 @@ def backward(a, n, v):
 
 @kernel
 def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, step_local):
-    """One problem: (A + lam diag(damp)) step = -g with local blocks eliminated by Schur complement; False when not positive.
+    """One problem: (A + lam diag(damp)) step = -g with local blocks eliminated by Schur complement; False when not
+    positive.
 
-    a (n, n) lower triangle, damp (n,), damp_local (L, l), held (n,) columns that must not move, s (n, n) and v (n,) work space.
+    a (n, n) lower triangle, damp (n,), damp_local (L, l), held (n,) columns that must not move, s (n, n) and v (n,)
+    work space.
     """
     n = g.shape[0]
     nloc, nl = gl.shape
@@ -232,8 +236,8 @@ def propose(
 ):
     """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,).
 
-    value (B, n) are the parameters where bounds apply (B, 0 without bounds); tolerances (3,): cost, gradient, step. predicted (B,) is the decrease of half
-    the sum of squares that the undamped model promises.
+    value (B, n) are the parameters where bounds apply (B, 0 without bounds); tolerances (3,): cost, gradient, step.
+    predicted (B,) is the decrease of half the sum of squares that the undamped model promises.
     """
     batch, n = g.shape
     nloc, nl = gl.shape[1], gl.shape[2]
@@ -300,7 +304,8 @@ RUNNING, STALLED = 0, 7
 
 @kernel
 def settle(cost, trial, predicted, damped, lam, grow, iterations, reason, accept):
-    """Accepts or refuses the trial of every running problem, and moves its damping; cost (B,) and trial (running,) in the same order.
+    """Accepts or refuses the trial of every running problem, and moves its damping; cost (B,) and trial (running,) in
+    the same order.
 
     Where the model foretells the decrease the damping falls fast, where it fails it grows ever faster.
     """

@@ -1,11 +1,12 @@
 """What the data can tell: rank, the columns to keep, and the combinations in which the others hide.
 
-The whitened Jacobian is scaled column by column with the error expected of that parameter without data (or its stated prior), and divided by the
-noise as fitted. A singular value s of that matrix then says: the data know this combination to 1 / s of what was expected. A combination is *seen* when
-s exceeds SEEN, so the decision is relative to the measurement noise and never to machine precision. Columns are kept by QR with pivoting on the
-same matrix; what is left over is dropped and stays at its nominal value.
-References: Pashkevich, Computer-aided generation of complete irreducible models (2011); Gautier and Khalil (1990) for base parameters; Borm and Menq (1991),
-Driels and Pathre (1990), Nahvi and Hollerbach (1996), Sun and Hollerbach (2008) for the observability indices.
+The whitened Jacobian is scaled column by column with the error expected of that parameter without data (or its stated
+prior), and divided by the noise as fitted. A singular value s of that matrix then says: the data know this
+combination to 1 / s of what was expected. A combination is *seen* when s exceeds SEEN, so the decision is relative to
+the measurement noise and never to machine precision. Columns are kept by QR with pivoting on the same matrix; what is
+left over is dropped and stays at its nominal value. References: Pashkevich, Computer-aided generation of complete
+irreducible models (2011); Gautier and Khalil (1990) for base parameters; Borm and Menq (1991), Driels and Pathre
+(1990), Nahvi and Hollerbach (1996), Sun and Hollerbach (2008) for the observability indices.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.estimate.problem import Linear, Problem
+from robocal.estimate.problem import Problem
+from robocal.estimate.rows import Linear
 
 __all__ = ["SEEN", "Combination", "Identifiability", "analyse", "eliminate", "observability", "triangle"]
 
@@ -29,7 +31,8 @@ STRUCTURAL = 1e-9
 
 @dataclass(frozen=True)
 class Combination:
-    """A dropped parameter and what takes its place: `name` by one unit looks like the kept parameters by `partners` units (SI)."""
+    """A dropped parameter and what takes its place: `name` by one unit looks like the kept parameters by `partners`
+    units (SI)."""
 
     name: str
     partners: tuple[tuple[str, float], ...]
@@ -46,10 +49,11 @@ class Combination:
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Rank relative to noise, structural rank, kept and dropped names, singular values (scaled, descending), indices O1 to O5.
+    """Rank relative to noise, structural rank, kept and dropped names, singular values (scaled, descending), indices
+    O1 to O5.
 
-    `share` (n,) is the part of each parameter's knowledge that comes from data: 1 - (posterior / expected sigma)^2, all the others being unknown too.
-    `posterior` (n, n) is that posterior covariance in SI.
+    `share` (n,) is the part of each parameter's knowledge that comes from data: 1 - (posterior / expected sigma)^2,
+    all the others being unknown too. `posterior` (n, n) is that posterior covariance in SI.
     """
 
     names: tuple[str, ...]
@@ -86,12 +90,12 @@ def eliminate(lin: Linear, size: int) -> Array:
 
 def triangle(j: Array, chunk: int = 20_000) -> Array:
     """R (n, n) with R^T R = J^T J, by QR in chunks of rows: rank decisions are taken on R, never on J^T J."""
-    r = np.zeros((0, j.shape[1]))
+    r: Array = np.zeros((0, j.shape[1]))
     for first in range(0, max(len(j), 1), chunk):
-        r = np.linalg.qr(np.vstack([r, j[first : first + chunk]]), mode="r")
+        r = np.asarray(np.linalg.qr(np.vstack([r, j[first : first + chunk]]), mode="r"))
     if len(r) < j.shape[1]:
         r = np.vstack([r, np.zeros((j.shape[1] - len(r), j.shape[1]))])
-    return np.asarray(r)
+    return r
 
 
 def _pivot(r: Array, tolerance: float) -> tuple[list[int], list[int]]:
@@ -114,6 +118,10 @@ def _pivot(r: Array, tolerance: float) -> tuple[list[int], list[int]]:
     return kept, left
 
 
+def _singular(matrix: Array) -> Array:
+    return np.asarray(np.linalg.svd(matrix, compute_uv=False)) if matrix.shape[1] else np.zeros(0)
+
+
 def observability(values: Array, rows: int) -> dict[str, float]:
     """O1 to O5 of singular values (descending) of the scaled Jacobian with `rows` rows."""
     if not len(values) or values[-1] <= 0:
@@ -130,19 +138,21 @@ def observability(values: Array, rows: int) -> dict[str, float]:
 def analyse(
     problem: Problem, x: Array, *, noise: float = 1.0, always: Sequence[str] = (), seen: float = SEEN
 ) -> Identifiability:
-    """What the free columns of a problem mean at x; `noise` multiplies the stated sigma (sqrt(chi2 / dof) when the model leaves more).
+    """What the free columns of a problem mean at x; `noise` multiplies the stated sigma (sqrt(chi2 / dof) when the
+    model leaves more).
 
-    Parameters with a stated prior are kept (the prior holds them where the data do not), and so are those named in `always`.
+    Parameters with a stated prior are kept (the prior holds them where the data do not), and so are those named in
+    `always`.
     """
     lin = problem.linearize(x)
     r = triangle(eliminate(lin, problem.block_size))
     names, scale = problem.free, problem.scales
     n = len(names)
     scaled = r * scale / noise
-    values = np.linalg.svd(scaled, compute_uv=False) if n else np.zeros(0)
+    values = _singular(scaled)
     norms = np.linalg.norm(scaled, axis=0)
     unit = scaled / np.where(norms > 0, norms, 1.0)
-    ones = np.linalg.svd(unit, compute_uv=False) if n else np.zeros(0)
+    ones = _singular(unit)
     structural = int((ones > STRUCTURAL * max(ones.max(initial=0.0), 1e-300)).sum())
     _, info = problem.prior
     sure = {i for i in range(n) if info[i] > 0 or names[i] in always}
@@ -151,7 +161,7 @@ def analyse(
     left = [i for i in left if i not in sure]
     kept.sort()
     combinations = tuple(_hiding(scaled, scale, names, kept, i) for i in sorted(left))
-    final = np.linalg.svd(scaled[:, kept], compute_uv=False) if kept else np.zeros(0)
+    final = _singular(scaled[:, kept])
     posterior = np.linalg.inv(scaled.T @ scaled + np.eye(n)) if n else np.zeros((0, 0))
     return Identifiability(
         names,

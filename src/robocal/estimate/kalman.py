@@ -2,9 +2,10 @@
 
     S = H P H^T + I,  K = P H^T S^-1,  x <- x (+) K (-r - H e),  P <- (I - K H) P (I - K H)^T + K K^T
 
-r and H are whitened, so the measurement noise is the identity. e is the step from the prior to the current iterate (zero in the first pass:
-the plain EKF; more passes are the iterated EKF). A local block enters at its prior, is updated with its configuration's rows and marginalised.
-Source: Bell and Cathey, The iterated Kalman filter update as a Gauss-Newton method (1993).
+r and H are whitened, so the measurement noise is the identity. e is the step from the prior to the current iterate
+(zero in the first pass: the plain EKF; more passes are the iterated EKF). A local block enters at its prior, is
+updated with its configuration's rows and marginalised. Source: Bell and Cathey, The iterated Kalman filter update as
+a Gauss-Newton method (1993).
 """
 
 from __future__ import annotations
@@ -42,8 +43,8 @@ def kalman(
 ) -> Filtered:
     """Filters the units of a problem in order, starting from x (1, P) with covariance (n, n).
 
-    The default covariance is that of the priors, or of the expected errors where no prior is stated. Raises ModelError when a local
-    block is seen from several units: it could not be marginalised.
+    The default covariance is that of the priors, or of the expected errors where no prior is stated. Raises
+    ModelError when a local block is seen from several units: it could not be marginalised.
     """
     x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
     n, size = problem.n, problem.block_size
@@ -60,14 +61,15 @@ def kalman(
         big[:n, :n] = p
         big[n:, n:] = np.eye(size) * local_sigma**2
         moved = np.zeros(n + size)
-        gain = h = np.zeros((0, 0))
+        gain: Array = np.zeros((0, 0))
+        h: Array = np.zeros((0, 0))
         for _ in range(passes):
             lin = problem.linearize(x, np.array([unit]))
             if not len(lin.r):
                 break
             h = np.hstack([lin.j, lin.jl])
             gain = np.linalg.solve(h @ big @ h.T + np.eye(len(h)), h @ big).T
-            target = gain @ (h @ moved - lin.r)
+            target = np.asarray(gain @ (h @ moved - lin.r))
             step = target - moved
             local = np.zeros((1, problem.blocks, size))
             if size:

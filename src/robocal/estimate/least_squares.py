@@ -1,12 +1,15 @@
 """Levenberg-Marquardt in lock step over a batch, and the plainer methods it is compared with.
 
-    lm            (A + lam D) step = -g, D = largest diag(A) seen (More, 1978); lam follows the gain ratio; bounds by holding columns
+    lm            (A + lam D) step = -g, D = largest diag(A) seen (More, 1978); lam follows the gain ratio; bounds by
+    holding columns
     gauss-newton  A step = -g
-    pinv          step = -J^+ r with the pseudo-inverse cut at machine precision: the seeds' iterated method, one problem at a time
+    pinv          step = -J^+ r with the pseudo-inverse cut at machine precision: the seeds' iterated method, one
+    problem at a time
     lse           one step of pinv: the seeds' linear least-squares estimate
 
-Every problem of a batch has its own damping and its own stop; B = 1 is the ordinary case and takes the same path. A step that does not
-lower the cost is never taken by lm. Reference: Madsen, Nielsen, Tingleff, Methods for non-linear least squares problems (2004).
+Every problem of a batch has its own damping and its own stop; B = 1 is the ordinary case and takes the same path. A
+step that does not lower the cost is never taken by lm. Reference: Madsen, Nielsen, Tingleff, Methods for non-linear
+least squares problems (2004).
 """
 
 from __future__ import annotations
@@ -19,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import ModelError, nearest
-from robocal.estimate.problem import Normal, Problem
+from robocal.estimate.problem import Problem
+from robocal.estimate.rows import Normal
 
 __all__ = ["METHODS", "Reason", "Solution", "least_squares"]
 
@@ -70,7 +74,8 @@ _RUNNING, _NOT_FINITE = int(Reason.RUNNING), int(Reason.NOT_FINITE)
 
 @dataclass(frozen=True)
 class Solution:
-    """Where a solver ended: x (B, P), cost (B,), iterations (B,), reason (B,), history of costs (iterations + 1, B) and the normal equations."""
+    """Where a solver ended: x (B, P), cost (B,), iterations (B,), reason (B,), history of costs (iterations + 1, B)
+    and the normal equations."""
 
     x: Array
     cost: Array
@@ -99,7 +104,8 @@ def least_squares(
 ) -> Solution:
     """Minimises the cost from x (B, P) or (P,), the table's values by default.
 
-    Tolerances are relative: decrease promised to cost, largest cosine between the residual and a column, step to expected error.
+    Tolerances are relative: decrease promised to cost, largest cosine between the residual and a column, step to
+    expected error.
     """
     start = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
     if method in ("pinv", "lse"):

@@ -2,10 +2,11 @@
 
     cost(x) = 1/2 sum_i w_i rho(|r_i(x) / sigma_i|^2) + 1/2 sum_j ((x_j - mu_j) / s_j)^2
 
-x (B, P) stacks B parameter vectors of a table, followed by local blocks (one pose or one point each). The solver moves in the tangent
-space: n free columns and L blocks of l. Terms give residuals and Jacobians for many rows at once; whitening, robust weights, priors,
-bounds and elimination happen here, once. `normal` feeds the iteration, `linearize` feeds rank, EKF and reports; a law test keeps them equal.
-Reference: Triggs et al., Bundle adjustment, a modern synthesis (2000), sections 4 to 6.
+x (B, P) stacks B parameter vectors of a table, followed by local blocks (one pose or one point each). The solver
+moves in the tangent space: n free columns and L blocks of l. Terms give residuals and Jacobians for many rows at
+once; whitening, robust weights, priors, bounds and elimination happen here, once. `normal` feeds the iteration,
+`linearize` feeds rank, EKF and reports; a law test keeps them equal. Reference: Triggs et al., Bundle adjustment, a
+modern synthesis (2000), sections 4 to 6.
 """
 
 from __future__ import annotations
@@ -13,15 +14,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import ModelError
+from robocal.estimate.rows import Linear, Normal, Residuals, Term
 from robocal.parameters import Table
 
-__all__ = ["LOSSES", "Linear", "Normal", "Problem", "Residuals", "Term"]
+__all__ = ["LOSSES", "Problem"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -30,90 +31,6 @@ LOSSES = {"none": 0, "huber": 1, "cauchy": 2, "tukey": 3}
 TUNING = {"none": 1.0, "huber": 1.345, "cauchy": 2.385, "tukey": 4.685}
 # Doubles per chunk of Jacobian: small enough to stay in the second-level cache.
 CHUNK = 1 << 16
-
-
-class Term(Protocol):
-    """Rows of one kind: residual (value predicted minus measured) and Jacobian, not yet whitened."""
-
-    @property
-    def group(self) -> str:
-        """The sensor group that the rows belong to, for chi2."""
-
-    @property
-    def kind(self) -> str:
-        """The kind of measurement."""
-
-    @property
-    def parts(self) -> tuple[tuple[int, int, str], ...]:
-        """Columns that share a unit: start, stop, SI unit."""
-
-    @property
-    def scale(self) -> Array:
-        """1 / sigma, shape (m, d)."""
-
-    @property
-    def unit(self) -> Ints:
-        """The configuration of each row, shape (m,): what is held out together."""
-
-    @property
-    def local(self) -> Ints:
-        """The local block of each row, shape (m,), or -1."""
-
-    @property
-    def columns(self) -> Ints:
-        """The tangent column of each Jacobian column, shape (k,)."""
-
-    def bind(self, column_of: Ints) -> Term:
-        """The same rows with Jacobian columns for the table rows where column_of (P,) >= 0."""
-
-    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
-        """r (B, m, d), J (B, m, d, k), J of the local block (B, m, d, l or 0); `which` (B,) says which problems of the batch these are."""
-
-
-@dataclass
-class Normal:
-    """Half the weighted sum of squares, its gradient and Gauss-Newton matrix, the local blocks kept apart (lower triangles)."""
-
-    cost: Array  # (B,)
-    g: Array  # (B, n)
-    a: Array  # (B, n, n)
-    gl: Array  # (B, L, l)
-    al: Array  # (B, L, l, l)
-    asl: Array  # (B, L, n, l)
-
-    def take(self, index: Ints) -> Normal:
-        """The same for a subset of the batch."""
-        return Normal(*(getattr(self, f)[index] for f in ("cost", "g", "a", "gl", "al", "asl")))
-
-    def put(self, index: Ints, other: Normal) -> None:
-        """Overwrites a subset of the batch."""
-        for f in ("cost", "g", "a", "gl", "al", "asl"):
-            getattr(self, f)[index] = getattr(other, f)
-
-
-@dataclass(frozen=True)
-class Linear:
-    """Whitened residual and dense Jacobian of one problem: r (N,), j (N, n), jl (N, l); robust weights are not applied."""
-
-    r: Array
-    j: Array
-    jl: Array
-    local: Ints
-    unit: Ints
-    observation: Ints
-    group: Ints
-
-
-@dataclass(frozen=True)
-class Residuals:
-    """Unwhitened residuals of one term: values (m, d) or (B, m, d), with its scale, unit, group, kind and parts."""
-
-    value: Array
-    scale: Array
-    unit: Ints
-    group: str
-    kind: str
-    parts: tuple[tuple[int, int, str], ...]
 
 
 @dataclass(frozen=True)
@@ -207,7 +124,8 @@ class Problem:
         return replace(self, free=tuple(n for n in self.table.names if n in wanted))
 
     def with_weights(self, weights: Array | None) -> Problem:
-        """The same rows with one weight per unit, shape (units,) or (B, units); leave-one-out and bootstrap are weights."""
+        """The same rows with one weight per unit, shape (units,) or (B, units); leave-one-out and bootstrap are
+        weights."""
         return replace(
             self, weights=None if weights is None else np.ascontiguousarray(np.atleast_2d(weights), dtype=float)
         )
@@ -223,7 +141,8 @@ class Problem:
     # --- evaluation ---------------------------------------------------------------------------------------------------------
 
     def retract(self, x: Array, step: Array, step_local: Array | None = None) -> Array:
-        """x moved by a tangent step: x (B, P), step (B, n), step_local (B, L, l); rotation vectors move on the group."""
+        """x moved by a tangent step: x (B, P), step (B, n), step_local (B, L, l); rotation vectors move on the
+        group."""
         from robocal.geometry._kernels import turn_vectors
 
         at, columns, rows, adds = self._turns
@@ -258,7 +177,8 @@ class Problem:
         return out
 
     def normal(self, x: Array, which: Ints | None = None) -> Normal:
-        """Cost, gradient and Gauss-Newton matrix at x (B, P); `which` (B,) tells the problems of the batch when only some are asked."""
+        """Cost, gradient and Gauss-Newton matrix at x (B, P); `which` (B,) tells the problems of the batch when only
+        some are asked."""
         from robocal.estimate._kernels import accumulate
 
         batch, n, blocks, size = len(x), self.n, self.blocks, self.block_size
@@ -316,7 +236,8 @@ class Problem:
         return out
 
     def linearize(self, x: Array, units: Ints | None = None) -> Linear:
-        """Whitened r and dense J at one x (P,) or (1, P), of the given units or of all with positive weight; priors are left out."""
+        """Whitened r and dense J at one x (P,) or (1, P), of the given units or of all with positive weight; priors
+        are left out."""
         x = np.atleast_2d(x)
         weight = self._weight(np.zeros(1, dtype=np.int64))[0]
         chosen = weight > 0 if units is None else np.isin(np.arange(len(weight)), units)

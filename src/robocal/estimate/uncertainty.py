@@ -2,7 +2,8 @@
 
     C = (J^T J + P)^-1,   dof = rows - shared columns - columns of local blocks + prior rows,   as fitted: C chi2 / dof
 
-J is whitened with local blocks eliminated, P the prior information. The *instrument* bars use the stated sigma; the *as fitted* bars scale them by
+J is whitened with local blocks eliminated, P the prior information. The *instrument* bars use the stated sigma; the
+*as fitted* bars scale them by
 sqrt(chi2 / dof) when that is above one, because a model that leaves more than the noise deserves no smaller bars.
 """
 
@@ -23,7 +24,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Instrument covariance (n, n) of the free columns, chi2, dof, and the factor that turns instrument bars into fitted ones."""
+    """Instrument covariance (n, n) of the free columns, chi2, dof, and the factor that turns instrument bars into
+    fitted ones."""
 
     covariance: Array
     chi2: float
@@ -48,7 +50,8 @@ class Uncertainty:
 
 
 def uncertainty(problem: Problem, x: Array, *, estimated: bool = False) -> Uncertainty:
-    """Of the free columns at a solution x; `estimated` says that sigma was not stated, so chi2 / dof also scales bars down."""
+    """Of the free columns at a solution x; `estimated` says that sigma was not stated, so chi2 / dof also scales bars
+    down."""
     lin = problem.linearize(x)
     n = problem.n
     r = triangle(eliminate(lin, problem.block_size))
@@ -64,5 +67,7 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False) -> Uncer
 
 
 def band(jacobian: Array, covariance: Array) -> Array:
-    """Standard deviation of predicted quantities, sqrt of the trace of J C J^T; jacobian (m, d, n), covariance (n, n) -> (m,)."""
-    return np.sqrt(np.maximum(np.einsum("mdi,ij,mdj->m", jacobian, covariance, jacobian, optimize=True), 0.0))
+    """Standard deviation of predicted quantities, sqrt of the trace of J C J^T; jacobian (m, d, n), covariance (n, n)
+    -> (m,)."""
+    variance = np.einsum("mdi,ij,mdj->m", jacobian, covariance, jacobian, optimize=True)
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))

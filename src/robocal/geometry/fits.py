@@ -27,7 +27,8 @@ def rigid(source: ArrayLike, target: ArrayLike) -> Array:
 
 
 def plane(points: ArrayLike) -> tuple[Array, float, Array]:
-    """Unit normal n (3,), offset c with n . p = c, and the signed distances (m,) of the best plane through points (m, 3)."""
+    """Unit normal n (3,), offset c with n . p = c, and the signed distances (m,) of the best plane through points (m,
+    3)."""
     p = np.asarray(points, float)
     centre = p.mean(axis=0)
     normal = np.linalg.svd(p - centre, full_matrices=False)[2][2]

@@ -1,6 +1,7 @@
 """Rigid motions: 4x4 matrices, six-vectors and the exponential of twists, batched over leading axes.
 
-A *frame vector* is (x, y, z, rx, ry, rz): translation and rotation vector, what parameter tables store. A *twist* is (v, w).
+A *frame vector* is (x, y, z, rx, ry, rz): translation and rotation vector, what parameter tables store. A *twist* is
+(v, w).
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""Compiled composition of moving frames; (v, w) rows of a Jacobian are those of the end frame in the first frame's coordinates."""
+"""Compiled composition of moving frames; (v, w) rows of a Jacobian are those of the end frame in the first frame's
+coordinates."""
 
 from __future__ import annotations
 
@@ -79,7 +80,8 @@ def product_kernel(ta, ja, tb, jb, out, jout):
 
 @kernel
 def pose_kernel(t, jac, jloc, y, yb, first, r):
-    """r <- (p - p_y, log(R R_y^T)); the angular rows of jac and jloc become those of the logarithm (left Jacobian inverse)."""
+    """r <- (p - p_y, log(R R_y^T)); the angular rows of jac and jloc become those of the logarithm (left Jacobian
+    inverse)."""
     d = np.empty((3, 3))
     w = np.empty(3)
     for b in range(t.shape[0]):

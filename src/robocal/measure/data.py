@@ -1,8 +1,9 @@
 """What was measured: configurations of a machine, and observations made at them (SI, radians).
 
-Every observed pose reads T_measuring_measured. A frame belongs to an instrument, a target to the thing that it sees; both are named,
-and their parameters are called `name.x` ... `name.rz`. Mounted on "base", a frame stores T_frame_base; mounted on "tool", T_tool_frame.
-A target mounted on "tool" stores T_tool_target, on "base" T_base_target.
+Every observed pose reads T_measuring_measured. A frame belongs to an instrument, a target to the thing that it sees;
+both are named, and their parameters are called `name.x` ... `name.rz`. Mounted on "base", a frame stores
+T_frame_base; mounted on "tool", T_tool_frame. A target mounted on "tool" stores T_tool_target, on "base"
+T_base_target.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Frame:
-    """A named frame with six parameters: an instrument, or a target. `expected` is how far its value may be off (m, rad)."""
+    """A named frame with six parameters: an instrument, or a target. `expected` is how far its value may be off (m,
+    rad)."""
 
     name: str
     value: tuple[float, ...] = (0.0,) * 6
@@ -39,7 +41,8 @@ class Frame:
 
 @dataclass(frozen=True)
 class Configurations:
-    """Where the machine stood: joint values (m, n) in rad or m (None for a machine with free poses), and named columns (m,)."""
+    """Where the machine stood: joint values (m, n) in rad or m (None for a machine with free poses), and named columns
+    (m,)."""
 
     ids: tuple[str, ...]
     joints: Array | None = None
@@ -63,9 +66,10 @@ class Configurations:
 class Observations:
     """Many observations of one kind by one instrument.
 
-    configuration (k,) indexes the data set's configurations; value (k, d) and sigma (k, d) as the kind says (sigma None: not stated);
-    target (k,) indexes `targets`; `extra` holds the kind's own columns, each with k rows; `options` its scalars. `rows` (k,) are row numbers in `source`.
-    A second axis in front of value, (B, k, d), gives every problem of a batch its own measurements.
+    configuration (k,) indexes the data set's configurations; value (k, d) and sigma (k, d) as the kind says (sigma
+    None: not stated); target (k,) indexes `targets`; `extra` holds the kind's own columns, each with k rows;
+    `options` its scalars. `rows` (k,) are row numbers in `source`. A second axis in front of value, (B, k, d), gives
+    every problem of a batch its own measurements.
     """
 
     kind: str

@@ -1,7 +1,7 @@
 """Distance between two frames of the instrument's world: r = |p_a - p_b| - d.
 
-value (k, 1) in m. The two ends are named frames (`options["ends"]`, two frames mounted on "base"): two sockets a known distance
-apart, two reflectors on a bar. Ends that an arm carries come with the ballbar.
+value (k, 1) in m. The two ends are named frames (`options["ends"]`, two frames mounted on "base"): two sockets a
+known distance apart, two reflectors on a bar. Ends that an arm carries come with the ballbar.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import frame_element
 from robocal.errors import ModelError
-from robocal.measure.base import Builder, Carrier, Inverse, Kind, Product, Rows, register
+from robocal.measure.base import Builder, Kind, Rows, register
+from robocal.measure.carriers import Carrier, Inverse, Product
 from robocal.measure.data import Frame, Observations
 from robocal.parameters import Parameter
 

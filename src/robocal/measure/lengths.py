@@ -1,6 +1,7 @@
 """Cable lengths: r = l_i(T_base_platform) - y, one row per cable and configuration.
 
-value (k, 1) in m; extra["cable"] (k,) is the cable's number from 0; the cable's anchors and sensor zero are the machine's parameters.
+value (k, 1) in m; extra["cable"] (k,) is the cable's number from 0; the cable's anchors and sensor zero are the
+machine's parameters.
 """
 
 from __future__ import annotations
@@ -54,7 +55,9 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
         raise ModelError("cable lengths need a cable robot", found=type(machine).__name__)
     number = obs.extra["cable"].astype(np.int64)
     return [
-        LengthRows(builder, obs, name, np.flatnonzero(number == i)) for i, name in enumerate(machine.cables) if (number == i).any()
+        LengthRows(builder, obs, name, np.flatnonzero(number == i))
+        for i, name in enumerate(machine.cables)
+        if (number == i).any()
     ]
 
 

@@ -1,8 +1,8 @@
 """Pixels: r = project(T_camera_target X) - uv, for points X known in the target's frame.
 
-value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; options["camera"] names the camera whose nine intrinsics are parameters,
-options["intrinsics"] their values and options["free"] the symbols to identify. The frame is the camera's: mounted on "tool" it is a camera in hand,
-mounted on "base" a fixed one.
+value (k, 2) in pixels, sigma (k, 2); extra["point"] (k, 3) in m; options["camera"] names the camera whose nine
+intrinsics are parameters, options["intrinsics"] their values and options["free"] the symbols to identify. The frame
+is the camera's: mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Full pose: r = (p(theta) - p_y, log(R(theta) R_y^T)), in the coordinates of the instrument.
 
-value (k, 6) is the frame vector of T_measuring_measured (m, rad), sigma (k, 6): translation, then small rotations about the
-instrument's axes. A laser tracker with a 6D target, a camera that reports a marker's pose.
+value (k, 6) is the frame vector of T_measuring_measured (m, rad), sigma (k, 6): translation, then small rotations
+about the instrument's axes. A laser tracker with a 6D target, a camera that reports a marker's pose.
 """
 
 from __future__ import annotations

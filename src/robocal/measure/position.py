@@ -1,7 +1,7 @@
 """Position of a point: r = p(theta) - y, in the coordinates of the instrument.
 
-value (k, 3) and sigma (k, 3) in m. A laser tracker with a reflector, a stereo camera with a ball; with value zero in a frame that may
-only shift it is a ball that rests in one socket.
+value (k, 3) and sigma (k, 3) in m. A laser tracker with a reflector, a stereo camera with a ball; with value zero in
+a frame that may only shift it is a ball that rests in one socket.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The camera: pinhole with radial and tangential distortion (Brown 1966; the coefficients are OpenCV's k1 k2 p1 p2 k3).
 
-    x = X / Z, y = Y / Z, r2 = x^2 + y^2, d = 1 + k1 r2 + k2 r2^2 + k3 r2^3
-    u = fx (x d + 2 p1 x y + p2 (r2 + 2 x^2)) + cx,  v = fy (y d + p1 (r2 + 2 y^2) + 2 p2 x y) + cy
+x = X / Z, y = Y / Z, r2 = x^2 + y^2, d = 1 + k1 r2 + k2 r2^2 + k3 r2^3
+u = fx (x d + 2 p1 x y + p2 (r2 + 2 x^2)) + cx,  v = fy (y d + p1 (r2 + 2 y^2) + 2 p2 x y) + cy
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ SYMBOLS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 
 
 def project(points: Array, intrinsics: Array) -> tuple[Array, Array, Array]:
-    """Pixels (..., 2) of points (..., 3) in camera coordinates (Z forward, m), with the Jacobians (..., 2, 3) and (..., 2, 9).
+    """Pixels (..., 2) of points (..., 3) in camera coordinates (Z forward, m), with the Jacobians (..., 2, 3) and
+    (..., 2, 9).
 
     intrinsics (..., 9) in the order of SYMBOLS, broadcast against the points.
     """

@@ -1,0 +1,101 @@
+"""What a problem is made of, and what it hands to solvers: terms, normal equations, linearisations, residuals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Linear", "Normal", "Residuals", "Term"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Term(Protocol):
+    """Rows of one kind: residual (value predicted minus measured) and Jacobian, not yet whitened."""
+
+    @property
+    def group(self) -> str:
+        """The sensor group that the rows belong to, for chi2."""
+
+    @property
+    def kind(self) -> str:
+        """The kind of measurement."""
+
+    @property
+    def parts(self) -> tuple[tuple[int, int, str], ...]:
+        """Columns that share a unit: start, stop, SI unit."""
+
+    @property
+    def scale(self) -> Array:
+        """1 / sigma, shape (m, d)."""
+
+    @property
+    def unit(self) -> Ints:
+        """The configuration of each row, shape (m,): what is held out together."""
+
+    @property
+    def local(self) -> Ints:
+        """The local block of each row, shape (m,), or -1."""
+
+    @property
+    def columns(self) -> Ints:
+        """The tangent column of each Jacobian column, shape (k,)."""
+
+    def bind(self, column_of: Ints) -> Term:
+        """The same rows with Jacobian columns for the table rows where column_of (P,) >= 0."""
+
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        """r (B, m, d), J (B, m, d, k), J of the local block (B, m, d, l or 0); `which` (B,) says which problems of the
+        batch these are."""
+
+
+@dataclass
+class Normal:
+    """Half the weighted sum of squares, its gradient and Gauss-Newton matrix, the local blocks kept apart (lower
+    triangles)."""
+
+    cost: Array  # (B,)
+    g: Array  # (B, n)
+    a: Array  # (B, n, n)
+    gl: Array  # (B, L, l)
+    al: Array  # (B, L, l, l)
+    asl: Array  # (B, L, n, l)
+
+    def take(self, index: Ints) -> Normal:
+        """The same for a subset of the batch."""
+        return Normal(*(getattr(self, f)[index] for f in ("cost", "g", "a", "gl", "al", "asl")))
+
+    def put(self, index: Ints, other: Normal) -> None:
+        """Overwrites a subset of the batch."""
+        for f in ("cost", "g", "a", "gl", "al", "asl"):
+            getattr(self, f)[index] = getattr(other, f)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Whitened residual and dense Jacobian of one problem: r (N,), j (N, n), jl (N, l); robust weights are not
+    applied."""
+
+    r: Array
+    j: Array
+    jl: Array
+    local: Ints
+    unit: Ints
+    observation: Ints
+    group: Ints
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Unwhitened residuals of one term: values (m, d) or (B, m, d), with its scale, unit, group, kind and parts."""
+
+    value: Array
+    scale: Array
+    unit: Ints
+    group: str
+    kind: str
+    parts: tuple[tuple[int, int, str], ...]

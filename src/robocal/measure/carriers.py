@@ -1,0 +1,151 @@
+"""Carriers: where a frame is, as a function of the parameters.
+
+T (B, m, 4, 4), J (B, m, 6, k) for the free parameters and J (B, m, 6, l) for a local block; rows of J are (v, w) of
+the end frame in the coordinates of the first. A sensor kind sees these and never a machine, so the same kind serves
+an arm, a fixed instrument and a cable platform.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Program
+from robocal.geometry import se3
+
+__all__ = ["Carrier", "Inverse", "LocalPose", "Path", "Product"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+NONE = np.empty(0, dtype=np.int64)
+
+
+class Carrier(Protocol):
+    """Where a frame is, as a function of the parameters."""
+
+    @property
+    def columns(self) -> Ints:
+        """Tangent columns of J, (k,)."""
+
+    @property
+    def local(self) -> Ints | None:
+        """Local block of every row, (m,), or None."""
+
+    def bind(self, column_of: Ints) -> Carrier:
+        """The same frame with Jacobian columns for the free table rows."""
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        """T, J, J of the local block; J has only its three upper rows when turn is False."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """A compiled path of elements: an arm with the frames before and behind it, or frames alone."""
+
+    program: Program
+    phi: Array  # (1, M, C)
+    columns: Ints = field(default_factory=lambda: NONE)
+    entries: tuple[Ints, Array] | None = None
+    local: Ints | None = None
+
+    def bind(self, column_of: Ints) -> Path:
+        used = self.program.parameters
+        used = used[column_of[used] >= 0]
+        output = np.full(len(column_of), -1, dtype=np.int64)
+        output[used] = np.arange(len(used))
+        return replace(self, columns=column_of[used], entries=self.program.entries(output))
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        t, j = self.program.run(x, self.phi, self.entries, len(self.columns), turn=turn, first=first, rows=rows)
+        return t, j, j[..., :0]
+
+
+@dataclass(frozen=True)
+class LocalPose:
+    """A pose of its own for every local block: x[at + 6 i : at + 6 i + 6] is the frame vector of block i."""
+
+    local: Ints
+    at: int
+    columns: Ints = field(default_factory=lambda: NONE)
+
+    def bind(self, column_of: Ints) -> LocalPose:
+        return self
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        v = x[:, self.at :].reshape(len(x), -1, 6)[:, self.local[first : first + rows]]
+        t = se3.from_vector(v)
+        jl = np.zeros((*t.shape[:2], 6 if turn else 3, 6))
+        jl[..., : jl.shape[2], : jl.shape[2]] = np.eye(jl.shape[2])
+        return t, np.empty((*t.shape[:2], jl.shape[2], 0)), jl
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """The inverse of a carrier."""
+
+    inner: Carrier
+
+    @property
+    def columns(self) -> Ints:
+        return self.inner.columns
+
+    @property
+    def local(self) -> Ints | None:
+        return self.inner.local
+
+    def bind(self, column_of: Ints) -> Inverse:
+        return Inverse(self.inner.bind(column_of))
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        from robocal.measure._kernels import inverse_kernel
+
+        t, j, jl = self.inner.pose(x, first, rows)
+        high = 6 if turn else 3
+        out, both = np.empty_like(t), np.empty((*t.shape[:2], high, j.shape[3] + jl.shape[3]))
+        inverse_kernel(t, np.concatenate([j, jl], axis=3), out, both)
+        return out, _cut(both, slice(None, j.shape[3])), _cut(both, slice(j.shape[3], None))
+
+
+@dataclass(frozen=True)
+class Product:
+    """The product of two carriers, at most one of them with a local block."""
+
+    a: Carrier
+    b: Carrier
+
+    @property
+    def columns(self) -> Ints:
+        return np.concatenate([self.a.columns, self.b.columns])
+
+    @property
+    def local(self) -> Ints | None:
+        return self.a.local if self.a.local is not None else self.b.local
+
+    def bind(self, column_of: Ints) -> Product:
+        return Product(self.a.bind(column_of), self.b.bind(column_of))
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        from robocal.measure._kernels import product_kernel
+
+        ta, ja, la = self.a.pose(x, first, rows)
+        tb, jb, lb = self.b.pose(x, first, rows)
+        out = np.empty_like(ta)
+        ka, kb, na = ja.shape[3], jb.shape[3], la.shape[3]
+        both = np.empty((*ta.shape[:2], 6 if turn else 3, ka + na + kb + lb.shape[3]))
+        if la.shape[3]:
+            ja = np.concatenate([ja, la], axis=3)
+        if lb.shape[3]:
+            jb = np.concatenate([jb, lb], axis=3)
+        product_kernel(ta, ja, tb, jb, out, both)
+        if not na and not lb.shape[3]:
+            return out, both, both[..., :0]
+        shared = np.concatenate([both[..., :ka], both[..., ka + na : ka + na + kb]], axis=3)
+        local = both[..., ka : ka + na] if na else both[..., ka + kb :]
+        return out, shared, np.ascontiguousarray(local)
+
+
+def _cut(a: Array, part: slice) -> Array:
+    return a[..., part] if part == slice(None) else np.ascontiguousarray(a[..., part])
