@@ -1,5 +1,6 @@
 """robocal on the same job, through the same Problem and Levenberg-Marquardt that every calibration takes."""
 
+import numpy as np
 from protocol import full_vector, serve
 
 from robocal.arms.conventions import chain
@@ -8,13 +9,22 @@ from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Observations
 
 
+def arm_of(nominal):
+    """The arm of the job: five modified-DH joints and a tool point."""
+    rows = [dict(zip(("alpha", "a", "theta", "d"), nominal[4 * i : 4 * i + 4], strict=True)) for i in range(5)]
+    return chain("five axes", "mdh", rows, tool=(*nominal[20:23], 0, 0, 0))
+
+
+def problem_of(nominal, names, free, q, positions, sigma):
+    """The least-squares problem; positions (m, 3), or (B, m, 3) for a batch."""
+    m = len(q)
+    seen = Observations("position", np.arange(m), positions, np.full((m, 3), float(sigma)))
+    data = DataSet(Configurations(tuple(map(str, range(m))), q), (seen,))
+    return problem(arm_of(nominal), data, free=[str(names[i]) for i in free])
+
+
 def prepare(job):
-    rows = [dict(zip(("alpha", "a", "theta", "d"), job.nominal[4 * i : 4 * i + 4], strict=True)) for i in range(5)]
-    arm = chain("five axes", "mdh", rows, tool=(*job.nominal[20:23], 0, 0, 0))
-    m = len(job.q)
-    seen = Observations("position", _range(m), job.positions, job.sigma * _ones((m, 3)))
-    data = DataSet(Configurations(tuple(map(str, range(m))), job.q), (seen,))
-    made = problem(arm, data, free=[str(job.names[i]) for i in job.free])
+    made = problem_of(job.nominal, job.names, job.free, job.q, job.positions, job.sigma)
     order = [made.table.index[str(job.names[i])] for i in job.free]
 
     def solve():
@@ -24,18 +34,6 @@ def prepare(job):
         return {"parameters": full_vector(job, solution.x[0, order]), "iterations": int(solution.iterations[0])}
 
     return solve, answer
-
-
-def _range(m):
-    import numpy as np
-
-    return np.arange(m)
-
-
-def _ones(shape):
-    import numpy as np
-
-    return np.ones(shape)
 
 
 if __name__ == "__main__":

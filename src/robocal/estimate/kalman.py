@@ -57,10 +57,10 @@ def kalman(
                     "the filter needs every local block to belong to one configuration", found=f"block {block}"
                 )
     for unit in range(problem.units):
-        big = np.zeros((n + size, n + size))
+        big: Array = np.zeros((n + size, n + size))
         big[:n, :n] = p
         big[n:, n:] = np.eye(size) * local_sigma**2
-        moved = np.zeros(n + size)
+        moved: Array = np.zeros(n + size)
         gain: Array = np.zeros((0, 0))
         h: Array = np.zeros((0, 0))
         for _ in range(passes):
@@ -68,8 +68,8 @@ def kalman(
             if not len(lin.r):
                 break
             h = np.hstack([lin.j, lin.jl])
-            gain = np.linalg.solve(h @ big @ h.T + np.eye(len(h)), h @ big).T
-            target = np.asarray(gain @ (h @ moved - lin.r))
+            gain = np.asarray(np.linalg.solve(h @ big @ h.T + np.eye(len(h)), h @ big), dtype=np.float64).T
+            target: Array = gain @ (h @ moved - lin.r)
             step = target - moved
             local = np.zeros((1, problem.blocks, size))
             if size:
