@@ -1,7 +1,7 @@
 """The table of named parameters: what a machine is made of, one row per number.
 
-A name reads `owner.symbol` (`j2.alpha`, `tool.x`, `tracker.rz`). Values are SI and radians. Three consecutive rows whose
-`turn` is true are one rotation vector: they are stepped on the group, R <- exp(w) R, never by adding components.
+A name reads `owner.symbol` (`j2.alpha`, `tool.x`, `tracker.rz`). Values are SI and radians. Three consecutive rows
+whose `turn` is true are one rotation vector: they are stepped on the group, R <- exp(w) R, never by adding components.
 """
 
 from __future__ import annotations
@@ -28,8 +28,9 @@ TYPICAL = {"m": 1e-3, "rad": 5e-3, "1": 1e-3}
 class Parameter:
     """One named number.
 
-    `prior` is the standard deviation of a stated prior around `value` (None: no prior). `scale` is the size of the error
-    that one expects without data; it decides what counts as seen, never what is estimated. `source` says where it comes from.
+    `prior` is the standard deviation of a stated prior around `value` (None: no prior). `scale` is the size of the
+    error that one expects without data; it decides what counts as seen, never what is estimated. `source` says where
+    it comes from.
     """
 
     name: str
@@ -59,7 +60,8 @@ def frame_parameters(
     expected: tuple[float, float] | None = None,
     source: str = "",
 ) -> tuple[Parameter, ...]:
-    """The six rows (x, y, z, rx, ry, rz) of a frame: translation in m, rotation vector in rad, shape of `value` (6,)."""
+    """The six rows (x, y, z, rx, ry, rz) of a frame: translation in m, rotation vector in rad, shape of `value`
+    (6,)."""
     frees = (free,) * 6 if isinstance(free, bool) else tuple(free)
     rows = []
     for i, symbol in enumerate(FRAME_SYMBOLS):

@@ -1,19 +1,16 @@
 """Identify a machine from its measurements, and judge the result.
 
-    1 start     closed form for frames and targets, refined           4 refit   once more on everything, for the model
-    that is handed back
-    2 split     fit and held-out configurations                       5 judge   paired comparison with the baseline on
-    unseen configurations
-    3 fit       what is seen, with the noise as fitted, in rounds     6 report  covariance, hidden combinations,
-    prediction band
-
-The noise decides what is seen, what is seen decides the fit, and the fit decides the noise: three rounds settle it.
+    1 start    closed form for frames and targets, refined together: the baseline
+    2 split    fit and held-out configurations
+    3 fit      what is seen above the noise, on the fit configurations (see `fit`)
+    4 judge    paired comparison with the baseline on configurations that were not used
+    5 refit    once more on everything, for the model that is handed back, with covariance and prediction band
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,41 +18,26 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.calibrate import starts
 from robocal.calibrate.evidence import Statistic, Verdict, constant_errors, errors, judge, leave_one_out
+from robocal.calibrate.fit import Fit, fit, unit_weights
 from robocal.calibrate.identification import Identification, Options, Stages
-from robocal.calibrate.noise import Group, apply_noise, assess
 from robocal.calibrate.results import parameter_results, prediction_band, row_table
 from robocal.calibrate.split import stratified
 from robocal.calibrate.warn import data_warnings
 from robocal.errors import ModelError
-from robocal.estimate.identifiability import Identifiability, analyse
-from robocal.estimate.least_squares import Solution, least_squares
+from robocal.estimate.identifiability import analyse
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import uncertainty
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["Fit", "baseline", "fit", "identify"]
+__all__ = ["baseline", "frame_names", "identify"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Watch = Callable[[dict[str, object]], None]
-ROUNDS = 3
 FEW = 25  # below this many configurations a held-out fifth proves little, and leave-one-out is cheap
 MANY = 400  # above this, leave-one-out is not run unless asked for
-RESTARTS = 8
-
-
-@dataclass(frozen=True)
-class Fit:
-    """One fit to some units: the problem that was solved, its solution, what was seen, and the noise."""
-
-    problem: Problem
-    solution: Solution
-    identifiability: Identifiability
-    groups: tuple[Group, ...]
-    data: DataSet  # with the sigma that was used
-    restarted: int = 0
 
 
 def frame_names(model: Chain, problem: Problem) -> tuple[str, ...]:
@@ -67,7 +49,7 @@ def frame_names(model: Chain, problem: Problem) -> tuple[str, ...]:
 def baseline(model: Chain, data: DataSet, units: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:
     """The nominal model with frames and tool fitted to some units: the problem over all data (weights on those units)
     and x (1, P)."""
-    made = build(model, data).with_weights(_weights(len(data.configurations), units))
+    made = build(model, data).with_weights(unit_weights(len(data.configurations), units))
     if watch:
         watch({"stage": "start"})
     candidates: list[dict[str, float]] = [{}]
@@ -77,80 +59,6 @@ def baseline(model: Chain, data: DataSet, units: Ints, watch: Watch | None = Non
     frames = frame_names(model, made)
     seen = analyse(made.with_free(frames), made.start) if frames else None
     return made, starts.refine(made, seen.kept if seen else (), [c for c in candidates if c])
-
-
-def _weights(count: int, units: Ints) -> Array:
-    w = np.zeros((1, count))
-    w[:, units] = 1.0
-    return w
-
-
-def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Array, watch: Watch | None = None) -> Fit:
-    """Fits everything that is free and seen to some units, starting from x (1, P)."""
-    weights = _weights(len(stated.configurations), units)
-    made = build(model, stated).with_weights(weights).with_loss(options.loss, options.tuning)
-    made = replace(made, priors=options.priors)
-    names = made.table.free
-    if not names:
-        raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
-    plain = options.method in ("pinv", "lse")
-    tau: dict[tuple[str, str], float] = {}
-    if not plain:
-        # The first guess of the noise: what the baseline leaves.
-        tau = {(g.name, g.unit): g.tau for g in assess(stated, made, start, units, 0) if g.stated is None}
-    solution: Solution | None = None
-    groups: list[Group] = []
-    restarted = 0
-    kept: tuple[str, ...] = ()
-    for turn in range(1 if plain else ROUNDS):
-        data = apply_noise(stated, tau)
-        candidate = replace(
-            build(model, data).with_weights(weights).with_loss(options.loss, options.tuning),
-            free=names,
-            priors=options.priors,
-        )
-        seen = analyse(candidate, start if solution is None else solution.x)
-        kept = names if plain or options.keep_all else seen.kept
-        chosen = candidate.with_free(kept)
-        solution = least_squares(
-            chosen, start, method=options.method, max_iterations=options.max_iterations, watch=watch
-        )
-        if not plain and _unacceptable(solution):
-            solution, restarted = _restart(chosen, start, solution, options)
-        groups = assess(stated, chosen, solution.x, units, len(kept))
-        new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
-        if watch:
-            watch({"stage": "round", "round": turn + 1, "rounds": ROUNDS, "kept": len(kept), "free": len(names)})
-        settled = set(new) == set(tau) and all(abs(new[k] - tau[k]) < 0.02 * tau[k] for k in new)
-        if turn + 1 == ROUNDS or settled:
-            break
-        tau = new
-    assert solution is not None
-    final = analyse(candidate, solution.x)
-    if not plain and not options.keep_all:
-        # The report speaks of the set that was fitted.
-        final = replace(
-            final, kept=kept, dropped=tuple(n for n in names if n not in kept), combinations=seen.combinations
-        )
-    return Fit(chosen, solution, final, tuple(groups), data, restarted)
-
-
-def _unacceptable(solution: Solution) -> bool:
-    return not solution.reasons[0].converged or not np.isfinite(solution.cost[0])
-
-
-def _restart(problem: Problem, start: Array, first: Solution, options: Options) -> tuple[Solution, int]:
-    """Deterministic multi-start around the baseline: one batch, the cheapest wins."""
-    rng = np.random.default_rng(options.seed)
-    x = np.repeat(start, RESTARTS, axis=0)
-    moved = problem.retract(x, rng.normal(size=(RESTARTS, problem.n)) * problem.scales)
-    many = least_squares(problem, moved, max_iterations=options.max_iterations)
-    cost = np.where(np.isfinite(many.cost), many.cost, np.inf)
-    best = int(np.argmin(cost))
-    if not cost[best] < first.cost[0]:
-        return first, RESTARTS
-    again = least_squares(problem, many.x[[best]], max_iterations=options.max_iterations)
-    return again, RESTARTS
 
 
 def identify(model: Chain, data: DataSet, options: Options | None = None, watch: Watch | None = None) -> Identification:

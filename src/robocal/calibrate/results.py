@@ -18,7 +18,7 @@ from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
 
 if TYPE_CHECKING:
-    from robocal.calibrate.identify import Fit
+    from robocal.calibrate.fit import Fit
 
 __all__ = ["parameter_results", "prediction_band", "row_table"]
 

@@ -12,7 +12,7 @@ from robocal.geometry import fits
 from robocal.measure.data import DataSet
 
 if TYPE_CHECKING:
-    from robocal.calibrate.identify import Fit
+    from robocal.calibrate.fit import Fit
 
 __all__ = ["data_warnings"]
 

@@ -2,7 +2,7 @@
 
 The whitened Jacobian is scaled column by column with the error expected of that parameter without data (or its stated
 prior), and divided by the noise as fitted. A singular value s of that matrix then says: the data know this
-combination to 1 / s of what was expected. A combination is *seen* when s exceeds SEEN, so the decision is relative to
+combination to 1 / s of what was expected. A combination is *seen* when s exceeds SEEN = 1, so the decision is relative to
 the measurement noise and never to machine precision. Columns are kept by QR with pivoting on the same matrix; what is
 left over is dropped and stays at its nominal value. References: Pashkevich, Computer-aided generation of complete
 irreducible models (2011); Gautier and Khalil (1990) for base parameters; Borm and Menq (1991), Driels and Pathre
@@ -20,11 +20,12 @@ from numpy.typing import NDArray
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Linear
 
-__all__ = ["SEEN", "Combination", "Identifiability", "analyse", "eliminate", "observability", "triangle"]
+__all__ = ["SEEN", "Combination", "Identifiability", "analyse", "block_columns", "eliminate", "observability", "triangle"]
 
 Array = NDArray[np.float64]
-# Seen means: known to at least half of what one would have guessed without data.
-SEEN = 2.0
+# With s = 1 the expected error of a column and the standard deviation with which it would be estimated are equal: below,
+# freeing it adds more variance than the bias that it removes.
+SEEN = 1.0
 # Exactly dependent to first order, in units of the largest singular value of the column-normalised matrix.
 STRUCTURAL = 1e-9
 
@@ -71,21 +72,34 @@ class Identifiability:
 
 def eliminate(lin: Linear, size: int) -> Array:
     """J (N', n) with local blocks projected out: rows of Q2^T J, where Q2 spans what the blocks' columns leave free."""
+    return _without_blocks(lin, size)[0]
+
+
+def block_columns(lin: Linear, size: int) -> int:
+    """How many columns of local blocks the rows determine: the sum of the blocks' own ranks, what they cost in degrees of freedom."""
+    return _without_blocks(lin, size)[1]
+
+
+def _without_blocks(lin: Linear, size: int) -> tuple[Array, int]:
     if not size or not (lin.local >= 0).any():
-        return lin.j
+        return lin.j, 0
     parts = [lin.j[lin.local < 0]]
-    blocks, counts = np.unique(lin.local[lin.local >= 0], return_counts=True)
+    rank = 0
+    counts = np.unique(lin.local[lin.local >= 0], return_counts=True)[1]
     order = np.argsort(lin.local, kind="stable")
     order = order[lin.local[order] >= 0]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     for count in np.unique(counts):
         # Blocks with the same number of rows are factored together.
         rows = order[starts[counts == count][:, None] + np.arange(count)]
-        q = np.linalg.qr(lin.jl[rows], mode="complete")[0]
-        free = q[:, :, min(size, count) :]
-        parts.append((np.swapaxes(free, 1, 2) @ lin.j[rows]).reshape(-1, lin.j.shape[1]))
-    assert len(blocks) == len(counts)
-    return np.concatenate(parts)
+        u, s, _ = np.linalg.svd(lin.jl[rows], full_matrices=True)
+        # A block that its rows do not determine takes away only what they say of it.
+        spans = np.zeros((len(rows), count), dtype=bool)
+        spans[:, : s.shape[1]] = s > STRUCTURAL * s.max(axis=1, keepdims=True, initial=0.0)
+        rank += int(spans.sum())
+        left = np.swapaxes(u, 1, 2) @ lin.j[rows]
+        parts.append(left[~spans])
+    return np.concatenate(parts), rank
 
 
 def triangle(j: Array, chunk: int = 20_000) -> Array:
@@ -149,7 +163,7 @@ def analyse(
     names, scale = problem.free, problem.scales
     n = len(names)
     scaled = r * scale / noise
-    values = _singular(scaled)
+    _, values, vt = np.linalg.svd(scaled) if n else (None, np.zeros(0), np.zeros((0, 0)))
     norms = np.linalg.norm(scaled, axis=0)
     unit = scaled / np.where(norms > 0, norms, 1.0)
     ones = _singular(unit)
@@ -162,7 +176,9 @@ def analyse(
     kept.sort()
     combinations = tuple(_hiding(scaled, scale, names, kept, i) for i in sorted(left))
     final = _singular(scaled[:, kept])
-    posterior = np.linalg.inv(scaled.T @ scaled + np.eye(n)) if n else np.zeros((0, 0))
+    # (S^T S + I)^-1 from the singular values: squaring S would lose what is known to better than 1e-8 of what was
+    # expected.
+    posterior = (vt.T / (1.0 + values**2)) @ vt
     return Identifiability(
         names,
         int((values > seen).sum()),

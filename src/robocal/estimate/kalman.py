@@ -67,13 +67,16 @@ def kalman(
             lin = problem.linearize(x, np.array([unit]))
             if not len(lin.r):
                 break
+            blocks = np.unique(lin.local[lin.local >= 0])
+            if len(blocks) > 1:
+                raise ModelError("the filter takes one local block per configuration", found=f"{len(blocks)} blocks")
             h = np.hstack([lin.j, lin.jl])
             gain = np.asarray(np.linalg.solve(h @ big @ h.T + np.eye(len(h)), h @ big), dtype=np.float64).T
             target: Array = gain @ (h @ moved - lin.r)
             step = target - moved
             local = np.zeros((1, problem.blocks, size))
             if size:
-                local[0, lin.local[0]] = step[n:]
+                local[0, blocks] = step[n:]
             x = problem.retract(x, step[None, :n], local if size else None)
             moved = target
         if len(h):

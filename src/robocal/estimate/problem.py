@@ -121,6 +121,8 @@ class Problem:
     def with_free(self, names: Sequence[str]) -> Problem:
         """The same rows with other free columns (in table order)."""
         wanted = set(names)
+        for name in wanted:
+            _ = self.table[name]
         return replace(self, free=tuple(n for n in self.table.names if n in wanted))
 
     def with_weights(self, weights: Array | None) -> Problem:

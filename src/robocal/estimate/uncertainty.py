@@ -2,7 +2,8 @@
 
     C = (J^T J + P)^-1,   dof = rows - shared columns - columns of local blocks + prior rows,   as fitted: C chi2 / dof
 
-J is whitened with local blocks eliminated, P the prior information. The *instrument* bars use the stated sigma; the
+J is whitened with local blocks eliminated, P the prior information. A direction that neither of them sees (a caller may
+keep what cannot be seen) is as uncertain as was expected without data, and costs no degree of freedom. The *instrument* bars use the stated sigma; the
 *as fitted* bars scale them by
 sqrt(chi2 / dof) when that is above one, because a model that leaves more than the noise deserves no smaller bars.
 """
@@ -14,12 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.estimate.identifiability import eliminate, triangle
+from robocal.estimate.identifiability import block_columns, eliminate, triangle
 from robocal.estimate.problem import Problem
 
 __all__ = ["Uncertainty", "band", "uncertainty"]
 
 Array = NDArray[np.float64]
+# Singular values below this share of the largest are rounding.
+RESOLUTION = 1e-13
 
 
 @dataclass(frozen=True)
@@ -56,12 +59,15 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False) -> Uncer
     n = problem.n
     r = triangle(eliminate(lin, problem.block_size))
     _, info = problem.prior
-    stacked = triangle(np.vstack([r, np.diag(np.sqrt(info))]))
-    inverse = np.linalg.solve(stacked, np.eye(n)) if n else np.zeros((0, 0))
+    # Scaled as in `identifiability`, so that a singular value means the same in both.
+    scaled = triangle(np.vstack([r, np.diag(np.sqrt(info))])) * problem.scales
+    _, values, vt = np.linalg.svd(scaled) if n else (None, np.zeros(0), np.zeros((0, 0)))
+    known = values > RESOLUTION * values.max(initial=0.0)
+    inverse = problem.scales[:, None] * vt.T / np.where(known, values, 1.0)
     d = problem.difference(np.atleast_2d(x))[0]
     chi2 = float(lin.r @ lin.r + (d * d) @ info)
-    used = len(np.unique(lin.local[lin.local >= 0])) * problem.block_size
-    dof = len(lin.r) + int((info > 0).sum()) - n - used
+    used = block_columns(lin, problem.block_size)
+    dof = len(lin.r) + int((info > 0).sum()) - int(known.sum()) - used
     factor = np.sqrt(chi2 / dof) if dof > 0 else 1.0
     return Uncertainty(inverse @ inverse.T, chi2, dof, float(factor if estimated else max(factor, 1.0)))
 

@@ -17,7 +17,7 @@ from robocal.errors import ModelError, nearest
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term
 from robocal.measure.carriers import Carrier, Inverse, LocalPose, Path, Product
-from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.parameters import Parameter, Table
 
 __all__ = [
@@ -139,8 +139,13 @@ class Builder:
         phi = np.zeros((len(configuration), 0))
         if program.columns and isinstance(self.machine, Chain):
             c = self.configurations
-            assert c.joints is not None
+            if c.joints is None:
+                raise ModelError("the model needs joint values that the data lack", expected=", ".join(self.machine.joint_names))
             phi = self.machine.phi(c.joints, c.columns, program)[configuration]
+            if np.isnan(phi).any():
+                row, column = np.argwhere(np.isnan(phi))[0]
+                place = self.configurations.ids[configuration[row]]
+                raise ModelError("a configuration lacks a value that the model needs", key=program.columns[column], found=place)
         return Path(program, np.ascontiguousarray(phi[None]))
 
     def tool(self, configuration: Ints, before: Sequence[Element] = (), after: Sequence[Element] = ()) -> Carrier:
@@ -176,6 +181,8 @@ class Builder:
         """The rows of every target, so that each group is one path."""
         if obs.target is None:
             return [(0, np.arange(len(obs)))]
+        if len(obs) and not 0 <= obs.target.min() <= obs.target.max() < len(obs.targets):
+            raise ModelError("an observation of a target that is not listed", key=obs.label, expected=f"0 to {len(obs.targets) - 1}")
         return [(t, np.flatnonzero(obs.target == t)) for t in range(len(obs.targets)) if (obs.target == t).any()]
 
 
@@ -195,8 +202,10 @@ def problem(
     """
     rows: dict[str, Parameter] = {p.name: p for p in machine.table.rows}
     poses = not isinstance(machine, Chain)
+    known: dict[str, Frame] = {}
     for obs in data.observations:
         for frame in (*((obs.frame,) if obs.frame else ()), *obs.targets):
+            _one_meaning(machine, known.setdefault(frame.name, frame), frame)
             if frame.name not in local_targets:
                 rows.update({p.name: p for p in frame.parameters if p.name not in rows})
         rows.update({p.name: p for p in kind_of(obs).parameters(obs) if p.name not in rows})
@@ -220,12 +229,20 @@ def problem(
     return Problem(
         table,
         tuple(terms),
-        table.free if free is None else tuple(n for n in table.names if n in set(free)),
+        table.free if free is None else table.with_free(free).free,
         blocks=blocks,
         block_size=6 if blocks else 0,
         units=len(data.configurations),
         local_start=start,
     )
+
+
+def _one_meaning(machine: Machine, first: Frame, frame: Frame) -> None:
+    """One name stands for one frame: the same number under two meanings would be fitted to both."""
+    if any(p.name in machine.table for p in frame.parameters):
+        raise ModelError("a frame or target has the name of a part of the machine", key=frame.name, expected="another name")
+    if (first.value, first.free, first.mount) != (frame.value, frame.free, frame.mount):
+        raise ModelError("two different frames or targets have one name", key=frame.name, expected="two names, or equal values")
 
 
 def synthesise(

@@ -31,7 +31,8 @@ class DistanceRows(Rows):
         t, j, jl = self.carrier.pose(x, first, rows, turn=False)
         p = t[:, :, :3, 3]
         length = np.linalg.norm(p, axis=-1, keepdims=True)
-        along = (p / length)[:, :, None, :]
+        # Two frames in one place have no direction yet; the other measurements part them.
+        along = (p / np.where(length > 0, length, 1.0))[:, :, None, :]
         return length - self.measured(which, first, rows), along @ j, along @ jl
 
 

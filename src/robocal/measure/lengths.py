@@ -54,6 +54,8 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     if not isinstance(machine, CableRobot):
         raise ModelError("cable lengths need a cable robot", found=type(machine).__name__)
     number = obs.extra["cable"].astype(np.int64)
+    if len(number) and not 0 <= number.min() <= number.max() < len(machine.cables):
+        raise ModelError("no such cable", key="cable", found=[int(number.min()), int(number.max())], expected=f"0 to {len(machine.cables) - 1}")
     return [
         LengthRows(builder, obs, name, np.flatnonzero(number == i))
         for i, name in enumerate(machine.cables)

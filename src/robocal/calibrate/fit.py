@@ -1,0 +1,144 @@
+"""One fit: how large the noise is, what can be seen above it, and the parameters.
+
+    1 noise    everything that is free, each column held softly by its expected error (MAP): what remains is the noise
+    2 select   the columns that are seen above that noise; the others stay where they are
+    3 fit      those columns alone, without the soft hold, first with the noise of step 1, then with their own
+
+The noise must come from a fit that explains all it can. Taken from a fit of a few columns it would contain their
+missing partners, hide them, and so confirm itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.calibrate.identification import Options
+from robocal.calibrate.noise import Group, apply_noise, assess
+from robocal.errors import ModelError
+from robocal.estimate.identifiability import Identifiability, analyse
+from robocal.estimate.least_squares import Solution, least_squares
+from robocal.estimate.problem import Problem
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet
+
+__all__ = ["Fit", "fit", "unit_weights"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Watch = Callable[[dict[str, object]], None]
+Tau = dict[tuple[str, str], float]
+SOFT_ROUNDS = 8
+RESTARTS = 8
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One fit to some units: the problem that was solved, its solution, what was seen, and the noise."""
+
+    problem: Problem
+    solution: Solution
+    identifiability: Identifiability
+    groups: tuple[Group, ...]
+    data: DataSet  # with the sigma that was used
+    restarted: int = 0
+
+
+def unit_weights(count: int, units: Ints) -> Array:
+    """One for the units that are fitted, zero for the others, (1, count)."""
+    w = np.zeros((1, count))
+    w[:, units] = 1.0
+    return w
+
+
+def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Array, watch: Watch | None = None) -> Fit:
+    """Fits everything that is free and seen to some units, starting from x (1, P)."""
+    weights = unit_weights(len(stated.configurations), units)
+
+    def posed(tau: Tau) -> tuple[DataSet, Problem]:
+        data = apply_noise(stated, tau)
+        made = build(model, data).with_weights(weights).with_loss(options.loss, options.tuning)
+        return data, replace(made, priors=options.priors)
+
+    data, candidate = posed({})
+    names = candidate.free
+    if not names:
+        raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
+    if options.method in ("pinv", "lse"):
+        solution = least_squares(
+            candidate, start, method=options.method, max_iterations=options.max_iterations, watch=watch
+        )
+        groups = assess(stated, candidate, solution.x, units, len(names))
+        # A step taken blindly deserves a covariance in units of what it left behind.
+        data, candidate = posed({(g.name, g.unit): g.tau for g in groups if g.stated is None})
+        return Fit(candidate, solution, analyse(candidate, solution.x), tuple(groups), data)
+    tau, soft = _noise(posed, stated, units, start)
+    if watch:
+        watch({"stage": "noise", "groups": len(tau)})
+    data, candidate = posed(tau)
+    seen = analyse(candidate, soft)
+    kept = names if options.keep_all else seen.kept
+    restarted = 0
+    for _ in range(2):
+        chosen = candidate.with_free(kept)
+        solution = least_squares(
+            chosen, start, method=options.method, max_iterations=options.max_iterations, watch=watch
+        )
+        if not solution.reasons[0].converged:
+            solution, restarted = _restart(chosen, start, solution, options)
+        groups = assess(stated, chosen, solution.x, units, len(kept))
+        new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+        if set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 1e-3 * tau[k] for k in new):
+            break
+        tau = new
+        data, candidate = posed(tau)
+    chosen = candidate.with_free(kept)
+    final = analyse(candidate, solution.x)
+    if not options.keep_all:
+        # The report speaks of the set that was fitted.
+        dropped = tuple(n for n in names if n not in kept)
+        final = replace(final, kept=kept, dropped=dropped, combinations=seen.combinations)
+    return Fit(chosen, solution, final, tuple(groups), data, restarted)
+
+
+def _noise(
+    posed: Callable[[Tau], tuple[DataSet, Problem]], stated: DataSet, units: Ints, start: Array
+) -> tuple[Tau, Array]:
+    """tau of every group when everything free may explain the data, softly held at the start; and where that fit ended."""
+    _, made = posed({})
+    groups = assess(stated, made, start, units, 0)
+    tau = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+    x = start
+    for _ in range(SOFT_ROUNDS):
+        _, made = posed(tau)
+        table = made.table.with_values(start[0, : len(made.table)])
+        table = table.with_priors({n: table[n].scale for n in made.free})
+        soft = replace(made.with_table(table), priors=True)
+        x = least_squares(soft, x).x
+        # A column counts as far as the data, not the hold, decide it.
+        columns = round(float(analyse(made, x).share.sum()))
+        groups = assess(stated, made, x, units, columns)
+        new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+        settled = set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 0.01 * tau[k] for k in new)
+        tau = new
+        if settled:
+            break
+    return tau, x
+
+
+def _restart(problem: Problem, start: Array, first: Solution, options: Options) -> tuple[Solution, int]:
+    """Deterministic multi-start around the baseline: one batch, the cheapest wins."""
+    rng = np.random.default_rng(options.seed)
+    x = np.repeat(start, RESTARTS, axis=0)
+    moved = problem.retract(x, rng.normal(size=(RESTARTS, problem.n)) * problem.scales)
+    many = least_squares(problem, moved, max_iterations=options.max_iterations)
+    cost = np.where(np.isfinite(many.cost), many.cost, np.inf)
+    best = int(np.argmin(cost))
+    if not cost[best] < first.cost[0]:
+        return first, RESTARTS
+    again = least_squares(problem, many.x[[best]], max_iterations=options.max_iterations)
+    return again, RESTARTS
