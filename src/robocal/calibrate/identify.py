@@ -1,10 +1,10 @@
 """Identify a machine from its measurements, and judge the result.
 
-    1 start    closed form for frames and targets, refined together: the baseline
-    2 split    fit and held-out configurations
-    3 fit      what is seen above the noise, on the fit configurations (see `fit`)
-    4 judge    paired comparison with the baseline on configurations that were not used
-    5 refit    once more on everything, for the model that is handed back, with covariance and prediction band
+1 start    closed form for frames and targets, refined together: the baseline
+2 split    fit and held-out configurations
+3 fit      what is seen above the noise, on the fit configurations (see `fit`)
+4 judge    paired comparison with the baseline on configurations that were not used
+5 refit    once more on everything, for the model that is handed back, with covariance and prediction band
 """
 
 from __future__ import annotations
@@ -91,7 +91,10 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     names = whole.problem.table.names
     table = whole.problem.table.with_values(values[: len(names)])
     corrected = model.with_values({n: float(v) for n, v in zip(names, values, strict=False) if n in model.table})
-    results = parameter_results(model, whole, u)
+    # The instrument's own bars: the same columns, weighed with the stated noise alone.
+    stated = build(model, data).with_weights(whole.problem.weights).with_free(whole.problem.free)
+    known = all(obs.sigma is not None for obs in data.observations)
+    results = parameter_results(model, whole, u, uncertainty(stated, whole.solution.x) if known else None)
     return Identification(
         model,
         corrected,

@@ -30,15 +30,18 @@ CLAIM = 0.75
 SAMPLES = 500
 
 
-def parameter_results(model: Chain, fit: Fit, u: Uncertainty) -> tuple[ParameterResult, ...]:
-    """Every parameter of the problem, in table order, with status and note."""
+def parameter_results(
+    model: Chain, fit: Fit, u: Uncertainty, stated: Uncertainty | None
+) -> tuple[ParameterResult, ...]:
+    """Every parameter of the problem, in table order, with status and note; `stated` is the covariance under the stated
+    noise alone."""
     table = fit.problem.table
     seen = fit.identifiability
     values = fit.solution.x[0]
     share = dict(zip(seen.names, seen.share, strict=True))
     total = dict(zip(seen.names, np.sqrt(np.diag(seen.posterior)), strict=True))
     sigma = dict(zip(fit.problem.free, u.sigma, strict=True))
-    instrument = dict(zip(fit.problem.free, u.sigma_instrument, strict=True))
+    instrument = dict(zip(fit.problem.free, stated.sigma_instrument, strict=True)) if stated else {}
     hidden: dict[str, list[str]] = {}
     for combination in seen.combinations:
         for name, _ in combination.partners:
@@ -69,7 +72,7 @@ def parameter_results(model: Chain, fit: Fit, u: Uncertainty) -> tuple[Parameter
                 float(values[i]),
                 _number(sigma, row.name),
                 _number(instrument, row.name),
-                _number(total, row.name),
+                max(total[row.name], sigma.get(row.name, 0.0)) if row.name in total else None,
                 status,
                 _number(share, row.name),
                 note,

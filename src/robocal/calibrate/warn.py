@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
+from robocal.arms.conventions import CONVENTIONS, parallel_axes
 from robocal.geometry import fits
 from robocal.measure.data import DataSet
 
@@ -23,6 +24,11 @@ def data_warnings(model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64
     """Single-plane data, too few poses, identical poses, restarts, model error far above the stated noise."""
     out = []
     rows = sum(t.scale.size for t in fit.problem.terms)
+    known = CONVENTIONS.get(model.convention)
+    parallel = parallel_axes(model) if known is not None and not known.complete else ()
+    if parallel:
+        pairs = ", ".join(f"{a} and {b}" for a, b in parallel)
+        out.append(f"{model.convention} cannot write a small tilt between the parallel axes {pairs}: use a convention with beta")
     if rows < 2 * fit.problem.n:
         out.append(
             f"few measurements: {rows} numbers for {fit.problem.n} parameters; more poses would narrow the result"

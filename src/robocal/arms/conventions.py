@@ -1,0 +1,186 @@
+"""Modelling conventions as functions that write elements; after this file nobody hears of DH or POE again.
+
+    T_base_tool(q) = frame(base) joint_1(q_1) ... joint_n(q_n) [frame(home)] frame(tool)
+
+`CONVENTIONS` lists them with their keys; `recipes.py` holds those that are tables of elementary transforms, `screws.py` those that place
+an axis in space. Every parameter is named `joint.symbol`; base and tool are frames `base.x` ... `tool.rz`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from robocal.arms.chain import Chain, Element, Joint, frame_element
+from robocal.arms.recipes import RECIPES, Recipe, elements_convention, recipe_convention
+from robocal.arms.screws import SCREW_CONVENTIONS
+from robocal.arms.writing import COMMON_KEYS, QUANTITIES, TYPES, Convention, Key, Pen, Row, finite
+from robocal.errors import ModelError, nearest
+from robocal.parameters import Parameter, Table, frame_parameters
+
+__all__ = [
+    "COMMON_KEYS",
+    "CONVENTIONS",
+    "QUANTITIES",
+    "RECIPES",
+    "Convention",
+    "Key",
+    "Recipe",
+    "chain",
+    "convention_of",
+    "default_free",
+    "parallel_axes",
+    "rows",
+]
+
+CONVENTIONS: dict[str, Convention] = {
+    c.name: c
+    for c in (
+        *(recipe_convention(name, recipe) for name, recipe in RECIPES.items()),
+        *SCREW_CONVENTIONS,
+        elements_convention(),
+    )
+}
+RESERVED = ("base", "tool", "home", "1")
+
+
+def convention_of(name: str) -> Convention:
+    """The convention with this name. Raises ModelError with the nearest one."""
+    if name not in CONVENTIONS:
+        raise ModelError(
+            "unknown convention",
+            found=name,
+            expected=", ".join(CONVENTIONS),
+            suggestion=nearest(str(name), CONVENTIONS),
+        )
+    return CONVENTIONS[name]
+
+
+def chain(
+    name: str,
+    convention: str,
+    rows: Sequence[Row],
+    *,
+    base: Sequence[float] = (0.0,) * 6,
+    tool: Sequence[float] = (0.0,) * 6,
+    home: Sequence[float] | None = None,
+    source: str = "",
+    meta: Mapping[str, object] | None = None,
+) -> Chain:
+    """An arm from its rows: base frame, joints, tool frame (frame vectors: x y z in m, rotation vector in rad); everything in SI and rad.
+
+    A row gives `name`, `type` (revolute, prismatic, fixed), `limits` (lower, upper), `gain` and the convention's keys. `home` is the pose
+    of the flange with the arm at zero, for conventions whose rows are in base coordinates; `tool` comes behind it.
+    Raises ModelError, with the key, for anything unknown, missing, misshapen or not finite.
+    """
+    rule = convention_of(convention)
+    elements: list[Element] = [frame_element("base")]
+    parameters: list[Parameter] = list(frame_parameters("base", _frame(base, "base")))
+    geometric: list[str] = []
+    joints: list[Joint] = []
+    for i, row in enumerate(rows, start=1):
+        pen = Pen(_name(row, i), _type(row, i), row, rule.key)
+        lower, upper = pen.vector("limits")
+        if not lower <= upper:
+            raise ModelError(
+                "limits in the wrong order", key=f"{pen.joint}.limits", found=[lower, upper], expected="lower, upper"
+            )
+        if any(pen.joint == p.name.rpartition(".")[0] for p in parameters):
+            raise ModelError("a joint name is used twice", key=pen.joint)
+        rule.write(pen)
+        if pen.kind != "fixed":
+            joints.append(Joint(pen.joint, pen.kind, float(lower), float(upper)))
+        elements += pen.elements
+        parameters += pen.parameters
+        geometric += pen.geometric
+    if home is not None:
+        if not rule.home:
+            raise ModelError(
+                "this convention has no home pose", key="home", found=convention, expected="zero-reference, poe"
+            )
+        elements.append(frame_element("home"))
+        parameters += frame_parameters("home", _frame(home, "home"))
+    elements.append(frame_element("tool"))
+    # A tool that is free is a tool whose place on the flange is only roughly known.
+    parameters += frame_parameters("tool", _frame(tool, "tool"), expected=(0.1, 0.5))
+    known = {**(meta or {}), "rows": tuple(dict(row) for row in rows)}
+    return Chain(
+        name, tuple(elements), tuple(joints), Table(tuple(parameters)), convention, source, known, tuple(geometric)
+    )
+
+
+def rows(chain: Chain) -> list[dict[str, object]]:
+    """The rows of a chain with the values of its table, in SI and rad: what `chain` was given, corrected. The inverse of `chain`.
+
+    Raises ModelError when the chain was not written by a convention.
+    """
+    given = chain.meta.get("rows")
+    if not isinstance(given, tuple):
+        raise ModelError("this arm was not written by a convention", found=chain.name)
+    rule = convention_of(chain.convention)
+    out: list[dict[str, object]] = []
+    for i, row in enumerate(given, start=1):
+        owner = _name(row, i)
+        values = {p.name.rpartition(".")[2]: p.value for p in chain.table.rows if p.name.rpartition(".")[0] == owner}
+        if rule.read is not None:
+            made = rule.read(row, values)
+        else:
+            made = {**row, **{k.name: values[k.name] for k in rule.keys if k.name in values}}
+        gain = values.get("gain", 1.0)
+        if gain != 1.0 or "gain" in row:
+            made["gain"] = gain
+        out.append(made)
+    return out
+
+
+def default_free(chain: Chain) -> tuple[str, ...]:
+    """The parameters that an identification frees unless told otherwise: the joints' geometry and the tool, in table order.
+
+    Never gains, joint offsets that the geometry repeats, the home pose, or the base (an instrument's frame says the same).
+    """
+    wanted = {*chain.geometric, *(n for n in chain.table.names if n.startswith("tool."))}
+    return tuple(n for n in chain.table.names if n in wanted)
+
+
+def parallel_axes(chain: Chain, tolerance: float = 0.05) -> tuple[tuple[str, str], ...]:
+    """Pairs of consecutive joints whose axes are parallel within `tolerance` rad: where a model without Hayati's beta is incomplete.
+
+    The angle is atan2(|a x b|, |a . b|) between the axes at zero; it does not depend on the joint values.
+    """
+    j = chain.jacobian(np.zeros((1, len(chain.joints))))[0]
+    axes = [j[3:, i] if joint.type == "revolute" else j[:3, i] for i, joint in enumerate(chain.joints)]
+    found = []
+    for i in range(len(axes) - 1):
+        a, b = axes[i], axes[i + 1]
+        if math.atan2(float(np.linalg.norm(np.cross(a, b))), abs(float(a @ b))) < tolerance:
+            found.append((chain.joints[i].name, chain.joints[i + 1].name))
+    return tuple(found)
+
+
+def _name(row: Row, i: int) -> str:
+    name = row.get("name", f"j{i}")
+    if not isinstance(name, str) or not name or name in RESERVED:
+        raise ModelError(
+            "not a joint name", key=f"joint {i}.name", found=name, expected=f"a word other than {', '.join(RESERVED)}"
+        )
+    return name
+
+
+def _type(row: Row, i: int) -> str:
+    kind = row.get("type", "revolute")
+    if kind not in TYPES:
+        key = f"{_name(row, i)}.type"
+        raise ModelError(
+            "unknown joint type", key=key, found=kind, expected=", ".join(TYPES), suggestion=nearest(str(kind), TYPES)
+        )
+    return str(kind)
+
+
+def _frame(value: Sequence[float], owner: str) -> list[float]:
+    if len(value) != 6:
+        raise ModelError(
+            "wrong shape", key=owner, found=list(value), expected="x, y, z in m and a rotation vector in rad"
+        )
+    return [finite(v, owner) for v in value]

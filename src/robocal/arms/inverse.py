@@ -1,0 +1,228 @@
+"""Inverse kinematics by damped least squares, for many targets at once and any arm.
+
+    min_q 1/2 |r(q)|^2   with   r = (p - p*, L log(R R*^T))   or   r = (p - p*, L (R a - d))   or   r = p - p*
+    (J^T J + lam D) dq = -J^T r,   lower <= q <= upper
+
+L is the arm's reach, so that a radian weighs like a reach. lam follows the cost (Levenberg-Marquardt); a joint at its limit that would
+leave it is held. All targets step in lock step, the unsolved ones start again from other points of a fixed low-discrepancy sequence, so
+the answer is the same every time. Sources: Wampler, Manipulator inverse kinematic solutions based on vector formulations and damped
+least-squares methods (1986); Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method (2011).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.arms.chain import Chain
+from robocal.errors import ModelError
+from robocal.geometry import so3
+
+__all__ = ["Reached", "inverse_point", "inverse_pose"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+TOLERANCE = (1e-9, 1e-9)
+LONGEST = 0.5  # largest change of a joint in one step, in rad or m: beyond it the linear model is a guess
+
+
+@dataclass(frozen=True)
+class Reached:
+    """Joint values (m, n), whether the tolerances are met (m,), and what is left: position (m,) in m, angle (m,) in rad."""
+
+    joints: Array
+    success: NDArray[np.bool_]
+    position: Array
+    angle: Array
+
+
+def inverse_pose(
+    chain: Chain,
+    poses: ArrayLike,
+    *,
+    start: ArrayLike | None = None,
+    restarts: int = 64,
+    iterations: int = 80,
+    tolerance: tuple[float, float] = TOLERANCE,
+    extra: Mapping[str, ArrayLike] | None = None,
+) -> Reached:
+    """Joint values that bring the tool to T_base_tool (m, 4, 4), within the joint limits.
+
+    `start` (n,) or (m, n) is tried first, then the middle of the limits, then `restarts` others; `tolerance` is (m, rad); `extra` are named
+    columns (m,) or scalars. A target that is not reached keeps the best joint values found. Raises ModelError for wrong shapes.
+    """
+    t = np.asarray(poses, float)
+    t = t[None] if t.ndim == 2 else t
+    if t.ndim != 3 or t.shape[1:] != (4, 4):
+        raise ModelError("targets are not poses", found=t.shape, expected="(m, 4, 4)")
+    return _search(
+        _Task(chain, t[:, :3, 3], t[:, :3, :3], None, np.zeros(3), extra), start, restarts, iterations, tolerance
+    )
+
+
+def inverse_point(
+    chain: Chain,
+    points: ArrayLike,
+    directions: ArrayLike | None = None,
+    *,
+    tool_axis: ArrayLike = (0.0, 0.0, 1.0),
+    start: ArrayLike | None = None,
+    restarts: int = 64,
+    iterations: int = 80,
+    tolerance: tuple[float, float] = TOLERANCE,
+    extra: Mapping[str, ArrayLike] | None = None,
+) -> Reached:
+    """Joint values that bring the tool's origin to points (m, 3) in base coordinates and, if given, its axis along directions (m, 3).
+
+    For arms with fewer than six joints, or where the turn about the tool does not matter. `tool_axis` (3,) is in tool coordinates.
+    The rest is as in `inverse_pose`. Raises ModelError for wrong shapes and for a direction of length zero.
+    """
+    p = np.atleast_2d(np.asarray(points, float))
+    if p.ndim != 2 or p.shape[1] != 3:
+        raise ModelError("targets are not points", found=p.shape, expected="(m, 3)")
+    d = None
+    if directions is not None:
+        given = np.asarray(directions, float)
+        if given.shape not in ((3,), p.shape):
+            raise ModelError("wrong shape of directions", found=given.shape, expected=f"(3,) or {p.shape}")
+        d = _units(np.array(np.broadcast_to(given, p.shape)))
+    axis = _units(np.asarray(tool_axis, float)[None])[0]
+    return _search(_Task(chain, p, None, d, axis, extra), start, restarts, iterations, tolerance)
+
+
+def _units(v: Array) -> Array:
+    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    if not (length > 0).all():
+        raise ModelError("a direction needs a length", found=v.tolist())
+    return np.asarray(v / length)
+
+
+class _Task:
+    """Residual and Jacobian of chosen targets."""
+
+    def __init__(
+        self,
+        chain: Chain,
+        point: Array,
+        turn: Array | None,
+        direction: Array | None,
+        axis: Array,
+        extra: Mapping[str, ArrayLike] | None,
+    ) -> None:
+        self.chain, self.point, self.turn, self.direction, self.axis = chain, point, turn, direction, axis
+        self.entries = chain.program.joint_entries(chain.joint_names)
+        self.theta = chain.table.values[None]
+        self.extra = {k: np.broadcast_to(np.asarray(v, float), (len(point),)) for k, v in (extra or {}).items()}
+        low, high = chain.limits.T
+        self.low, self.high = low, high
+        # Where nothing bounds a joint, starts come from one turn, or from one metre to either side.
+        wide = np.array([np.pi if j.type == "revolute" else 1.0 for j in chain.joints])
+        self.first = np.where(np.isfinite(low), low, np.where(np.isfinite(high), high - 2 * wide, -wide))
+        self.last = np.where(np.isfinite(high), high, self.first + 2 * wide)
+        self.reach = 1.0
+        if len(point):
+            spread = self.evaluate(
+                np.stack([self.sample(i) for i in range(16)]), np.zeros(16, dtype=np.int64), seen=True
+            )[2]
+            size = float(np.linalg.norm(spread - spread.mean(axis=0), axis=1).max())
+            self.reach = size if size > 1e-6 else 1.0
+
+    def sample(self, i: int) -> Array:
+        """Point i of the R-sequence (Roberts, 2018) between the limits, (n,)."""
+        n = len(self.first)
+        golden = 2.0
+        for _ in range(60):
+            golden = (1.0 + golden) ** (1.0 / (n + 1))
+        u = (0.5 + (i + 1) * golden ** -np.arange(1.0, n + 1)) % 1.0
+        return np.asarray(self.first + u * (self.last - self.first))
+
+    def evaluate(self, q: Array, which: Ints, seen: bool = False) -> tuple[Array, Array, Array, Array]:
+        """r (k, d), J (k, d, n), position (k, 3) or its error (k,), angle (k,) at q (k, n) for targets `which` (k,)."""
+        phi = self.chain.phi(q, {k: v[which] for k, v in self.extra.items()})
+        t, jac = self.chain.program.run(self.theta, phi[None], self.entries, q.shape[1])
+        p, r, j = t[0, :, :3, 3], t[0, :, :3, :3], jac[0]
+        gap = p - self.point[which]
+        size = np.linalg.norm(gap, axis=1)
+        at = p if seen else size
+        if self.turn is not None:
+            w = so3.log(r @ np.swapaxes(self.turn[which], 1, 2))
+            turning = self.reach * (so3.left_jacobian_inverse(w) @ j[:, 3:])
+            both = np.concatenate([gap, self.reach * w], axis=1)
+            return both, np.concatenate([j[:, :3], turning], axis=1), at, np.linalg.norm(w, axis=1)
+        if self.direction is not None:
+            a, d = r @ self.axis, self.direction[which]
+            angle = np.arctan2(np.linalg.norm(np.cross(a, d), axis=1), np.einsum("ki,ki->k", a, d))
+            turning = -self.reach * (so3.skew(a) @ j[:, 3:])
+            both = np.concatenate([gap, self.reach * (a - d)], axis=1)
+            return both, np.concatenate([j[:, :3], turning], axis=1), at, angle
+        return gap, j[:, :3], at, np.zeros(len(q))
+
+
+def _search(
+    task: _Task, start: ArrayLike | None, restarts: int, iterations: int, tolerance: tuple[float, float]
+) -> Reached:
+    m, n = len(task.point), len(task.chain.joints)
+    best = Reached(np.zeros((m, n)), np.zeros(m, dtype=bool), np.full(m, np.inf), np.full(m, np.inf))
+    cost = np.full(m, np.inf)
+    # Not quite the middle: there the arm may be stretched, and every step is zero.
+    tries = [np.clip(0.5 * (task.first + task.last) + 0.05 * (1.0 + np.arange(n) % 3), task.low, task.high)]
+    tries += [task.sample(i) for i in range(restarts)]
+    given = None if start is None else np.asarray(start, float)
+    if given is not None and given.shape not in ((n,), (m, n)):
+        raise ModelError("wrong shape of start", found=given.shape, expected=f"({n},) or ({m}, {n})")
+    for attempt in ([] if given is None else [given]) + tries:
+        left = np.flatnonzero(~best.success)
+        if not len(left):
+            break
+        q0 = np.broadcast_to(attempt, (m, n))[left]
+        q, value, position, angle = _descend(task, np.clip(q0, task.low, task.high), left, iterations, tolerance)
+        better = value < cost[left]
+        at = left[better]
+        best.joints[at], best.position[at], best.angle[at], cost[at] = (
+            q[better],
+            position[better],
+            angle[better],
+            value[better],
+        )
+        best.success[at] = (position[better] <= tolerance[0]) & (angle[better] <= tolerance[1])
+    return best
+
+
+def _descend(
+    task: _Task, q: Array, which: Ints, iterations: int, tolerance: tuple[float, float]
+) -> tuple[Array, Array, Array, Array]:
+    """Levenberg-Marquardt from q (k, n) for targets `which` (k,): q, cost, position error and angle, each with k rows."""
+    n = q.shape[1]
+    r, j, position, angle = task.evaluate(q, which)
+    cost = 0.5 * np.einsum("kd,kd->k", r, r)
+    lam = np.full(len(q), 1e-2)
+    active = np.arange(len(q))
+    for _ in range(iterations):
+        going = ((position > tolerance[0]) | (angle > tolerance[1])) & (lam < 1e10)
+        active = active[going[active]]
+        if not len(active):
+            break
+        jt = np.swapaxes(j[active], 1, 2)
+        g = (jt @ r[active][..., None])[..., 0]
+        a = jt @ j[active]
+        here = q[active]
+        held = ((here <= task.low) & (g > 0)) | ((here >= task.high) & (g < 0))
+        diagonal = np.einsum("kii->ki", a)
+        damp = lam[active, None] * (diagonal + 1e-3 * diagonal.mean(axis=1, keepdims=True) + 1e-300)
+        a = np.where(held[:, :, None] | held[:, None, :], 0.0, a)
+        a[:, np.arange(n), np.arange(n)] += np.where(held, 1.0, damp)
+        step = -np.linalg.solve(a, np.where(held, 0.0, g)[..., None])[..., 0]
+        step *= np.minimum(1.0, LONGEST / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300))
+        new = np.clip(here + step, task.low, task.high)
+        r2, j2, position2, angle2 = task.evaluate(new, which[active])
+        cost2 = 0.5 * np.einsum("kd,kd->k", r2, r2)
+        lower = cost2 < cost[active]
+        at = active[lower]
+        q[at], r[at], j[at], cost[at] = new[lower], r2[lower], j2[lower], cost2[lower]
+        position[at], angle[at] = position2[lower], angle2[lower]
+        lam[at] = np.maximum(lam[at] * 0.1, 1e-12)
+        lam[active[~lower]] *= 8.0
+    return q, cost, position, angle

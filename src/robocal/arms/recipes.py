@@ -1,0 +1,177 @@
+"""Conventions whose parameters are the values of elementary transforms: DH and its relatives, S-model, MCPC, and free lists of elements.
+
+A recipe is an ordered list axis:symbol; the joint value adds to one symbol. Sources: Denavit and Hartenberg, A kinematic notation for
+lower-pair mechanisms (1955); Hayati, Robot arm geometric link parameter estimation (1983) for beta; Craig, Introduction to robotics
+(1986), and Khalil and Kleinfinger, A new geometric notation (1986), for the modified form; Stone, Kinematic modeling, identification, and
+control of robotic manipulators (1987), for the S-model; Zhuang, Wang and Roth, Error-model-based robot calibration using a modified CPC
+model (1993).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from robocal.arms.writing import UNIT, Convention, Key, Pen, Row, finite, known_axis
+from robocal.errors import ModelError, nearest
+
+__all__ = ["RECIPES", "Recipe", "elements_convention", "recipe_convention"]
+
+MEANING = {
+    "theta": "turn about the joint's z axis",
+    "d": "shift along the joint's z axis",
+    "a": "shift along the common normal x",
+    "alpha": "twist about x",
+    "beta": "second twist, about y (Hayati): what near-parallel axes need",
+    "r": "shift along the joint's z axis",
+    "gamma": "turn about the next joint's axis",
+    "b": "shift along the next joint's axis",
+    "x": "shift along x",
+    "y": "shift along y",
+}
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Elementary transforms of one joint: (axis, symbol) in order; `revolute` and `prismatic` name the symbol that the joint drives."""
+
+    steps: tuple[tuple[str, str], ...]
+    revolute: str
+    prismatic: str
+    complete: bool = False
+    source: str = ""
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """The symbols that a row may give."""
+        return tuple(s for _, s in self.steps)
+
+    @property
+    def formula(self) -> str:
+        """The product in words of the field, as `Rz(theta) Tz(d) Tx(a) Rx(alpha)`."""
+        return " ".join(f"{axis[0].upper()}{axis[1]}({symbol})" for axis, symbol in self.steps)
+
+
+def _recipe(text: str, revolute: str, prismatic: str, complete: bool, source: str) -> Recipe:
+    steps = tuple((axis, symbol) for axis, _, symbol in (word.partition(":") for word in text.split()))
+    return Recipe(steps, revolute, prismatic, complete, source)
+
+
+RECIPES = {
+    "dh": _recipe("rz:theta tz:d tx:a rx:alpha", "theta", "d", False, "Denavit and Hartenberg (1955)"),
+    "dh-hayati": _recipe("rz:theta tz:d tx:a rx:alpha ry:beta", "theta", "d", True, "Hayati (1983)"),
+    "mdh": _recipe("rx:alpha tx:a rz:theta tz:d", "theta", "d", False, "Craig (1986)"),
+    "mdh-hayati": _recipe("ry:beta rx:alpha tx:a rz:theta tz:d", "theta", "d", True, "Craig (1986), Hayati (1983)"),
+    "khalil": _recipe("rx:alpha tx:d rz:theta tz:r", "theta", "r", False, "Khalil and Kleinfinger (1986)"),
+    "khalil-hayati": _recipe(
+        "ry:beta rx:alpha tx:d rz:theta tz:r", "theta", "r", True, "Khalil and Kleinfinger (1986), Hayati (1983)"
+    ),
+    "s-model": _recipe("rz:beta tz:d tx:a rx:alpha rz:gamma tz:b", "beta", "d", False, "Stone (1987)"),
+    "mcpc": _recipe("rz:theta tz:d rx:alpha ry:beta tx:x ty:y", "theta", "d", True, "Zhuang, Wang and Roth (1993)"),
+}
+# In the S-model beta is the joint's own turn, not Hayati's.
+_MEANING_OF = {
+    "s-model": {"beta": "turn about the joint's z axis"},
+    "khalil": {"d": MEANING["a"]},
+    "khalil-hayati": {"d": MEANING["a"]},
+}
+
+
+def recipe_convention(name: str, recipe: Recipe) -> Convention:
+    """The convention of a recipe: one key per symbol, zero when absent."""
+
+    def write(pen: Pen) -> None:
+        driven = {"revolute": recipe.revolute, "prismatic": recipe.prismatic}.get(pen.kind)
+        for axis, symbol in recipe.steps:
+            pen.step(axis, symbol, pen.number(symbol), driven=1.0 if symbol == driven else 0.0)
+
+    quantity = {"t": "length", "r": "angle"}
+    meaning = MEANING | _MEANING_OF.get(name, {})
+    keys = tuple(Key(symbol, quantity[axis[0]], 0.0, meaning[symbol]) for axis, symbol in recipe.steps)
+    return Convention(
+        name, keys, write, recipe.revolute, recipe.prismatic, recipe.complete, recipe.formula, recipe.source
+    )
+
+
+# --- a free list of elements ------------------------------------------------------------------------------------------------
+
+STEP_KEYS = ("axis", "value", "symbol", "driven")
+
+
+def _steps(pen: Pen) -> list[dict[str, Any]]:
+    """The list of a row, each entry checked: axis, value, symbol (or None), driven (0, 1 or -1)."""
+    given = pen.raw("elements")
+    where = f"{pen.joint}.elements"
+    if isinstance(given, str | bytes) or not isinstance(given, Sequence):
+        raise ModelError("wrong shape", key=where, found=given, expected="a list of {axis, value, symbol, driven}")
+    out = []
+    for i, entry in enumerate(given):
+        at = f"{where}[{i}]"
+        if not isinstance(entry, Mapping):
+            raise ModelError("wrong shape", key=at, found=entry, expected="{axis, value, symbol, driven}")
+        for word in entry:
+            if word not in STEP_KEYS:
+                known = ", ".join(STEP_KEYS)
+                raise ModelError(
+                    "unknown key", key=f"{at}.{word}", expected=known, suggestion=nearest(str(word), STEP_KEYS)
+                )
+        symbol, driven = entry.get("symbol"), entry.get("driven", 0)
+        if symbol is not None and (
+            not isinstance(symbol, str) or not symbol or "." in symbol or symbol in ("gain", "offset")
+        ):
+            raise ModelError(
+                "not a symbol", key=f"{at}.symbol", found=symbol, expected="a word without a dot, not gain, offset"
+            )
+        if driven not in (0, 1, -1):
+            raise ModelError("not a sign", key=f"{at}.driven", found=driven, expected="true, or 1 or -1")
+        value = finite(entry.get("value", 0.0), f"{at}.value")
+        out.append(
+            {
+                "axis": known_axis(entry.get("axis"), f"{at}.axis"),
+                "value": value,
+                "symbol": symbol,
+                "driven": int(driven),
+            }
+        )
+    return out
+
+
+def _write_elements(pen: Pen) -> None:
+    steps = _steps(pen)
+    driven = [s for s in steps if s["driven"]]
+    letter = {"revolute": "r", "prismatic": "t"}.get(pen.kind)
+    if (letter is None and driven) or (letter and (len(driven) != 1 or driven[0]["axis"][0] != letter)):
+        wanted = (
+            "none for a fixed row" if letter is None else f"exactly one, on an axis {letter}x, {letter}y or {letter}z"
+        )
+        raise ModelError("wrong driven elements", key=f"{pen.joint}.elements", found=len(driven), expected=wanted)
+    for s in steps:
+        if s["driven"]:
+            symbol = s["symbol"] or "offset"
+            pen.step(
+                s["axis"], symbol, s["value"], unit=UNIT[s["axis"][0]], driven=s["driven"], held=symbol == "offset"
+            )
+        elif s["symbol"]:
+            pen.step(s["axis"], s["symbol"], s["value"])
+        else:
+            pen.constant(s["axis"], s["value"])
+
+
+def _read_elements(row: Row, values: Mapping[str, float]) -> dict[str, object]:
+    given = row["elements"]
+    assert isinstance(given, Sequence)
+    made = []
+    for entry in given:
+        symbol = entry.get("symbol") or ("offset" if entry.get("driven") else None)
+        made.append({**entry, "value": values[symbol]} if symbol else dict(entry))
+    return {**row, "elements": made}
+
+
+def elements_convention() -> Convention:
+    """Per joint a list of elementary transforms, each with a symbol and value of its own, one of them driven by the joint."""
+    keys = (Key("elements", "steps", None, "the transforms in order; one without a symbol is a constant"),)
+    return Convention(
+        "elements", keys, _write_elements, "the driven element", "the driven element", False, "the product of the listed elements",
+        "complete when its elements are", read=_read_elements,
+    )  # fmt: skip
