@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.errors import ModelError, nearest
 from robocal.parameters import FRAME_SYMBOLS, Table
 
-__all__ = ["AXES", "Chain", "Element", "Joint", "Program", "Term", "compile_path", "frame_element"]
+__all__ = ["AXES", "Chain", "Element", "Joint", "Program", "Term", "compile_path", "cosines", "frame_element"]
 
 Array = NDArray[np.float64]
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz", "screw", "frame")
@@ -110,8 +110,12 @@ class Program:
         turn: bool = True,
         first: int = 0,
         rows: int | None = None,
+        trig: Array | None = None,
     ) -> tuple[Array, Array]:
-        """T (B, m, 4, 4) and J (B, m, 6 or 3, width); theta (B, P), phi (1 or B, M, C), rows first .. first + m."""
+        """T (B, m, 4, 4) and J (B, m, 6 or 3, width); theta (B, P), phi (1 or B, M, C), rows first .. first + m.
+
+        `trig` is `cosines(phi)`, for callers that come back with the same phi.
+        """
         from robocal.arms._kernels import path_kernel
 
         m = phi.shape[1] - first if rows is None else rows
@@ -119,9 +123,18 @@ class Program:
         jac = np.empty((theta.shape[0], m, 6 if turn else 3, width))
         e, f = entries if entries is not None else _NO_ENTRIES
         path_kernel(
-            self.elements, self.constants, self.screws, self.start, self.terms, self.factor, theta, phi, e, f, first, pose, jac
-        )
+            self.elements, self.constants, self.screws, self.start, self.terms, self.factor, theta, phi,
+            cosines(phi) if trig is None else trig, e, f, first, pose, jac,
+        )  # fmt: skip
         return pose, jac
+
+
+def cosines(phi: Array) -> Array:
+    """cos and sin of the columns, (..., 2)."""
+    out = np.empty((*phi.shape, 2))
+    np.cos(phi, out=out[..., 0])
+    np.sin(phi, out=out[..., 1])
+    return out
 
 
 _NO_ENTRIES = (np.empty((0, 5), dtype=np.int64), np.empty(0))

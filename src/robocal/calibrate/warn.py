@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, parallel_axes
@@ -28,7 +29,9 @@ def data_warnings(model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64
     parallel = parallel_axes(model) if known is not None and not known.complete else ()
     if parallel:
         pairs = ", ".join(f"{a} and {b}" for a, b in parallel)
-        out.append(f"{model.convention} cannot write a small tilt between the parallel axes {pairs}: use a convention with beta")
+        out.append(
+            f"{model.convention} cannot write a small tilt between the parallel axes {pairs}: use a convention with beta"
+        )
     if rows < 2 * fit.problem.n:
         out.append(
             f"few measurements: {rows} numbers for {fit.problem.n} parameters; more poses would narrow the result"
@@ -56,6 +59,28 @@ def data_warnings(model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64
                 f"{g.name}: the model leaves {g.rms * scale:.3g} {unit} per axis where {g.stated * scale:.3g} {unit} of noise was stated; "
                 "uncertainties are those of the fit"
             )
+    out.extend(_outliers(data, fit))
     if fit.restarted:
         out.append(f"the first fit was not acceptable; {fit.restarted} further starts were tried")
     return tuple(out)
+
+
+def _outliers(data: DataSet, fit: Fit) -> list[str]:
+    """Observations so far from the fit that Gaussian noise would show fewer than one of them in a hundred data sets."""
+    out = []
+    rows: dict[str, list[tuple[NDArray[np.float64], NDArray[np.int64], int]]] = {}
+    for r in fit.problem.residuals(fit.solution.x):
+        whitened = np.sum((r.value * r.scale) ** 2, axis=1)
+        rows.setdefault(r.group, []).append((whitened, r.unit, r.value.shape[1]))
+    for group, parts in rows.items():
+        total = sum(len(w) for w, _, _ in parts)
+        far = [
+            (float(w[i]), int(u[i])) for w, u, d in parts for i in np.flatnonzero(w > stats.chi2.isf(0.01 / total, d))
+        ]
+        if far:
+            worst = data.configurations.ids[max(far)[1]]
+            out.append(
+                f"{group}: {len(far)} of {total} observations lie far outside the noise (the farthest at configuration {worst}); "
+                "a robust loss (--loss huber) gives them less weight"
+            )
+    return out

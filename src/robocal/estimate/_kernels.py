@@ -63,18 +63,32 @@ def accumulate(r, jac, jloc, scale, weight, unit, columns, local, loss, tuning, 
             at = local[first + i] if nl > 0 else -1
             for c in range(d):
                 f = scale[first + i, c]
-                res = r[b, i, c]
                 row = jac[b, i, c]
+                wr = w * r[b, i, c]
                 for p in range(k):
                     row[p] *= f
-                wr = w * res
-                for p in range(k):
                     small_g[p] += wr * row[p]
-                    t = w * row[p]
+            if d == 3:
+                # Points are the common case: three rows at once keep the sums in registers.
+                x, y, z = jac[b, i, 0], jac[b, i, 1], jac[b, i, 2]
+                for p in range(k):
+                    tx, ty, tz = w * x[p], w * y[p], w * z[p]
                     out = small_a[p]
                     for q in range(p + 1):
-                        out[q] += t * row[q]
-                if at >= 0:
+                        out[q] += tx * x[q] + ty * y[q] + tz * z[q]
+            else:
+                for c in range(d):
+                    row = jac[b, i, c]
+                    for p in range(k):
+                        t = w * row[p]
+                        out = small_a[p]
+                        for q in range(p + 1):
+                            out[q] += t * row[q]
+            if at >= 0:
+                for c in range(d):
+                    f = scale[first + i, c]
+                    row = jac[b, i, c]
+                    wr = w * r[b, i, c]
                     lrow = jloc[b, i, c]
                     for p in range(nl):
                         lrow[p] *= f

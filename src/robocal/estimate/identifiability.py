@@ -20,7 +20,16 @@ from numpy.typing import NDArray
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Linear
 
-__all__ = ["SEEN", "Combination", "Identifiability", "analyse", "block_columns", "eliminate", "observability", "triangle"]
+__all__ = [
+    "SEEN",
+    "Combination",
+    "Identifiability",
+    "analyse",
+    "block_columns",
+    "eliminate",
+    "observability",
+    "triangle",
+]
 
 Array = NDArray[np.float64]
 # With s = 1 the expected error of a column and the standard deviation with which it would be estimated are equal: below,

@@ -11,7 +11,7 @@ modern synthesis (2000), sections 4 to 6.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -218,15 +218,19 @@ class Problem:
     def _ones(self) -> Array:
         return np.ones((1, max(self.units, 1)))
 
-    def _chunks(self, term: Term, batch: int) -> Iterator[tuple[int, int, int, int]]:
-        """Slices of batch and rows whose Jacobian stays small."""
+    def _chunks(self, term: Term, batch: int) -> Iterable[tuple[int, int, int, int]]:
+        """Slices of batch and rows (lo, hi, first, rows) whose Jacobian stays small."""
         m, d = term.scale.shape
         each = max(1, d * (len(term.columns) + self.block_size))
+        if batch * m * each <= CHUNK:
+            return ((0, batch, 0, m),)
         rows = max(1, min(m, CHUNK // each))
         many = max(1, CHUNK // (each * rows)) if rows == m else 1
-        for lo in range(0, batch, many):
-            for first in range(0, m, rows):
-                yield lo, min(batch, lo + many), first, min(rows, m - first)
+        return [
+            (lo, min(batch, lo + many), first, min(rows, m - first))
+            for lo in range(0, batch, many)
+            for first in range(0, m, rows)
+        ]
 
     def residuals(self, x: Array) -> list[Residuals]:
         """Unwhitened residuals of every term at x: (m, d) for one x (P,) or (1, P), else (B, m, d)."""

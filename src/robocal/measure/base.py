@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain, Element, compile_path, frame_element
+from robocal.arms.chain import Chain, Element, compile_path, cosines, frame_element
 from robocal.errors import ModelError, nearest
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term
@@ -146,7 +146,8 @@ class Builder:
                 row, column = np.argwhere(np.isnan(phi))[0]
                 place = self.configurations.ids[configuration[row]]
                 raise ModelError("a configuration lacks a value that the model needs", key=program.columns[column], found=place)
-        return Path(program, np.ascontiguousarray(phi[None]))
+        phi = np.ascontiguousarray(phi[None])
+        return Path(program, phi, cosines(phi))
 
     def tool(self, configuration: Ints, before: Sequence[Element] = (), after: Sequence[Element] = ()) -> Carrier:
         """The machine's tool or platform frame, with frames before and behind it."""

@@ -47,6 +47,7 @@ class Path:
 
     program: Program
     phi: Array  # (1, M, C)
+    trig: Array  # (1, M, C, 2): the rows never change, so their cosines are taken once
     columns: Ints = field(default_factory=lambda: NONE)
     entries: tuple[Ints, Array] | None = None
     local: Ints | None = None
@@ -59,7 +60,9 @@ class Path:
         return replace(self, columns=column_of[used], entries=self.program.entries(output))
 
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
-        t, j = self.program.run(x, self.phi, self.entries, len(self.columns), turn=turn, first=first, rows=rows)
+        t, j = self.program.run(
+            x, self.phi, self.entries, len(self.columns), turn=turn, first=first, rows=rows, trig=self.trig
+        )
         return t, j, j[..., :0]
 
 

@@ -132,18 +132,20 @@ class DataSet:
         nan_a, nan_b = np.full(len(a), np.nan), np.full(len(b), np.nan)
         names = {**a.columns, **b.columns}
         columns = {k: np.concatenate([a.columns.get(k, nan_a), b.columns.get(k, nan_b)]) for k in names}
-        joints, start = _stack(a.joints, b.joints, len(a), len(b)), _stack(a.start, b.start, len(a), len(b))
+        joints = _stack(a.joints, b.joints, len(a), len(b), np.nan)
+        # Free poses start at the identity where nothing is said.
+        start = _stack(a.start, b.start, len(a), len(b), 0.0)
         moved = tuple(replace(o, configuration=o.configuration + shift) for o in other.observations)
         return DataSet(Configurations(a.ids + b.ids, joints, columns, start), self.observations + moved)
 
 
-def _stack(a: Array | None, b: Array | None, rows_a: int, rows_b: int) -> Array | None:
-    """One above the other; what only one of them has is NaN in the other."""
+def _stack(a: Array | None, b: Array | None, rows_a: int, rows_b: int, absent: float) -> Array | None:
+    """One above the other; what only one of them has is `absent` in the other."""
     if a is None and b is None:
         return None
     width = (a if a is not None else b).shape[1]  # type: ignore[union-attr]
-    upper = np.full((rows_a, width), np.nan) if a is None else a
-    lower = np.full((rows_b, width), np.nan) if b is None else b
+    upper = np.full((rows_a, width), absent) if a is None else a
+    lower = np.full((rows_b, width), absent) if b is None else b
     if upper.shape[1] != lower.shape[1]:
         raise ModelError("two data sets with different numbers of joints", found=lower.shape[1], expected=upper.shape[1])
     return np.vstack([upper, lower])
