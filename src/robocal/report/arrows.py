@@ -1,0 +1,192 @@
+"""Error arrows at the tool's positions in two panels, before and after: drawn here once, turned by viewer.js in the browser.
+
+The view is orthographic. With azimuth a and elevation e, right = (-sin a, cos a, 0) and up = (-sin e cos a, -sin e sin a, cos e)
+span the page. Both sides use the same formulas and numbers, so a page without scripts, or on paper, shows the script's first view.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from robocal.report.numbers import finite, fixed, plain, significant
+from robocal.report.series import column, is_held_out
+from robocal.report.svg import drawing, label, num
+
+__all__ = ["Arrows", "arrows"]
+
+WIDE, HIGH = 460.0, 440.0
+HALF = 200.0  # half of the drawn space, from the middle to the farthest corner
+FAR = 1e9  # mm; beyond this it is no position
+AZIMUTH, ELEVATION = -55.0, 24.0
+LONG = 34.0  # the 90th percentile of arrows is drawn this long
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Arrows:
+    """Two pictures, the numbers that viewer.js needs (JSON, safe inside a script element), and in words how far the box reaches."""
+
+    before: str
+    after: str
+    data: str
+    box: str
+
+
+def arrows(residuals: Mapping[str, Sequence[object]]) -> Arrows | None:
+    """Draws all rows that have a position and an error before and after; None when there are none."""
+    names = (
+        "x_mm",
+        "y_mm",
+        "z_mm",
+        "dx_before_mm",
+        "dy_before_mm",
+        "dz_before_mm",
+        "dx_after_mm",
+        "dy_after_mm",
+        "dz_after_mm",
+    )
+    table = zip(*(column(residuals, name) for name in names), is_held_out(residuals), strict=True)
+    rows: list[tuple[list[float], bool]] = []
+    for *cells, out in table:
+        numbers = [v for v in map(finite, cells) if v is not None and abs(v) < FAR]
+        if len(numbers) == len(names):
+            rows.append((numbers, out))
+    if not rows:
+        return None
+    low = [min(r[i] for r, _ in rows) for i in range(3)]
+    high = [max(r[i] for r, _ in rows) for i in range(3)]
+    middle = [(a + b) / 2 for a, b in zip(low, high, strict=True)]
+    radius = math.dist(low, high) / 2
+    scale = HALF / radius if radius > 0 else 1.0
+    bounds = [[_short((v - m) * scale) for v, m in zip(end, middle, strict=True)] for end in (low, high)]
+    at = [[_short((v - m) * scale) for v, m in zip(r[:3], middle, strict=True)] for r, _ in rows]
+    errors = [[[_short(v, 5) for v in r[3 + 3 * k : 6 + 3 * k]] for r, _ in rows] for k in (0, 1)]
+    out = [int(o) for _, o in rows]
+    magnification = (_magnify(errors[0], scale), _magnify(errors[1], scale))
+    data = {
+        "at": at,
+        "before": errors[0],
+        "after": errors[1],
+        "out": out,
+        "bounds": bounds,
+        "scale": scale,
+        "view": [AZIMUTH, ELEVATION],
+        "mag": magnification,
+    }
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
+    pictures = [_panel(k, at, errors[k], out, bounds, scale, magnification[k]) for k in (0, 1)]
+    box = ", ".join(f"{a} from {fixed(u, 0)} to {fixed(v, 0)}" for a, u, v in zip("xyz", low, high, strict=True))
+    return Arrows(pictures[0], pictures[1], text, f"{box} mm")
+
+
+def _short(value: float, digits: int = 4) -> float:
+    return float(f"{value:.{digits}g}")
+
+
+def _magnify(errors: Sequence[Sequence[float]], scale: float) -> float:
+    """A round magnification that draws the 90th percentile about LONG."""
+    sizes = sorted(math.hypot(*e) for e in errors)
+    typical = sizes[int(0.9 * (len(sizes) - 1))] or sizes[-1]
+    if typical <= 0:
+        return 1.0
+    raw = LONG / (typical * scale)
+    power = 10.0 ** math.floor(math.log10(raw))
+    return float(f"{max(s * power for s in (1, 2, 5) if s * power <= raw * 1.0001):.1g}")
+
+
+def _axes() -> tuple[Vector, Vector]:
+    a, e = math.radians(AZIMUTH), math.radians(ELEVATION)
+    return (-math.sin(a), math.cos(a), 0.0), (-math.sin(e) * math.cos(a), -math.sin(e) * math.sin(a), math.cos(e))
+
+
+def _project(point: Sequence[float]) -> tuple[float, float]:
+    right, up = _axes()
+    return (
+        WIDE / 2 + sum(p * r for p, r in zip(point, right, strict=True)),
+        HIGH / 2 - 14 - sum(p * u for p, u in zip(point, up, strict=True)),
+    )
+
+
+def _arrow(point: Sequence[float], error: Sequence[float], factor: float) -> str:
+    """A shaft with two barbs, or a dot where the arrow would be shorter than a pixel."""
+    x, y = _project(point)
+    x2, y2 = _project([p + factor * e for p, e in zip(point, error, strict=True)])
+    dx, dy = x2 - x, y2 - y
+    long = math.hypot(dx, dy)
+    if long < 1:
+        return f"M{num(x)} {num(y)}h0"
+    h = min(5.0, long * 0.45) / long
+    bx, by = x2 - dx * h, y2 - dy * h
+    wx, wy = dy * h * 0.5, -dx * h * 0.5
+    return f"M{num(x)} {num(y)}L{num(x2)} {num(y2)}M{num(bx + wx)} {num(by + wy)}L{num(x2)} {num(y2)}L{num(bx - wx)} {num(by - wy)}"
+
+
+def _box(bounds: Sequence[Sequence[float]]) -> tuple[str, list[tuple[str, float, float]]]:
+    """The edges of the measured box, and where the names of its axes stand: at the high end of an outer edge."""
+    low, high = bounds
+    corners = [[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)]
+    edges = [(i, i | 1 << k) for i in range(8) for k in range(3) if not i >> k & 1]
+    flat = [_project(c) for c in corners]
+    d = "".join(f"M{num(flat[i][0])} {num(flat[i][1])}L{num(flat[j][0])} {num(flat[j][1])}" for i, j in edges)
+    names = []
+    for k in range(3):
+        start, end = max((e for e in edges if e[0] ^ e[1] == 1 << k), key=lambda e: _outside(flat[e[0]], flat[e[1]]))
+        (x0, y0), (x1, y1) = flat[start], flat[end]
+        long = math.hypot(x1 - x0, y1 - y0) or 1.0
+        names.append(("xyz"[k], x1 + 11 * (x1 - x0) / long, y1 + 11 * (y1 - y0) / long + 4))
+    return d, names
+
+
+def _outside(a: tuple[float, float], b: tuple[float, float]) -> float:
+    """How far out an edge lies, the lower of two equal ones first."""
+    x, y = (a[0] + b[0]) / 2 - WIDE / 2, (a[1] + b[1]) / 2 - HIGH / 2 + 14
+    return math.hypot(x, y) + 0.05 * y
+
+
+def _bar(factor: float) -> tuple[float, float]:
+    """The round length (mm) of a scale bar and how long it is drawn."""
+    raw = 90 / factor
+    power = 10.0 ** math.floor(math.log10(raw))
+    value = max(s * power for s in (1, 2, 5) if s * power <= raw * 1.0001)
+    return value, value * factor
+
+
+def _panel(
+    k: int,
+    at: Sequence[Sequence[float]],
+    errors: Sequence[Sequence[float]],
+    out: Sequence[int],
+    bounds: Sequence[Sequence[float]],
+    scale: float,
+    magnification: float,
+) -> str:
+    key = ("before", "after")[k]
+    factor = scale * magnification
+    edges, names = _box(bounds)
+    classes = (key, "held" if k else key)
+    bodies = [
+        "".join(_arrow(p, e, factor) for p, e, o in zip(at, errors, out, strict=True) if o == which) for which in (0, 1)
+    ]
+    value, drawn = _bar(factor)
+    foot = HIGH - 14
+    parts = [f'<path class="box" data-part="box" d="{edges}"/>']
+    parts += [label(x, y, name, "tick axis-name", "middle") for name, x, y in names]
+    parts += [f'<path class="arrow {classes[w]}" data-part="{w}" d="{bodies[w]}"/>' for w in (0, 1)]
+    parts += [
+        f'<path class="axis bar-line" data-part="bar" d="M14 {num(foot)}m0-4v8m0-4h{num(drawn)}m0-4v8"/>',
+        f'<text data-part="bar-text" class="strong" x="14" y="{num(foot - 10)}">error of {plain(value)} mm</text>',
+        f'<text data-part="mag" class="tick" text-anchor="end" x="{num(WIDE - 8)}" y="{num(foot + 4)}">'
+        f"arrows × {plain(magnification)}</text>",
+    ]
+    sizes = [math.hypot(*e) for e in errors]
+    said = (
+        f"{len(errors)} arrows at the tool's positions, drawn {plain(magnification)} times longer than in reality; "
+        f"mean length {significant(sum(sizes) / len(sizes))} mm, largest {significant(max(sizes))} mm."
+    )
+    title = ("Error arrows of the nominal model", "Error arrows that remain after calibration")[k]
+    return drawing(WIDE, HIGH, parts, title=title, text=said, key=f"arrows-{key}", cls="space").replace(
+        "<svg ", f'<svg data-panel="{key}" ', 1
+    )

@@ -1,0 +1,99 @@
+"""The correlation picture: squares as large as the correlation, filled when positive, hollow when negative, so it survives grey."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from robocal.report.numbers import entries, finite
+from robocal.report.svg import drawing, label, num, path
+
+__all__ = ["correlation", "strongest"]
+
+MOST = 70  # more names than this cannot be read; the most entangled are shown
+FAINT = 0.05
+
+
+def _read(data: Mapping[str, object]) -> tuple[list[str], list[list[float | None]]]:
+    """Names and a square matrix, cut to what is complete."""
+    names = [str(n) for n in entries(data.get("names"))]
+    rows = [[finite(v) for v in entries(row)] for row in entries(data.get("matrix"))]
+    n = min(len(names), len(rows))
+    return names[:n], [(row + [None] * n)[:n] for row in rows[:n]]
+
+
+def strongest(data: Mapping[str, object], most: int = 6, least: float = 0.7) -> list[tuple[str, str, float]]:
+    """The pairs with the largest correlation (absolute), strongest first."""
+    names, rows = _read(data)
+    pairs = [
+        (names[j], names[i], v)
+        for i, row in enumerate(rows)
+        for j, v in enumerate(row[:i])
+        if v is not None and abs(v) >= least
+    ]
+    return sorted(pairs, key=lambda p: (-abs(p[2]), p[0], p[1]))[:most]
+
+
+def correlation(data: Mapping[str, object]) -> tuple[str, int]:
+    """The picture (empty text when there are fewer than two names) and how many names it leaves out."""
+    names, rows = _read(data)
+    if len(names) < 2:
+        return "", 0
+    left_out = max(0, len(names) - MOST)
+    if left_out:
+        strength = [
+            max((abs(v) for j, v in enumerate(row) if j != i and v is not None), default=0.0)
+            for i, row in enumerate(rows)
+        ]
+        keep = sorted(sorted(range(len(names)), key=lambda i: -strength[i])[:MOST])
+        names = [names[i] for i in keep]
+        rows = [[rows[i][j] for j in keep] for i in keep]
+    return _draw(names, rows), left_out
+
+
+def _draw(names: Sequence[str], rows: Sequence[Sequence[float | None]]) -> str:
+    n = len(names)
+    cell = max(9.0, min(22.0, 640 / n))
+    font = min(11.5, cell * 0.82)
+    short = [name if len(name) <= 22 else name[:21] + "…" for name in names]
+    margin = max(len(s) for s in short) * font * 0.62 + 10
+    side = n * cell
+    height = side + 8
+    full: list[str] = []
+    hollow: list[str] = []
+    grid: list[str] = []
+    for i, row in enumerate(rows):
+        y = 4 + i * cell
+        grid.append(f"M{num(margin)} {num(y)}h{num((i + 1) * cell)}M{num(margin + i * cell)} {num(y)}V{num(4 + side)}")
+        for j, v in enumerate(row[:i]):
+            if v is None or abs(v) < FAINT:
+                continue
+            size = (cell - 1.6) * min(abs(v), 1.0) ** 0.5 - (0 if v > 0 else 1)
+            if size <= 0:
+                continue
+            x0, y0 = margin + (j + 0.5) * cell - size / 2, y + cell / 2 - size / 2
+            square = f"M{x0:.1f} {y0:.1f}h{size:.1f}v{size:.1f}h-{size:.1f}z"
+            (full if v > 0 else hollow).append(square)
+    parts = [path("".join(grid), "grid"), path("".join(full), "rho plus"), path("".join(hollow), "rho minus")]
+    for i, name in enumerate(short):
+        y = 4 + (i + 0.5) * cell
+        text = label(margin - 6, y + font * 0.35, name, "tick", "end")
+        under = label(margin + (i + 0.75) * cell, y + font * 0.35, name, "tick") if i < n - 1 else ""
+        parts.append(text.replace("<text ", f'<text style="font-size:{font:.1f}px" ', 1))
+        parts.append(under.replace("<text ", f'<text style="font-size:{font:.1f}px" ', 1))
+    width = margin + side + 8 + margin * 0.4
+    pairs = [
+        (abs(v), names[j], names[i], v) for i, row in enumerate(rows) for j, v in enumerate(row[:i]) if v is not None
+    ]
+    most = max(pairs, default=None)
+    said = f"Correlations of {n} parameters."
+    if most:
+        said += f" The largest is {most[3]:.2f}, between {most[1]} and {most[2]}."
+    return drawing(
+        width,
+        height,
+        parts,
+        title="Correlation of the identified parameters",
+        text=said,
+        key="correlation",
+        cls="matrix",
+    )

@@ -1,0 +1,149 @@
+"""Numbers as people read them: sigma decides the digits, a missing value is a dash, and minus is a minus sign."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+__all__ = [
+    "MISSING",
+    "align",
+    "decimals",
+    "entries",
+    "finite",
+    "fixed",
+    "plain",
+    "ranges",
+    "scientific",
+    "section",
+    "significant",
+    "unit_text",
+    "with_unit",
+]
+
+MISSING = "–"
+_UNITS = {"deg": "°", "degree": "°", "degrees": "°", "um": "µm", "-": "", "1": ""}
+
+
+def section(data: object, *keys: str) -> Mapping[str, object]:
+    """A nested object of the result, or an empty one where anything on the way is missing."""
+    for key in keys:
+        data = data.get(key) if isinstance(data, Mapping) else None
+    return data if isinstance(data, Mapping) else {}
+
+
+def entries(value: object) -> list[object]:
+    """A list of the result, or an empty one; a lone text counts as one entry."""
+    if isinstance(value, str):
+        return [value] if value else []
+    return list(value) if isinstance(value, Sequence) else []
+
+
+def finite(value: object) -> float | None:
+    """A usable number, or None for everything else (null, text, NaN, infinity)."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def decimals(size: float, digits: int = 2) -> int:
+    """How many decimals show `size` with that many significant digits, rounding up of 0.0996 to 0.10 included."""
+    if not math.isfinite(size) or size == 0:
+        return digits
+    exponent = int(f"{abs(size):.{digits - 1}e}".split("e")[1])
+    return min(max(digits - 1 - exponent, 0), 12)
+
+
+def fixed(value: object, places: int) -> str:
+    """A number with that many decimals; what rounds to zero carries no sign; what no column could hold becomes scientific."""
+    number = finite(value)
+    if number is None:
+        return MISSING
+    if abs(number) >= 1e9:
+        return scientific(number, 2)
+    text = f"{number:.{places}f}"
+    if float(text) == 0:
+        text = text.lstrip("-")
+    return text.replace("-", "\u2212")
+
+
+def significant(value: object, digits: int = 3) -> str:
+    """A number with that many significant digits; scientific only where decimals would be silly."""
+    number = finite(value)
+    if number is None:
+        return MISSING
+    if number != 0 and not 1e-5 <= abs(number) < 1e7:
+        return scientific(number, digits - 1)
+    return fixed(number, decimals(number, digits))
+
+
+def scientific(number: float, places: int) -> str:
+    """A number as 4.10·10⁷."""
+    mantissa, exponent = f"{number:.{places}e}".split("e")
+    power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"{mantissa}·10{power}".replace("-", "\u2212")
+
+
+def plain(value: object) -> str:
+    """A number that nothing gives digits to: as short as it was written."""
+    number = finite(value)
+    if number is None:
+        return MISSING
+    if number != 0 and not 1e-5 <= abs(number) < 1e7:
+        return scientific(number, 3)
+    text = f"{number:.7g}"
+    return "0" if text == "-0" else text.replace("-", "\u2212")
+
+
+def unit_text(unit: object) -> str:
+    """A unit as it is printed."""
+    text = "" if unit is None else str(unit)
+    return _UNITS.get(text, text)
+
+
+def with_unit(text: str, unit: object) -> str:
+    """A printed number and its unit, kept on one line; the degree sign follows without a space."""
+    shown = unit_text(unit)
+    if not shown or text == MISSING:
+        return text
+    return text + shown if shown == "°" else f"{text}\u00a0{shown}"
+
+
+def align(column: Sequence[str]) -> list[str]:
+    """A column of printed numbers padded on the right with figure spaces so that decimal points stand below one another."""
+    tails = [len(text) - text.find(".") if "." in text else 0 for text in column]
+    most = max(tails, default=0)
+    out = []
+    for text, tail in zip(column, tails, strict=True):
+        if "·" in text:
+            out.append(text)
+            continue
+        point = "\u2008" if most and not tail else ""
+        out.append(text + point + "\u2007" * (most - tail - len(point)))
+    return out
+
+
+def ranges(names: Iterable[object]) -> str:
+    """A list of names, consecutive whole numbers (also with one common prefix and width, p001 to p009) drawn together."""
+    items = [str(n) for n in names]
+    out: list[str] = []
+    i = 0
+    while i < len(items):
+        j = i
+        while j + 1 < len(items) and _next(items[j]) == items[j + 1]:
+            j += 1
+        out += [f"{items[i]} to {items[j]}"] if j - i >= 2 else items[i : j + 1]
+        i = j + 1
+    return ", ".join(out)
+
+
+def _next(name: str) -> str | None:
+    head = name.rstrip("0123456789")
+    tail = name[len(head) :]
+    if not tail or not tail.isascii() or len(tail) > 18:
+        return None
+    return head + str(int(tail) + 1).zfill(len(tail))

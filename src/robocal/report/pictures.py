@@ -1,0 +1,187 @@
+"""Pictures of errors: their histogram, every configuration in a row, the cost while it converges, and one picture for a README."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from robocal.report.numbers import significant, unit_text, with_unit
+from robocal.report.series import Series, pairs, three
+from robocal.report.svg import Scale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
+from robocal.report.words import times_smaller
+
+__all__ = ["before_after", "convergence", "histogram", "per_pose"]
+
+# The colours of style.css, for a picture that stands alone.
+STYLE = """
+svg{--ink:#16202b;--soft:#5b6673;--grid:#e3e7ec;--axis:#9aa4af;--before:#c2530a;--held:#16202b;--paper:#fff}
+@media (prefers-color-scheme:dark){
+svg{--ink:#e8edf2;--soft:#a3afbb;--grid:#2a343f;--axis:#62707e;--before:#f08a45;--held:#fff;--paper:#10171f}}
+text{font:12.5px system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;fill:var(--soft)}
+.strong{font-weight:600;fill:var(--ink)}.big{font-size:17px;font-weight:600;fill:var(--ink)}
+.grid,.join{stroke:var(--grid);fill:none}.axis{stroke:var(--axis);fill:none}.back{fill:var(--paper)}
+.halo{stroke:var(--paper);stroke-width:4;opacity:.8}.mark.before{fill:none;stroke:var(--before);stroke-width:1.3}.mark.held{fill:var(--held)}
+.mean{fill:none;stroke-width:1.5;stroke-dasharray:6 4}.mean.before{stroke:var(--before)}.mean.held{stroke:var(--held)}
+"""
+
+
+def _spoken(series: Sequence[Series], unit: str) -> str:
+    return (
+        "; ".join(f"{s.name}: {len(s.values)} values, mean {with_unit(significant(s.mean), unit)}" for s in series)
+        + "."
+    )
+
+
+def histogram(residuals: Mapping[str, Sequence[object]], quantity: str = "", unit: str = "mm") -> str:
+    """How many errors of each size there are, one row per series over one logarithmic axis; empty text when there are no numbers."""
+    series = three(residuals, quantity, unit)
+    around = span(v for s in series for v in s.values)
+    if around is None:
+        return ""
+    width, left, right, row, bins = 460.0, 8.0, 452.0, 78.0, 44
+    height = 14 + row * len(series) + 44
+    x = Scale(*around, left, right, log=True)
+    parts = [bottom_axis(x, height - 44, 10, f"error, {unit_text(unit)}, logarithmic")]
+    for k, s in enumerate(series):
+        foot = 14 + row * (k + 1)
+        counts = [0] * bins
+        for v in s.values:
+            counts[min(int((x(v) - left) / (right - left) * bins) if v > 0 else 0, bins - 1)] += 1
+        step, most = (right - left) / bins, max(counts)
+        bars = [
+            f"M{num(left + i * step + 0.7)} {num(foot)}v{num(-(row - 42) * c / most)}h{num(step - 1.4)}V{num(foot)}z"
+            for i, c in enumerate(counts)
+            if c
+        ]
+        at = x(s.mean) if s.mean > 0 else left
+        mean = f"mean {with_unit(significant(s.mean), unit)}"
+        parts += [
+            path("".join(bars), f"bar {s.key}"),
+            line(left, foot, right, foot, "axis"),
+            line(at, foot - row + 38, at, foot, f"mean {s.key}"),
+            label(left, foot - row + 28, f"{s.name} ({len(s.values)})", "name"),
+            label(right, foot - row + 28, mean, "strong", "end"),
+        ]
+    said = "Histograms on one logarithmic axis. " + _spoken(series, unit)
+    key = f"hist-{quantity.strip('_') or 'distance'}"
+    return drawing(width, height, parts, title="Histogram of errors", text=said, key=key)
+
+
+def per_pose(residuals: Mapping[str, Sequence[object]], quantity: str = "", unit: str = "mm") -> str:
+    """Every error over its configuration's place in the file."""
+    series = three(residuals, quantity, unit)
+    if span(v for s in series for v in s.values) is None:
+        return ""
+    parts, said = _scatter(
+        series, unit, (940.0, 330.0), (52.0, 922.0, 284.0, 34.0), "configuration, in the order of the file"
+    )
+    return drawing(
+        940,
+        330,
+        parts,
+        title="Error of every configuration",
+        text=said,
+        key=f"pose-{quantity.strip('_') or 'distance'}",
+        cls="wide",
+    )
+
+
+def _scatter(
+    series: Sequence[Series],
+    unit: str,
+    size: tuple[float, float],
+    box: tuple[float, float, float, float],
+    what: str,
+    named: bool = False,
+) -> tuple[list[str], str]:
+    """Points over ordinals between (left, right, bottom, top) with mean lines; `named` writes the means and joins two series."""
+    left, right, bottom, top = box
+    low, high = span(v for s in series for v in s.values) or (0.1, 1.0)
+    last = max(max(s.at) for s in series)
+    x = Scale(0.5, last + 0.5, left, right)
+    y = Scale(low, high, bottom, top, log=True)
+    whole = [t for t in Scale(1, max(last, 2), left, right).ticks if 1 <= t <= last and t == int(t)]
+    parts = [
+        left_axis(y, left, right, f"error, {unit_text(unit)}, logarithmic"),
+        line(left, bottom, right, bottom, "axis"),
+    ]
+    parts += [label(x(t), bottom + 16, str(int(t)), "tick", "middle") for t in whole]
+    parts.append(label((left + right) / 2, min(bottom + 36, size[1] - 8), what, "axis-title", "middle"))
+    if named and len(series) == 2:
+        joined = zip(series[0].at, *(s.values for s in series), strict=True)
+        parts.append(
+            path(
+                "".join(
+                    f"M{num(x(i))} {num(y(b) if b > 0 else bottom)}V{num(y(a) if a > 0 else bottom)}"
+                    for i, b, a in joined
+                ),
+                "join",
+            )
+        )
+    for s in series:
+        parts.append(points([x(i) for i in s.at], [y(v) if v > 0 else bottom for v in s.values], s.key))
+    for s in series:
+        at = y(s.mean) if s.mean > 0 else bottom
+        parts += [line(left, at, right, at, "halo"), line(left, at, right, at, f"mean {s.key}")]
+        if named:
+            parts += [
+                label(right + 12, at - 3, with_unit(significant(s.mean), unit), "big"),
+                label(right + 12, at + 14, s.name, "strong" if s.key == "held" else ""),
+            ]
+    return parts, "Errors on a logarithmic axis over configurations, with dashed lines at their means. " + _spoken(
+        series, unit
+    )
+
+
+def convergence(costs: Sequence[float]) -> str:
+    """The cost after each iteration, logarithmic; empty text when there is no line to draw."""
+    if len(costs) < 2 or min(costs) <= 0:
+        return ""
+    top = max(costs)
+    around = span(max(c, top * 1e-16) for c in costs)
+    if around is None:
+        return ""
+    low, high = around
+    width, height, left, right, bottom, head = 460.0, 250.0, 62.0, 446.0, 206.0, 34.0
+    x = Scale(0, len(costs) - 1, left + 10, right - 8)
+    y = Scale(low, high, bottom, head, log=True)
+    at = [(x(i), y(c)) for i, c in enumerate(costs)]
+    ticks = [t for t in x.ticks if t == int(t)]
+    parts = [left_axis(y, left, right, "cost, logarithmic"), line(left, bottom, right, bottom, "axis")]
+    parts += [label(x(t), bottom + 16, str(int(t)), "tick", "middle") for t in ticks]
+    parts += [
+        label((left + right) / 2, bottom + 36, "iteration", "axis-title", "middle"),
+        path("M" + "L".join(f"{num(a)} {num(b)}" for a, b in at), "curve"),
+    ]
+    if len(costs) <= 60:
+        parts.append(points([a for a, _ in at], [b for _, b in at], "after"))
+    said = f"The cost falls from {significant(costs[0])} to {significant(costs[-1])} in {len(costs) - 1} iterations."
+    return drawing(width, height, parts, title="Cost after each iteration", text=said, key="convergence")
+
+
+def before_after(residuals: Mapping[str, Sequence[object]]) -> str:
+    """A stand-alone picture (SVG text) for a README: the same measurements before and after, joined, and the two means.
+
+    Shows what was held out, or the fit where nothing was. Raises ValueError when the columns hold no errors.
+    """
+    name, found = pairs(residuals)
+    if span(v for pair in found for v in pair) is None:
+        raise ValueError("the residuals hold no errors to draw")
+    at = tuple(range(1, len(found) + 1))
+    shown = [
+        Series("before", "before", at, tuple(b for b, _ in found)),
+        Series("held", name, at, tuple(a for _, a in found)),
+    ]
+    factor = times_smaller(shown[0].mean, shown[1].mean)
+    title = f"Position error: {factor}" if factor else "Position error"
+    title += " on measurements that the identification never saw" if name == "held out" else ""
+    box = (52.0, 690.0, 318.0, 76.0)
+    parts, said = _scatter(shown, "mm", (860, 372), box, f"measurements ({name})", True)
+    return drawing(
+        860,
+        372,
+        ['<rect class="back" width="860" height="372" rx="10"/>', label(16, 32, title, "big"), *parts],
+        title=title,
+        text=said,
+        key="robocal",
+        style=STYLE.replace("\n", ""),
+    )

@@ -1,0 +1,180 @@
+"""Small drawing tools: escaped text, scales with ticks, and marks gathered into one path per series, so a thousand points stay small."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from html import escape
+
+from robocal.report.numbers import plain, scientific
+
+__all__ = [
+    "MARKS",
+    "Scale",
+    "bottom_axis",
+    "drawing",
+    "label",
+    "left_axis",
+    "line",
+    "log_ticks",
+    "nice_ticks",
+    "num",
+    "path",
+    "points",
+    "span",
+    "tick_text",
+]
+
+Mark = Callable[[float, float], str]
+
+
+def num(value: float) -> str:
+    """A coordinate with one decimal."""
+    text = f"{value:.1f}"
+    return text[:-2] if text.endswith(".0") else text
+
+
+def drawing(
+    width: float,
+    height: float,
+    parts: Iterable[str],
+    *,
+    title: str,
+    text: str,
+    key: str,
+    cls: str = "",
+    style: str = "",
+) -> str:
+    """A whole picture with its alternative text; `key` makes the identifiers of title and description unique in a page."""
+    own = f"<style>{style}</style>" if style else ""
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {num(width)} {num(height)}" width="{num(width)}" height="{num(height)}" '
+        f'class="{escape(f"picture {cls}".strip())}" role="img" aria-labelledby="{key}-t {key}-d">'
+        f'<title id="{key}-t">{escape(title)}</title>'
+        f'<desc id="{key}-d">{escape(text)}</desc>{own}{"".join(parts)}</svg>'
+    )
+
+
+def label(x: float, y: float, text: str, cls: str = "", anchor: str = "start", turn: float = 0) -> str:
+    """A piece of text."""
+    turned = f' transform="rotate({num(turn)} {num(x)} {num(y)})"' if turn else ""
+    end = f' text-anchor="{anchor}"' if anchor != "start" else ""
+    klass = f' class="{cls}"' if cls else ""
+    return f'<text x="{num(x)}" y="{num(y)}"{klass}{end}{turned}>{escape(text)}</text>'
+
+
+def line(x1: float, y1: float, x2: float, y2: float, cls: str) -> str:
+    """A straight line."""
+    return f'<path class="{cls}" d="M{num(x1)} {num(y1)}L{num(x2)} {num(y2)}"/>'
+
+
+def path(d: str, cls: str) -> str:
+    """One path, or nothing when it is empty."""
+    return f'<path class="{cls}" d="{d}"/>' if d else ""
+
+
+def _circle(x: float, y: float) -> str:
+    return f"M{num(x - 2.4)} {num(y)}a2.4 2.4 0 1 0 4.8 0a2.4 2.4 0 1 0-4.8 0z"
+
+
+def _dot(x: float, y: float) -> str:
+    return f"M{num(x - 1.9)} {num(y)}a1.9 1.9 0 1 0 3.8 0a1.9 1.9 0 1 0-3.8 0z"
+
+
+def _diamond(x: float, y: float) -> str:
+    return f"M{num(x)} {num(y - 4.1)}l4.1 4.1l-4.1 4.1l-4.1-4.1z"
+
+
+# Each series has a shape of its own, so that no one needs the colour.
+MARKS: dict[str, Mark] = {"before": _circle, "after": _dot, "held": _diamond}
+
+
+def points(xs: Sequence[float], ys: Sequence[float], series: str) -> str:
+    """All marks of one series as one path."""
+    mark = MARKS[series]
+    return path("".join(mark(x, y) for x, y in zip(xs, ys, strict=True)), f"mark {series}")
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Maps low..high to start..end, linearly or by the logarithm."""
+
+    low: float
+    high: float
+    start: float
+    end: float
+    log: bool = False
+
+    def __call__(self, value: float) -> float:
+        low, high = self.low, self.high
+        if self.log:
+            low, high, value = math.log10(low), math.log10(high), math.log10(min(max(value, low), high))
+        share = (value - low) / (high - low) if high > low else 0.5
+        return self.start + share * (self.end - self.start)
+
+    @property
+    def ticks(self) -> list[float]:
+        """Round values inside."""
+        return log_ticks(self.low, self.high) if self.log else nice_ticks(self.low, self.high)
+
+
+def nice_ticks(low: float, high: float, about: int = 5) -> list[float]:
+    """Multiples of 1, 2 or 5 times a power of ten."""
+    if not high > low:
+        return [low]
+    raw = (high - low) / about
+    power = 10.0 ** math.floor(math.log10(raw))
+    step = next(s * power for s in (1, 2, 5, 10) if s * power >= raw * 0.999)
+    return [i * step for i in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
+
+
+def log_ticks(low: float, high: float) -> list[float]:
+    """Powers of ten, with 2 and 5 between them while there are few."""
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    steps: tuple[int, ...] = (1,) if last - first > 3 else (1, 2, 5)
+    found = [s * 10.0**e for e in range(first, last + 1) for s in steps]
+    inside = [t for t in found if low * 0.999 <= t <= high * 1.001]
+    return inside[:: max(1, math.ceil(len(inside) / 8))]
+
+
+def span(values: Iterable[float]) -> tuple[float, float] | None:
+    """A range on a logarithmic axis that holds all positive values with some air; never narrower than half a decade."""
+    positive = [min(max(v, 1e-200), 1e200) for v in values if v > 0]
+    if not positive:
+        return None
+    low, high = max(min(positive), max(positive) * 1e-9) / 1.25, max(positive) * 1.25
+    if high / low < 3.2:
+        middle = math.sqrt(low * high)
+        low, high = middle / 1.8, middle * 1.8
+    return low, high
+
+
+def tick_text(value: float) -> str:
+    """A tick's number: plain while short, else 10⁷ or 2·10⁷."""
+    if value == 0 or 1e-4 <= abs(value) < 1e5:
+        return plain(value)
+    mantissa, power = scientific(value, 0).split("·")
+    return power if mantissa == "1" else f"{mantissa}·{power}"
+
+
+def bottom_axis(scale: Scale, y: float, top: float, title: str = "") -> str:
+    """Ticks, numbers and grid lines below a plot."""
+    parts = [line(scale.start, y, scale.end, y, "axis")]
+    for t in scale.ticks:
+        x = scale(t)
+        parts += [line(x, y, x, top, "grid"), label(x, y + 15, tick_text(t), "tick", "middle")]
+    if title:
+        parts.append(label((scale.start + scale.end) / 2, y + 32, title, "axis-title", "middle"))
+    return "".join(parts)
+
+
+def left_axis(scale: Scale, x: float, right: float, title: str = "") -> str:
+    """Ticks, numbers and grid lines left of a plot; the title stands above."""
+    parts = []
+    for t in scale.ticks:
+        y = scale(t)
+        parts += [line(x, y, right, y, "grid"), label(x - 7, y + 4, tick_text(t), "tick", "end")]
+    if title:
+        parts.append(label(max(4, x - 36), scale.end - 14, title, "axis-title"))
+    return "".join(parts)

@@ -1,0 +1,178 @@
+"""The rows of every table, as texts ready to print."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+
+from robocal.report.numbers import (
+    MISSING,
+    align,
+    decimals,
+    entries,
+    finite,
+    fixed,
+    plain,
+    section,
+    significant,
+    unit_text,
+)
+from robocal.report.series import column
+from robocal.report.svg import num
+from robocal.report.words import chi2_word
+
+__all__ = ["groups", "mappings", "options", "parameter_rows", "statistics", "worst"]
+
+Row = dict[str, object]
+NAMES = {
+    "before": ("Before", "nominal model, with instrument frames and tool fitted", "before"),
+    "after": ("After, seen by the fit", "corrected model, on the measurements that it was fitted to", "after"),
+    "held_out_before": ("Held out, before", "nominal model, on the held-out measurements", "before"),
+    "held_out": (
+        "Held out, after",
+        "corrected model, on measurements that it never saw: the number that counts",
+        "held",
+    ),
+    "leave_one_out": ("Leave one out", "each configuration predicted by a model fitted to all the others", "held"),
+    "constant": ("Mean position only", "no model at all: always predict the mean; any model must beat this", "none"),
+}
+STATUS = {"identified": "●", "prior": "◐", "dropped": "○", "fixed": "▪"}
+ORDER = {"identified": 0, "prior": 1, "dropped": 2, "fixed": 3}
+
+
+def mappings(value: object) -> list[Mapping[str, object]]:
+    """The objects of a list."""
+    return [v for v in entries(value) if isinstance(v, Mapping)]
+
+
+def statistics(residuals: Mapping[str, object]) -> list[Row]:
+    """One row per known statistic, each with three digits of its mean; decimal points stand below one another."""
+    found = {key: section(residuals, key) for key in NAMES if section(residuals, key)}
+    rows: list[Row] = []
+    cells: list[list[str]] = []
+    for key, s in found.items():
+        name, meaning, klass = NAMES[key]
+        n = finite(s.get("n"))
+        size = finite(s.get("mean")) or finite(s.get("rms"))
+        values = [
+            fixed(s.get(k), decimals(size, 3)) if size else significant(s.get(k)) for k in ("mean", "rms", "p95", "max")
+        ]
+        rows.append(
+            {
+                "key": klass,
+                "name": name,
+                "meaning": meaning,
+                "n": MISSING if n is None else f"{n:.0f}",
+                "profiled": s.get("profiled") is True,
+            }
+        )
+        cells.append(values)
+    columns = [align([row[i] for row in cells]) for i in range(4)]
+    for i, row in enumerate(rows):
+        row["values"] = [texts[i] for texts in columns]
+    return rows
+
+
+def parameter_rows(parameters: Sequence[Mapping[str, object]]) -> list[Row]:
+    """The parameter table: free ones first, sigma (as fitted) giving the digits of its row; `bar` draws the change with two sigma."""
+    ordered = sorted(parameters, key=lambda p: ORDER.get(str(p.get("status")), 2) >= 2)
+    reach: dict[str, float] = {}
+    for p in ordered:
+        delta, sigma = finite(p.get("delta")), finite(p.get("sigma")) or 0.0
+        if delta is not None and p.get("status") in ("identified", "prior"):
+            unit = str(p.get("unit"))
+            reach[unit] = max(reach.get(unit, 0.0), abs(delta) + 2 * sigma)
+    rows = [_parameter(p, reach.get(str(p.get("unit")), 0.0)) for p in ordered]
+    for key in ("nominal", "identified", "delta", "sigma", "instrument"):
+        for row, text in zip(rows, align([str(r[key]) for r in rows]), strict=True):
+            row[key] = text
+    return rows
+
+
+def _parameter(p: Mapping[str, object], reach: float) -> Row:
+    sigma, instrument, delta = (finite(p.get(k)) for k in ("sigma", "sigma_instrument", "delta"))
+    status = str(p.get("status") or "")
+    smallest = sigma or instrument
+    share = finite(p.get("data_share"))
+    moved = status in ("identified", "prior")
+
+    def show(value: object) -> str:
+        return fixed(value, decimals(smallest)) if smallest else plain(value)
+
+    return {
+        "name": str(p.get("name", "")),
+        "unit": unit_text(p.get("unit")),
+        "nominal": show(p.get("nominal")),
+        "identified": show(p.get("identified")) if moved or p.get("identified") != p.get("nominal") else MISSING,
+        "delta": (("+" if delta and delta > 0 else "") + show(delta)) if moved or delta else MISSING,
+        "sigma": show(sigma) if sigma is not None else MISSING,
+        "instrument": fixed(instrument, max(decimals(instrument), decimals(smallest or 1))) if instrument else MISSING,
+        "status": status or MISSING,
+        "sign": STATUS.get(status, ""),
+        "share": MISSING if share is None else f"{100 * min(max(share, 0), 1):.0f}\u00a0%",
+        "note": str(p.get("note") or ""),
+        "bar": _bar(delta, sigma or 0.0, reach) if moved and delta is not None and reach > 0 else None,
+    }
+
+
+def _bar(delta: float, sigma: float, reach: float) -> dict[str, str]:
+    """Coordinates of a whisker of two sigma and a dot at the change, in a field 96 wide with zero in the middle."""
+    at, arm = 48 + 44 * delta / reach, 44 * 2 * sigma / reach
+    return {"at": num(at), "low": num(at - arm), "high": num(at + arm)}
+
+
+def groups(fit: Mapping[str, object]) -> list[Row]:
+    """Sensor groups with chi2 and where their sigma comes from."""
+    rows: list[Row] = []
+    for g in mappings(fit.get("groups")):
+        chi2, dof = finite(g.get("chi2")), finite(g.get("dof"))
+        unit = unit_text(g.get("unit"))
+        ratio = chi2 / dof if chi2 is not None and dof else None
+        row: Row = {"name": str(g.get("name") or MISSING), "kind": str(g.get("kind") or MISSING), "unit": unit}
+        row |= {k: significant(g.get(k), 3) for k in ("rms", "sigma")} | {
+            "chi2": significant(chi2, 4),
+            "ratio": significant(ratio, 3),
+        }
+        row |= {k: MISSING if v is None else plain(round(v, 1)) for k, v in (("n", finite(g.get("n"))), ("dof", dof))}
+        rows.append(
+            row | {"source": str(g.get("sigma_source") or MISSING), "word": chi2_word(chi2, dof, g.get("sigma_source"))}
+        )
+    return rows
+
+
+def options(provenance: Mapping[str, object]) -> list[tuple[str, str]]:
+    """Options as name and text."""
+    found = section(provenance, "options")
+    return [(str(k), _option(found[k])) for k in sorted(found)]
+
+
+def _option(value: object) -> str:
+    if isinstance(value, str):
+        return value
+    return f"{value:.6g}" if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)
+
+
+def worst(residuals: Mapping[str, Sequence[object]], most: int = 8) -> list[Row]:
+    """The rows with the largest error after calibration: where to look for a slipped target."""
+    columns = (column(residuals, k) for k in ("configuration", "group", "target", "set", "before_mm", "after_mm"))
+    rows = []
+    for configuration, group, target, which, before, after in zip(*columns, strict=True):
+        size = finite(after)
+        if size is not None:
+            rows.append((size, configuration, group, target, which, finite(before)))
+    rows.sort(key=lambda r: -r[0])
+    shown = rows[:most]
+    places = decimals(shown[-1][0], 3) if shown and shown[-1][0] > 0 else 3
+    mean = math.fsum(r[0] for r in rows) / len(rows) if rows else 0.0
+    return [
+        {
+            "configuration": str(c),
+            "where": " · ".join(str(v) for v in (g, t) if v not in (None, "")),
+            "set": "held out" if s == "held_out" else "fit",
+            "before": fixed(b, places),
+            "after": fixed(a, places),
+            "times": significant(a / mean, 2) if mean > 0 else MISSING,
+        }
+        for a, c, g, t, s, b in shown
+    ]

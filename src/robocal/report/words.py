@@ -1,0 +1,193 @@
+"""What the numbers mean, in words: the verdict, what was proven and what was not, and what to do next."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from robocal.report.numbers import entries, finite, section, significant, with_unit
+
+__all__ = ["Verdict", "chi2_word", "dropped_names", "hints", "proof", "reasons", "times_smaller", "verdict"]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a verdict is shown: `key` is its class in the style sheet."""
+
+    key: str
+    word: str
+    meaning: str
+
+
+_VERDICTS = {
+    "improved": Verdict(
+        "improved",
+        "Improved",
+        "The corrected model is better than the nominal one, and the gain is proven on measurements that it had not seen.",
+    ),
+    "not_improved": Verdict("not-improved", "Not improved", "A better model was not proven. Keep the nominal one."),
+    "refused": Verdict(
+        "refused",
+        "Refused",
+        "The model does not explain these measurements. Do not use the identified parameters; they are listed for diagnosis only.",
+    ),
+}
+_UNKNOWN = Verdict(
+    "unknown", "No verdict", "The result carries no verdict, so nothing can be concluded from the numbers below."
+)
+
+# What a reason is about, and what helps. The first column is looked for in the given reasons, and nowhere else.
+_HINTS = (
+    (
+        r"too few|not enough|fewer|underdetermined",
+        "Measure more configurations: at least three times as many numbers as free parameters, and some more to hold out. "
+        "Or free fewer parameters (calibrate: free in the robot file).",
+    ),
+    (
+        r"plane|planar|\bline\b|collinear",
+        "Measure elsewhere too: spread the configurations over the whole space that the robot can reach. "
+        "robocal plan proposes some.",
+    ),
+    (
+        r"(angle|joint|orientation)s? (hardly|barely|moves?|var)|alike|too similar|excit|range of",
+        "Let every joint move through most of its range, so that each parameter shows.",
+    ),
+    (
+        r"predicting the mean|constant|no gain over",
+        "The joint values explain nothing of what was measured. Check that each row pairs a measurement with its own "
+        "joint values, in the right order, and that units and signs of the joints agree with the model.",
+    ),
+    (
+        r"outside the stated noise|stated noise|unexplained|no free set|cannot explain",
+        "Something that the model lacks is larger than the noise. Check convention, units, tool and the order of rotations; "
+        "look for a slipped target or a moved instrument in the worst configurations; and check that the stated sigma is true.",
+    ),
+    (
+        r"noise (is )?(larger|greater|bigger|above)|sigma (is )?(larger|greater)",
+        "The noise hides the error. Measure with a better instrument, or repeat each configuration and average.",
+    ),
+    (
+        r"\brank (is )?0\b|no effect|nothing (is|can be) identif",
+        "These measurements do not depend on any free parameter. Free others, or measure something else.",
+    ),
+    (
+        r"\bunits?\b|\bdegrees?\b|\bradians?\b|millimet",
+        "Check the units in the robot and data files; robocal check looks for the usual swaps.",
+    ),
+    (
+        r"nothing (was |is )?held out|no hold-?out|without hold-?out|not proven on",
+        "Hold out a part of the configurations, or identify with leave-one-out, so that the gain can be proven.",
+    ),
+    (
+        r"interval|not significant|(includes|contains) (0|zero)|below 0",
+        "The held-out configurations do not settle it. Measure more of them, or accept that the nominal model is already "
+        "as good as these measurements can tell.",
+    ),
+    (
+        r"converge|iteration|singular|not finite|stalled",
+        "The fit did not settle. Start nearer to the truth, state priors, or free fewer parameters.",
+    ),
+)
+
+
+def verdict(result: Mapping[str, object]) -> Verdict:
+    """The verdict of a result."""
+    return _VERDICTS.get(str(section(result, "verdict").get("status")), _UNKNOWN)
+
+
+def reasons(result: Mapping[str, object]) -> list[str]:
+    """The given reasons, as texts."""
+    return [str(r) for r in entries(section(result, "verdict").get("reasons"))]
+
+
+def hints(result: Mapping[str, object]) -> list[str]:
+    """What to do next, where the verdict is not `improved`; each hint answers a given reason."""
+    if verdict(result).key == "improved":
+        return []
+    given = " | ".join(reasons(result)).lower()
+    return [hint for pattern, hint in _HINTS if re.search(pattern, given)]
+
+
+def times_smaller(before: float | None, after: float | None) -> str:
+    """The factor between two errors in words, or nothing where it says nothing."""
+    if before is None or after is None or before <= 0 or after <= 0:
+        return ""
+    ratio = before / after
+    if 0.95 < ratio < 1.05:
+        return "about the same"
+    word = "smaller" if ratio > 1 else "larger"
+    ratio = max(ratio, 1 / ratio)
+    shown = f"{ratio:.0f}" if ratio >= 9.5 else f"{ratio:.1f}" if ratio >= 1.95 else f"{ratio:.2f}"
+    return f"{shown} times {word}"
+
+
+def _mean(residuals: Mapping[str, object], name: str) -> float | None:
+    return finite(section(residuals, name).get("mean"))
+
+
+def proof(residuals: Mapping[str, object]) -> str:
+    """One or two sentences: what the unseen measurements say, or that there were none."""
+    unit = residuals.get("unit")
+
+    def show(value: float | None) -> str:
+        return with_unit(significant(value), unit)
+
+    held, held_before = _mean(residuals, "held_out"), _mean(residuals, "held_out_before")
+    single, before, after = (_mean(residuals, name) for name in ("leave_one_out", "before", "after"))
+    if held is not None:
+        n = finite(section(residuals, "held_out").get("n"))
+        many = f"{n:.0f} " if n is not None else ""
+        if held_before is not None:
+            factor = times_smaller(held_before, held)
+            return (
+                f"On {many}measurements that the identification never saw, the mean error went from {show(held_before)} to {show(held)}"
+                + (f": {factor}." if factor else ".")
+            )
+        return f"On {many}measurements that the identification never saw, the mean error is {show(held)}" + (
+            f"; the nominal model, over all measurements, leaves {show(before)}." if before is not None else "."
+        )
+    if single is not None:
+        text = "No set was held out as a whole; each configuration was predicted from all the others instead. "
+        text += f"That mean error is {show(single)}"
+        if before is not None:
+            factor = times_smaller(before, single)
+            text += f", against {show(before)} with the nominal model" + (f": {factor}" if factor else "")
+        return text + "."
+    if after is not None:
+        return (
+            f"Nothing was held out. The error of {show(after)} was computed on the measurements that the model was fitted to, "
+            "so it shows how well the model bends to them and is no proof that it predicts others."
+        )
+    return "No errors were recorded, so nothing is proven."
+
+
+def chi2_word(chi2: object, dof: object, source: object) -> str:
+    """What chi2 / dof says about the stated noise, from a 95 % interval (Wilson and Hilferty's cube root)."""
+    value, freedom = finite(chi2), finite(dof)
+    if value is None or freedom is None or freedom <= 0:
+        return ""
+    if "estimated" in str(source):
+        return "sigma was taken from these residuals, so this is 1 by construction and tests nothing"
+    spread = math.sqrt(2 / (9 * freedom))
+    low, high = ((1 - 2 / (9 * freedom) + z * spread) ** 3 for z in (-1.96, 1.96))
+    ratio = value / freedom
+    if ratio > high:
+        return f"more than the noise explains; as-fitted sigmas are {significant(math.sqrt(ratio), 2)} times the instrument's"
+    if ratio < low:
+        return "less than the stated noise; that sigma looks too large"
+    return "as the stated noise predicts"
+
+
+def dropped_names(identifiability: Mapping[str, object], parameters: Sequence[Mapping[str, object]]) -> list[str]:
+    """Names of dropped parameters, from both places that know them, in order and once."""
+    found: dict[str, None] = {}
+    for item in entries(identifiability.get("dropped")):
+        name = item.get("name") if isinstance(item, Mapping) else item
+        if name is not None:
+            found[str(name)] = None
+    for row in parameters:
+        if row.get("status") == "dropped":
+            found[str(row.get("name", ""))] = None
+    return list(found)

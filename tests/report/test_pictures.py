@@ -1,0 +1,198 @@
+"""Numbers and pictures: digits, scales, what is drawn and what is said about it."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import xml.etree.ElementTree as ET
+
+import pytest
+from report import samples
+
+from robocal.report import before_after, matrix, numbers, pictures, svg, words
+from robocal.report.arrows import arrows
+from robocal.report.series import pairs, three
+from robocal.report.tables import parameter_rows, statistics
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.mark.parametrize(
+    ("size", "places"),
+    [(0.0123, 3), (0.0994, 3), (0.0996, 2), (0.15, 2), (1.0, 1), (9.96, 0), (150.0, 0), (math.inf, 2), (0.0, 2)],
+)
+def test_sigma_decides_the_digits(size: float, places: int) -> None:
+    assert numbers.decimals(size) == places
+
+
+def test_numbers_in_print() -> None:
+    assert numbers.significant(2.9134) == "2.91" and numbers.significant(0.06213) == "0.0621"
+    assert numbers.significant(-1234.5) == "\u22121234" or numbers.significant(-1234.5) == "\u22121235"
+    assert numbers.significant(4.1e7) == "4.10·10⁷" and numbers.significant(2e-7, 2) == "2.0·10⁻⁷"
+    assert numbers.fixed(-0.0004, 2) == "0.00"
+    assert [numbers.significant(v) for v in (None, math.nan, math.inf, "3", True)] == ["–"] * 5
+    assert numbers.with_unit("0.3", "deg") == "0.3°" and numbers.with_unit("0.3", "mm") == "0.3\u00a0mm"
+
+
+def test_decimal_points_stand_below_one_another() -> None:
+    column = numbers.align(["1.25", "−10.5", "300", "–"])
+    ends = [len(t) - (t + ".").index(".") if "." in t else len(t) - len(t.rstrip("\u2007\u2008")) for t in column]
+    assert len(set(ends)) == 1
+
+
+def test_names_are_drawn_together() -> None:
+    assert numbers.ranges(["p008", "p009", "p010", "p012", 3, 4]) == "p008 to p010, p012, 3, 4"
+    assert numbers.ranges([1, 2, 3, 4, 9]) == "1 to 4, 9"
+    assert numbers.ranges([]) == ""
+
+
+def test_ticks_are_round_and_inside() -> None:
+    assert svg.nice_ticks(0, 10) == [0, 2, 4, 6, 8, 10]
+    assert svg.log_ticks(0.05, 8) == pytest.approx([0.05, 0.1, 0.2, 0.5, 1, 2, 5])
+    assert svg.log_ticks(1e-9, 1e9)[0] >= 1e-9 * 0.999
+    assert svg.span([0.0, -1.0]) is None
+
+
+def test_parameter_row_carries_sigma_and_change() -> None:
+    row = {
+        "name": "j1.d",
+        "unit": "mm",
+        "nominal": 300,
+        "identified": 300.12345,
+        "delta": 0.12345,
+        "sigma": 0.0212,
+        "status": "identified",
+    }
+    (got,) = parameter_rows([row | {"sigma_instrument": 0.0068, "data_share": 0.5}])
+    texts = {k: str(got[k]).strip() for k in ("nominal", "identified", "delta", "sigma", "instrument", "share")}
+    assert texts == {
+        "nominal": "300.000",
+        "identified": "300.123",
+        "delta": "+0.123",
+        "sigma": "0.021",
+        "instrument": "0.0068",
+        "share": "50\u00a0%",
+    }
+
+
+def test_statistics_keep_three_digits_of_each_mean() -> None:
+    rows = statistics(
+        {"before": {"mean": 2.9134, "rms": 3.0, "p95": None, "max": 5.0, "n": 3}, "held_out": {"mean": 0.06213, "n": 2}}
+    )
+    assert [str(v).strip() for v in rows[0]["values"]] == ["2.91", "3.00", "–", "5.00"]  # type: ignore[attr-defined]
+    assert [str(v).strip() for v in rows[1]["values"]] == ["0.0621", "–", "–", "–"]  # type: ignore[attr-defined]
+
+
+def test_series_separate_what_was_seen() -> None:
+    _, rows = samples.improved(20, 6)
+    assert [(s.key, len(s.values)) for s in three(rows)] == [("before", 20), ("after", 14), ("held", 6)]
+    name, found = pairs(rows)
+    assert name == "held out" and len(found) == 6
+    assert pairs(samples.refused()[1])[0] == "left out one at a time"
+    del rows["held_out_mm"]
+    assert [len(s.values) for s in three(rows)] == [20, 14, 6]
+    assert three({}) == []
+
+
+def test_before_after_stands_alone() -> None:
+    text = before_after(samples.improved()[1])
+    root = ET.fromstring(text)
+    assert root.tag == f"{SVG}svg" and len(text) < 40_000
+    said = root.findtext(f"{SVG}title")
+    assert said and re.fullmatch(
+        r"Position error: \d+ times smaller on measurements that the identification never saw", said
+    )
+    assert "never saw" not in before_after(samples.refused()[1])
+    with pytest.raises(ValueError, match="no errors to draw"):
+        before_after({"before_mm": [None]})
+
+
+@pytest.mark.parametrize("m", [1, 2, 1000])
+def test_pictures_are_well_formed_and_stay_inside(m: int) -> None:
+    _, rows = samples.improved(m, 0, angle=True)
+    drawn = arrows(rows)
+    assert drawn is not None
+    for text in (pictures.histogram(rows), pictures.per_pose(rows, "angle_", "deg"), drawn.before, drawn.after):
+        root = ET.fromstring(text)
+        width, height = (float(v) for v in root.attrib["viewBox"].split()[2:])
+        marks = [p.attrib["d"] for p in root.iter(f"{SVG}path")]
+        assert marks and "nan" not in text and "inf" not in text
+        at = [(float(x), float(y)) for d in marks for x, y in re.findall(r"M(-?[\d.]+) (-?[\d.]+)", d)]
+        # An arrow may begin at the edge and point outwards; nothing begins far outside.
+        assert all(-10 <= x <= width + 10 and -10 <= y <= height + 10 for x, y in at)
+
+
+def test_arrows_carry_their_numbers_and_skip_rows_without() -> None:
+    _, rows = samples.improved(10, 3)
+    rows["dx_after_mm"][4] = None
+    drawn = arrows(rows)
+    assert drawn is not None
+    data = json.loads(drawn.data)
+    assert len(data["at"]) == len(data["before"]) == len(data["after"]) == len(data["out"]) == 9
+    assert max(math.hypot(*p) for p in data["at"]) < 201
+    assert "9 arrows" in drawn.before
+    assert arrows({}) is None
+
+
+def test_no_error_at_all_is_drawn_as_dots() -> None:
+    _, rows = samples.improved(5, 0)
+    for name in rows:
+        if name.endswith("_mm") and name[0] != "x":
+            rows[name] = [0.0] * 5
+    drawn = arrows(rows)
+    assert drawn is not None and "nan" not in drawn.data
+    assert pictures.histogram(rows) == "" and pictures.per_pose(rows) == ""
+
+
+def test_convergence_needs_a_line() -> None:
+    assert pictures.convergence([]) == pictures.convergence([1.0]) == pictures.convergence([1.0, 0.0]) == ""
+    assert "falls from 100 to 1.00 in 2 iterations" in pictures.convergence([100.0, 2.0, 1.0])
+
+
+def test_correlation_shows_sign_by_shape_and_names_the_strongest() -> None:
+    data = {"names": ["a", "b", "c"], "matrix": [[1, 0.9, -0.8], [0.9, 1, None], [-0.8, None, 1]]}
+    picture, left_out = matrix.correlation(data)
+    assert left_out == 0 and 'class="rho plus"' in picture and 'class="rho minus"' in picture
+    assert matrix.strongest(data) == [("a", "b", 0.9), ("a", "c", -0.8)]
+    many = {"names": [f"p{i}" for i in range(90)], "matrix": [[float(i == j) for i in range(90)] for j in range(90)]}
+    assert matrix.correlation(many)[1] == 20
+    assert matrix.correlation({}) == ("", 0)
+
+
+@pytest.mark.parametrize(
+    ("chi2", "dof", "source", "said"),
+    [
+        (310.0, 300, "stated", "as the stated noise predicts"),
+        (3000.0, 300, "stated", "more than the noise explains; as-fitted sigmas are 3.2 times the instrument's"),
+        (100.0, 300, "repeats", "less than the stated noise; that sigma looks too large"),
+        (
+            300.0,
+            300,
+            "estimated",
+            "sigma was taken from these residuals, so this is 1 by construction and tests nothing",
+        ),
+        (None, 300, "stated", ""),
+        (1.0, 0, "stated", ""),
+    ],
+)
+def test_chi2_in_words(chi2: float | None, dof: int, source: str, said: str) -> None:
+    assert words.chi2_word(chi2, dof, source) == said
+
+
+def test_ratios_in_words() -> None:
+    assert words.times_smaller(2.9, 0.06) == "48 times smaller"
+    assert words.times_smaller(41.0, 46.4) == "1.13 times larger"
+    assert words.times_smaller(1.0, 1.01) == "about the same"
+    assert words.times_smaller(0.0, 1.0) == words.times_smaller(None, 1.0) == ""
+
+
+def test_hints_answer_given_reasons_only() -> None:
+    def given(*reasons: str, status: str = "refused") -> list[str]:
+        return words.hints({"verdict": {"status": status, "reasons": list(reasons)}})
+
+    assert given() == [] and given("something new") == []
+    assert given("too few configurations", status="improved") == []
+    assert len(given("too few configurations", "all of them in one plane")) == 2
+    (one,) = given("the 95 % interval of the gain includes 0", status="not_improved")
+    assert one.startswith("The held-out configurations do not settle it")
