@@ -1,0 +1,225 @@
+"""A CSV as a table of text cells whose every error names file, row and column.
+
+Rows are numbered as an editor numbers lines, from 1. Blank lines and lines that begin with `#` are skipped; quoted fields, CRLF, trailing
+separators and a byte-order mark are accepted. Headers may carry units in brackets: `q1 [deg]`.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import FormatError, nearest
+from robocal.files.text import read_text
+
+__all__ = ["CsvTable", "read_csv"]
+
+Array = NDArray[np.float64]
+_UNIT = re.compile(r"^(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]\s*$")
+_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+SEPARATORS = {";": "';'", "\t": "a tab", ",": "','", " ": "a space", "|": "'|'"}
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """Cells by row; `lines` are the line numbers of the rows; `names` are empty without a header; `units` those in the header, or None."""
+
+    path: Path
+    sha256: str
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    lines: NDArray[np.int64]
+    cells: tuple[tuple[str, ...], ...]
+    decimal: str = "."
+
+    def __len__(self) -> int:
+        return len(self.cells)
+
+    @property
+    def width(self) -> int:
+        """The number of columns."""
+        return len(self.units)
+
+    def fail(self, message: str, row: int | None = None, column: str | int | None = None, **facts: Any) -> FormatError:
+        """An error of this file; `row` is the index of a data row."""
+        line = None if row is None else int(self.lines[row])
+        return FormatError(message, file=self.path, row=line, column=column, **facts)
+
+    def find(self, column: str | int) -> int:
+        """The index of a column by name (with or without its unit) or zero-based number. Raises FormatError naming the nearest."""
+        if isinstance(column, int):
+            if not 0 <= column < self.width:
+                raise self.fail(
+                    "there is no such column", column=column, expected=f"0 to {self.width - 1}, counted from zero"
+                )
+            return column
+        plain = _split_unit(column)[0]
+        hits = [i for i, name in enumerate(self.names) if name in (column, plain)]
+        if len(hits) > 1:
+            raise self.fail(
+                "several columns have this name", column=column, expected="a column number, counted from zero"
+            )
+        if not hits:
+            if not self.names:
+                raise self.fail("the file has no header", column=column, expected="column numbers, counted from zero")
+            raise self.fail(
+                "there is no such column",
+                column=column,
+                expected=", ".join(self.names),
+                suggestion=nearest(plain, self.names),
+            )
+        return hits[0]
+
+    def label(self, index: int) -> str | int:
+        """What to call a column in a message."""
+        return self.names[index] if self.names else index
+
+    def unit(self, column: str | int) -> str | None:
+        """The unit that the header states."""
+        return self.units[self.find(column)]
+
+    def texts(self, column: str | int) -> tuple[str, ...]:
+        """The cells of a column, stripped. Raises FormatError for an empty one."""
+        at = self.find(column)
+        out = tuple(row[at].strip() for row in self.cells)
+        if "" in out:
+            raise self.fail("the cell is empty", out.index(""), self.label(at))
+        return out
+
+    def numbers(self, columns: Sequence[str | int]) -> Array:
+        """Finite numbers, shape (rows, columns). Raises FormatError for the first cell that is none."""
+        out = np.empty((len(self), len(columns)))
+        for i, column in enumerate(columns):
+            at = self.find(column)
+            cells: Iterable[str] = [row[at] for row in self.cells]
+            try:
+                if self.decimal != ".":
+                    if any("." in cell for cell in cells):
+                        raise ValueError
+                    cells = [cell.replace(self.decimal, ".") for cell in cells]
+                elif any("_" in cell for cell in cells):
+                    raise ValueError
+                out[:, i] = [float(cell) for cell in cells]
+            except ValueError:
+                raise self._bad_cell(at) from None
+            if not np.isfinite(out[:, i]).all():
+                raise self._bad_cell(at)
+        return out
+
+    def _bad_cell(self, at: int) -> FormatError:
+        """The error for the first cell of a column that is not a finite number."""
+        for row, cells in enumerate(self.cells):
+            cell, column = cells[at].strip(), self.label(at)
+            if not cell:
+                return self.fail("the cell is empty", row, column, expected="a number")
+            if self.decimal != "." and "." in cell:
+                return self.fail(
+                    "a decimal point where the file announces a decimal comma", row, column, found=cell, expected="1,5"
+                )
+            plain = cell.replace(self.decimal, ".")
+            try:
+                value = math.nan if "_" in cell else float(plain)
+            except ValueError:
+                value = math.nan
+            if math.isinf(value) or plain.lower().strip("+-") in ("nan", "inf", "infinity"):
+                return self.fail("not a finite number", row, column, found=cell, expected="a finite number")
+            if math.isnan(value):
+                if self.decimal == "." and _COMMA.fullmatch(cell):
+                    hint = 'a decimal point; or announce the comma: csv: {separator: ";", decimal: ","}'
+                    return self.fail(
+                        "a decimal comma that the file does not announce", row, column, found=cell, expected=hint
+                    )
+                return self.fail("not a number", row, column, found=cell, expected="a number")
+        raise AssertionError(at)
+
+
+def read_csv(
+    path: str | os.PathLike[str], *, separator: str | None = None, decimal: str = ".", header: bool = True
+) -> CsvTable:
+    """Reads a CSV; without `separator` the first line decides. Raises FileError or FormatError."""
+    source = read_text(path)
+    kept = [
+        (i, line)
+        for i, line in enumerate(source.text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1)
+        if line.strip(" \t;,|") and not line.lstrip().startswith("#")
+    ]
+    if not kept:
+        raise FormatError("the file has no rows", file=source.path)
+    chosen = separator if separator is not None else _guess(kept[0][1])
+    rows = _split(kept, chosen, source.path)
+    names: tuple[str, ...] = ()
+    units: tuple[str | None, ...] = ()
+    lines = np.array([i for i, _ in kept], dtype=np.int64)
+    if header:
+        first = [cell.strip() for cell in rows[0]]
+        while first and not first[-1]:
+            first.pop()
+        if not any(re.search(r"[^\d\s.,;eE+-]", cell) for cell in first):
+            raise FormatError(
+                "there is no header in the first row", file=source.path, row=kept[0][0], expected="csv: {header: false}"
+            )
+        parts = [_split_unit(cell) for cell in first]
+        names, units = tuple(p[0] for p in parts), tuple(p[1] for p in parts)
+        rows, lines = rows[1:], lines[1:]
+    else:
+        units = (None,) * (len(rows[0]) - (len(rows[0]) > 1 and not rows[0][-1].strip()))
+    if not rows:
+        raise FormatError("the file has a header but no rows", file=source.path)
+    cells = tuple(
+        _fit(row, len(units), int(line), source.path, chosen, decimal) for row, line in zip(rows, lines, strict=True)
+    )
+    return CsvTable(source.path, source.sha256, names, units, lines, cells, decimal)
+
+
+def _split_unit(header: str) -> tuple[str, str | None]:
+    found = _UNIT.match(header)
+    return (found["name"].strip(), found["unit"].strip()) if found else (header.strip(), None)
+
+
+def _guess(line: str) -> str:
+    """The separator of a line: a semicolon or a tab settles it, then the comma, then spaces."""
+    bare = re.sub(r"\[[^\]]*\]|\"[^\"]*\"", "", line)
+    return next((s for s in (";", "\t", ",", "|") if s in bare), " " if " " in bare.strip() else ",")
+
+
+def _split(kept: list[tuple[int, str]], separator: str, path: Path) -> list[list[str]]:
+    """The cells of every line; a quoted field must end on its line."""
+    options: dict[str, Any] = {"delimiter": separator, "skipinitialspace": True, "strict": True}
+    texts = [line for _, line in kept]
+    if separator == " ":
+        texts = [line.strip() for line in texts]
+    try:
+        rows = list(csv.reader(texts, **options))
+        if len(rows) == len(texts):
+            return rows
+    except csv.Error:
+        pass
+    for (number, _), text in zip(kept, texts, strict=True):
+        try:
+            if len(list(csv.reader([text], **options))) != 1:
+                raise csv.Error("several rows in one line")
+        except csv.Error as error:
+            raise FormatError(f"the row cannot be split into cells: {error}", file=path, row=number) from None
+    raise FormatError("a quoted cell does not end on its line", file=path)
+
+
+def _fit(row: list[str], width: int, line: int, path: Path, separator: str, decimal: str) -> tuple[str, ...]:
+    """A row of exactly `width` cells; an empty last cell behind a trailing separator is dropped."""
+    while len(row) > width and not row[-1].strip():
+        row = row[:-1]
+    if len(row) != width:
+        name = SEPARATORS.get(separator, repr(separator))
+        expected = f"{width} columns, separated by {name}"
+        if separator == "," and decimal == "." and len(row) > width:
+            expected += " (are there decimal commas? then announce csv: {separator: ..., decimal: ','} )"
+        raise FormatError("wrong number of columns", file=path, row=line, found=len(row), expected=expected)
+    return tuple(row)

@@ -1,0 +1,154 @@
+"""What a data.yaml may say: the keys that every kind of measurement shares."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
+
+from robocal.errors import nearest
+from robocal.files.orientation import FORMS
+from robocal.files.schema import Columns, FrameModel, Model, Name, UnitsModel, Version, refuse
+
+__all__ = [
+    "ColumnModel",
+    "CsvModel",
+    "DataModel",
+    "InstrumentModel",
+    "JointsModel",
+    "OrientationModel",
+    "TargetModel",
+    "ValueModel",
+]
+
+
+def _separator(value: Any) -> Any:
+    value = {"tab": "\t", "\\t": "\t", "space": " "}.get(value, value) if isinstance(value, str) else value
+    if not isinstance(value, str) or len(value) != 1 or value in "\"'.\n\r#" or value.isalnum():
+        refuse("not a separator", found=value, expected="one character such as ';' or ',' or tab")
+    return value
+
+
+class CsvModel(Model):
+    """How the CSV is written; without a separator the first line decides."""
+
+    separator: Annotated[Any, BeforeValidator(_separator)] = None
+    decimal: Literal[".", ","] = "."
+    header: bool = True
+
+
+class SigmaModel(Model):
+    """Standard deviations in columns."""
+
+    columns: Columns
+
+
+def _sigma(value: Any) -> Any:
+    if value is None or isinstance(value, dict):
+        return value if value is None else SigmaModel.model_validate(value)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        refuse("not a standard deviation", found=value, expected="a number above 0, or {columns: [...]}")
+    if value <= 0:
+        refuse(
+            "a standard deviation must be above 0",
+            found=value,
+            expected="a number above 0; leave it out to have it estimated",
+        )
+    return float(value)
+
+
+Sigma = Annotated[Any, BeforeValidator(_sigma)]
+
+
+class ValueModel(Model):
+    """Numbers in columns, their unit, and their standard deviation (absent: estimated)."""
+
+    columns: Columns = None
+    unit: str | None = None
+    sigma: Sigma = None
+
+
+def _order(value: Any) -> Any:
+    letters = value.upper() if isinstance(value, str) else ""
+    if len(letters) != 3 or set(letters) - set("XYZ") or letters[0] == letters[1] or letters[1] == letters[2]:
+        refuse("not an order of axes", found=value, expected="three of X, Y, Z such as XYZ or ZYX")
+    return letters
+
+
+def _form(value: Any) -> Any:
+    if not isinstance(value, str) or value not in FORMS:
+        refuse("unknown form", found=value, expected=", ".join(FORMS), suggestion=nearest(str(value), FORMS))
+    return value
+
+
+class OrientationModel(ValueModel):
+    """An orientation: its form, and for Euler angles the order of axes and whether they turn along (intrinsic) or not (extrinsic)."""
+
+    form: Annotated[str, BeforeValidator(_form)]
+    order: Annotated[Any, BeforeValidator(_order)] = None
+    frame: Literal["intrinsic", "extrinsic"] | None = None
+
+
+def _joint_unit(value: Any) -> Any:
+    if value is None or isinstance(value, str) or (isinstance(value, list) and all(isinstance(v, str) for v in value)):
+        return value
+    refuse("not a unit", found=value, expected="one unit, or a list with one for every joint")
+
+
+class JointsModel(Model):
+    """Joint values: one column per joint from base to tool; one unit, or one for each."""
+
+    columns: Columns = None
+    unit: Annotated[Any, BeforeValidator(_joint_unit)] = None
+
+
+class InstrumentModel(FrameModel):
+    """The instrument's own frame."""
+
+    name: Name | None = None
+    mount: Literal["base", "tool"] = "base"
+
+
+class TargetModel(FrameModel):
+    """A thing that the instrument sees; on the tool unless mounted on the base."""
+
+    mount: Literal["tool", "base"] = "tool"
+
+
+class ColumnModel(Model):
+    """A column and its unit."""
+
+    column: str | int
+    unit: str | None = None
+
+
+def _column(value: Any) -> Any:
+    if isinstance(value, str | int) and not isinstance(value, bool):
+        return ColumnModel(column=value)
+    if isinstance(value, dict):
+        return ColumnModel.model_validate(value)
+    refuse("not a column", found=value, expected="a column, or {column: ..., unit: ...}")
+
+
+def _files(value: Any) -> Any:
+    parts = value if isinstance(value, list) else [value]
+    if not parts or any(not isinstance(p, str) or not p for p in parts):
+        refuse("not a file name", found=value, expected="a file name, or a list of them")
+    return parts
+
+
+class DataModel(Model):
+    """data.yaml; a kind of measurement adds its own keys."""
+
+    robocal: Version
+    kind: str
+    file: Annotated[Any, BeforeValidator(_files)]
+    csv: CsvModel = CsvModel()
+    units: UnitsModel | None = None
+    joints: JointsModel = JointsModel()
+    frame: InstrumentModel = InstrumentModel()
+    targets: dict[Name, TargetModel] = Field(default_factory=dict)
+    target: Annotated[Any, BeforeValidator(_column)] = None
+    configuration: dict[str, Annotated[Any, BeforeValidator(_column)]] = Field(default_factory=dict)
+    source: str | None = None

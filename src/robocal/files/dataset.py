@@ -1,0 +1,292 @@
+"""Measurements as files hold them, a data.yaml beside any CSV or a CSV that describes itself, to a data set in SI.
+
+One wide CSV is read as both: configurations (rows with one id are one configuration) and observations made at them.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.errors import FormatError, nearest
+from robocal.files.csvtable import CsvTable, read_csv
+from robocal.files.datamodel import DataModel, TargetModel
+from robocal.files.doubts import Suspicion, limit_warning, repeat_warnings, suspicions
+from robocal.files.frames import frame_vector
+from robocal.files.headers import CONFIGURATION, joint_columns, self_description
+from robocal.files.kinds import READERS, KindReader, Values, column_units
+from robocal.files.robot import read_units
+from robocal.files.schema import FrameModel, validate
+from robocal.files.units import UNITS, Unit, Units, parse_unit
+from robocal.files.yamlio import Document, load
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
+
+__all__ = ["InputFile", "Reading", "read_dataset", "read_datasets"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file that was read, and the hash of its bytes."""
+
+    file: Path
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A data set with what a person should know of it; `units` are those in which the file speaks."""
+
+    dataset: DataSet
+    path: Path
+    files: tuple[InputFile, ...]
+    warnings: tuple[str, ...] = ()
+    suspicions: tuple[Suspicion, ...] = ()
+    units: Units = field(default_factory=Units)
+
+    def __add__(self, other: Reading) -> Reading:
+        """Two readings as one; the units are the first one's."""
+        return replace(
+            self,
+            dataset=self.dataset + other.dataset,
+            files=(*self.files, *(f for f in other.files if f not in self.files)),
+            warnings=self.warnings + other.warnings,
+            suspicions=self.suspicions + other.suspicions,
+        )
+
+
+def read_datasets(paths: Sequence[str | os.PathLike[str]], chain: Chain, *, kind: str | None = None) -> Reading:
+    """Several data files for one identification; instruments that nobody named are kept apart. Raises as `read_dataset`."""
+    if not paths:
+        raise FormatError("no data files are given", expected="at least one")
+    total: Reading | None = None
+    taken: set[str] = set()
+    for path in paths:
+        made = read_dataset(path, chain, kind=kind, taken=taken)
+        taken |= {o.frame.name for o in made.dataset.observations if o.frame}
+        total = made if total is None else total + made
+    assert total is not None
+    return total
+
+
+def read_dataset(
+    path: str | os.PathLike[str],
+    chain: Chain,
+    *,
+    kind: str | None = None,
+    taken: set[str] | frozenset[str] = frozenset(),
+) -> Reading:
+    """Reads a data.yaml with its CSV files, or a CSV with units in its headers, for this arm.
+
+    `kind` overrides the file's (positions only, of a file of poses); `taken` are instrument names that a default must avoid.
+    Raises FileError or FormatError naming file, row and column or key.
+    """
+    place = Path(path)
+    if place.suffix.lower() in (".yaml", ".yml"):
+        document = load(place)
+        reader = _reader(kind or document.data.get("kind"), document)
+        model = validate(reader.model, document)
+        options = {"separator": model.csv.separator, "decimal": model.csv.decimal, "header": model.csv.header}
+        tables = [read_csv(place.parent / name, **options) for name in model.file]
+        files = [InputFile(place, document.sha256)]
+    else:
+        tables, files = [read_csv(place)], []
+        document = Document(place, "", "", self_description(tables[0], chain, kind))
+        reader = _reader(document.data["kind"], document)
+        model = validate(reader.model, document)
+    files += [InputFile(t.path, t.sha256) for t in tables]
+    name = _frame_name(model, place, tables[0].path, chain, taken, document)
+    parts = [_read_table(model, table, chain, reader, document, name) for table in tables]
+    total = parts[0]
+    for part in parts[1:]:
+        total = total + part
+    return replace(total, path=place, files=tuple(files))
+
+
+def _reader(kind: object, document: Document) -> KindReader:
+    if kind is None:
+        document.fail("a key is missing", ("kind",), expected=", ".join(READERS))
+    if not isinstance(kind, str) or kind not in READERS:
+        document.fail(
+            "unknown kind", ("kind",), found=kind, expected=", ".join(READERS), suggestion=nearest(str(kind), READERS)
+        )
+    return READERS[kind]
+
+
+def _read_table(
+    model: DataModel, table: CsvTable, chain: Chain, reader: KindReader, document: Document, name: str
+) -> Reading:
+    q, angle = _joints(model, table, chain, document)
+    values = reader.read(model, table, document)
+    units = _units(model, values, angle, document)
+    targets, target = _targets(model, table, reader, chain, name, units, document)
+    configurations, index = _configurations(model, table, q, document)
+    observations = Observations(
+        reader.name,
+        index,
+        values.value,
+        values.sigma,
+        _instrument(model, name, units),
+        targets,
+        target,
+        values.extra,
+        values.options,
+        source=str(table.path),
+        rows=table.lines,
+    )
+    warnings = limit_warning(q, chain, table.lines, table.path) + repeat_warnings(
+        observations, q, table.lines, table.path
+    )
+    doubts = suspicions(observations, q, chain, angle, values.length)
+    shown = Units(values.length or units.length, angle)
+    return Reading(DataSet(configurations, (observations,)), table.path, (), warnings, doubts, shown)
+
+
+def _joints(model: DataModel, table: CsvTable, chain: Chain, document: Document) -> tuple[Array, Unit]:
+    """Joint values (k, n) in rad or m, and the unit of the angles."""
+    n = len(chain.joints)
+    columns = model.joints.columns
+    if columns is None:
+        columns = joint_columns(table, chain)
+    if len(columns) != n:
+        expected = f"{n} for {chain.name}: {', '.join(chain.joint_names)}"
+        document.fail("wrong number of joint columns", ("joints", "columns"), found=len(columns), expected=expected)
+    unit = model.joints.unit
+    if isinstance(unit, list) and len(unit) != n:
+        document.fail("wrong number of units", ("joints", "unit"), found=len(unit), expected=f"one unit, or {n}")
+    si = ["m" if j.type == "prismatic" else "rad" for j in chain.joints]
+    units = column_units(table, columns, unit, si, document, ("joints",))
+    angle = next((u for u in units if u.si == "rad"), UNITS["rad"])
+    return table.numbers(columns) * np.array([u.factor for u in units]), angle
+
+
+def _units(model: DataModel, values: Values, angle: Unit, document: Document) -> Units:
+    """The units of frames and targets: as stated, else those in which the measurements are."""
+    if model.units is not None:
+        return read_units(model.units, document)
+    return Units(values.length or UNITS["m"], values.angle or angle)
+
+
+def _frame_name(
+    model: DataModel, place: Path, csv: Path, chain: Chain, taken: set[str] | frozenset[str], document: Document
+) -> str:
+    """The instrument's name: as stated, else the file's, made unlike any owner of a parameter."""
+    owners = {n.rpartition(".")[0] for n in chain.table.names}
+    given = model.frame.name
+    if given is not None:
+        if given in owners:
+            document.fail(
+                "this name belongs to the robot",
+                ("frame", "name"),
+                found=given,
+                expected=f"a name other than {', '.join(owners)}",
+            )
+        return given
+    stem = csv.stem if place.stem.lower() in ("data", "dataset") else place.stem
+    name = re.sub(r"\W+", "_", stem).strip("_") or model.kind
+    if name in taken:
+        name = re.sub(r"\W+", "_", f"{csv.resolve().parent.name}_{name}").strip("_")
+    while name in owners | set(taken) | set(model.targets):
+        name += "_frame"
+    return name
+
+
+def _instrument(model: DataModel, name: str, units: Units) -> Frame:
+    given = model.frame
+    # An instrument stands where it stands: metres and any turn, unless its place is stated.
+    expected = (0.1, 0.1) if given.given else (10.0, 3.0)
+    return Frame(name, frame_vector(given, units), given.free_flags(True), given.mount, expected)
+
+
+def _targets(
+    model: DataModel, table: CsvTable, reader: KindReader, chain: Chain, frame: str, units: Units, document: Document
+) -> tuple[tuple[Frame, ...], Ints | None]:
+    """The targets and which one each row sees (None: the tool itself)."""
+    models: Mapping[str, FrameModel] = model.targets
+    cells = table.texts(model.target.column) if model.target is not None else None
+    if not models and cells is not None:
+        models = {name: TargetModel() for name in dict.fromkeys(cells)}
+    if not models:
+        return (), None
+    owners = {n.rpartition(".")[0] for n in chain.table.names} | {frame}
+    frames = []
+    for name, given in models.items():
+        if name in owners:
+            document.fail(
+                "this name is taken",
+                ("targets", name),
+                found=name,
+                expected=f"a name other than {', '.join(sorted(owners))}",
+            )
+        # A target whose place is not stated is unknown; what this kind of measurement cannot see of it stays.
+        flags = given.free_flags(not given.given)
+        if given.free is None or given.free is True:
+            flags = tuple(f and s for f, s in zip(flags, reader.sees, strict=True))
+        expected = (0.01, 0.05) if given.given else (0.2, 3.0)
+        frames.append(Frame(name, frame_vector(given, units), flags, getattr(given, "mount", "tool"), expected))
+    if cells is None:
+        if len(frames) > 1:
+            document.fail(
+                "several targets, and no column that says which", ("target",), expected="target: {column: ...}"
+            )
+        return tuple(frames), np.zeros(len(table), dtype=np.int64)
+    order = {f.name: i for i, f in enumerate(frames)}
+    for row, cell in enumerate(cells):
+        if cell not in order:
+            column = table.label(table.find(model.target.column))
+            raise table.fail(
+                "unknown target", row, column, found=cell, expected=", ".join(order), suggestion=nearest(cell, order)
+            )
+    return tuple(frames), np.array([order[c] for c in cells], dtype=np.int64)
+
+
+def _configurations(model: DataModel, table: CsvTable, q: Array, document: Document) -> tuple[Configurations, Ints]:
+    """The configurations, and the one of each row; rows with the same id are the same configuration."""
+    columns: dict[str, Array] = {}
+    ids: tuple[str, ...] = tuple(f"{table.path.name}:{line}" for line in table.lines)
+    for name, given in model.configuration.items():
+        if name == "id":
+            ids = table.texts(given.column)
+            continue
+        at = ("configuration", name)
+        si = CONFIGURATION.get(name)
+        header = table.unit(given.column)
+        if si is None:
+            word = given.unit or header
+            if word is None:
+                known = ", ".join(CONFIGURATION)
+                document.fail(
+                    "unknown key",
+                    at,
+                    expected=f"{known}, or another with a unit",
+                    suggestion=nearest(name, CONFIGURATION),
+                )
+            si = parse_unit(word, file=document.path, row=document.row(at), key=f"configuration.{name}").si
+        unit = column_units(table, [given.column], given.unit, [si], document, at)[0]
+        columns[name] = unit.to_si(table.numbers([given.column])[:, 0])
+    index = np.arange(len(table))
+    if len(set(ids)) == len(ids):
+        return Configurations(ids, q, columns), index
+    first: dict[str, int] = {}
+    for row, name in enumerate(ids):
+        first.setdefault(name, row)
+    kept = np.array(list(first.values()))
+    number = {name: i for i, name in enumerate(first)}
+    index = np.array([number[name] for name in ids])
+    for row in map(int, np.flatnonzero((np.abs(q - q[kept][index]) > 1e-9).any(axis=1))):
+        original = int(table.lines[first[ids[row]]])
+        raise table.fail(
+            f"configuration {ids[row]!r} has other joint values than in row {original}",
+            row,
+            expected="one id per configuration",
+        )
+    return Configurations(tuple(first), q[kept], {k: v[kept] for k, v in columns.items()}), index

@@ -1,0 +1,148 @@
+"""What is possible in a data set but looks wrong: joints outside their limits, repeats that differ, values that look like another unit.
+
+Nothing here is an error. A suspicion says which unit would make sense and can apply it, so that an identification can try.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.files.units import UNITS, Unit
+from robocal.measure.data import DataSet, Observations
+
+__all__ = ["Suspicion", "limit_warning", "repeat_warnings", "suspicions"]
+
+Array = NDArray[np.float64]
+TURN = 2 * math.pi
+
+
+@dataclass(frozen=True)
+class Suspicion:
+    """`part` (joints, position) of `source` is stated in `stated` but looks like `alternative`: its SI values times `factor`."""
+
+    part: str
+    source: str
+    stated: str
+    alternative: str
+    factor: float
+    reason: str
+    columns: tuple[int, ...] = ()
+
+    def apply(self, data: DataSet) -> DataSet:
+        """The data set as it would be in the other unit; also when it was joined with others."""
+        if self.part == "position":
+            return DataSet(
+                data.configurations, tuple(self._scaled(o) if o.source == self.source else o for o in data.observations)
+            )
+        joints = data.configurations.joints
+        if joints is None:
+            return data
+        rows = np.unique(
+            np.concatenate(
+                [o.configuration for o in data.observations if o.source == self.source] or [np.empty(0, int)]
+            )
+        )
+        joints = joints.copy()
+        joints[np.ix_(rows.astype(int), np.array(self.columns, dtype=int))] *= self.factor
+        return DataSet(replace(data.configurations, joints=joints), data.observations)
+
+    def _scaled(self, obs: Observations) -> Observations:
+        scale = np.ones(obs.value.shape[-1])
+        scale[:3] = self.factor
+        return replace(obs, value=obs.value * scale, sigma=None if obs.sigma is None else obs.sigma * scale)
+
+    def __str__(self) -> str:
+        return f"{self.source}: the {self.part} values are read in {self.stated} but look like {self.alternative}: {self.reason}"
+
+
+def suspicions(
+    obs: Observations, joints: Array, chain: Chain, angle: Unit, length: Unit | None
+) -> tuple[Suspicion, ...]:
+    """Angles that look like the other of deg and rad, and positions that no arm of this size reaches or hardly leaves."""
+    out = []
+    turning = tuple(i for i, j in enumerate(chain.joints) if j.type != "prismatic")
+    found = _angles(joints[:, turning], chain.limits[list(turning)], angle) if turning else None
+    if found:
+        other, reason = found
+        out.append(
+            Suspicion("joints", obs.source, angle.name, other.name, other.factor / angle.factor, reason, turning)
+        )
+    if length is not None and len(obs) > 3:
+        spread = float(np.linalg.norm(np.ptp(obs.value[:, :3], axis=0)))
+        geometry = sum(
+            abs(p.value) for p in chain.table.rows if p.unit == "m" and p.name.rpartition(".")[0] not in ("base",)
+        )
+        geometry += sum(float(np.ptp(joints[:, i])) for i, j in enumerate(chain.joints) if j.type == "prismatic")
+        moved = float(np.ptp(joints, axis=0).max()) > 0.2
+        reason = f"they spread over {spread:.3g} m, the arm measures {geometry:.3g} m"
+        other_unit = None
+        if geometry > 0 and spread > 10 * geometry:
+            other_unit = {"m": "mm", "inch": "mm", "cm": "mm", "mm": "um"}.get(length.name)
+        elif 0 < spread < geometry / 100 and moved:
+            other_unit = {"mm": "m", "um": "mm", "cm": "m"}.get(length.name)
+        if other_unit:
+            unit = UNITS[other_unit]
+            out.append(Suspicion("position", obs.source, length.name, unit.name, unit.factor / length.factor, reason))
+    return tuple(out)
+
+
+def _angles(q: Array, limits: Array, unit: Unit) -> tuple[Unit, str] | None:
+    other = {"rad": UNITS["deg"], "deg": UNITS["rad"]}.get(unit.name)
+    if other is None or not q.size:
+        return None
+    largest, swapped = float(np.abs(q).max()), q * (other.factor / unit.factor)
+    outside = float(np.mean(_outside(q, limits).any(axis=1)))
+    mended = not _outside(swapped, limits).any()
+    if unit.name == "rad" and (largest > 2.5 * TURN or (outside > 0.5 and mended and largest > TURN)):
+        return other, f"the largest is {largest:.4g} rad"
+    # Degrees that never leave one radian's worth of turn: a robot that is measured moves further.
+    if (
+        unit.name == "deg"
+        and np.ptp(q, axis=0).max() < math.radians(7)
+        and largest < math.radians(7)
+        and np.ptp(swapped, axis=0).max() > 0.3
+    ):
+        return other, f"the largest is {math.degrees(largest):.4g} deg"
+    return None
+
+
+def _outside(q: Array, limits: Array) -> NDArray[np.bool_]:
+    slack = 1e-9
+    return np.asarray((q < limits[:, 0] - slack) | (q > limits[:, 1] + slack))
+
+
+def limit_warning(joints: Array, chain: Chain, lines: NDArray[np.int64], file: object) -> tuple[str, ...]:
+    """One line on the rows that are outside the joint limits."""
+    outside = _outside(joints, chain.limits)
+    rows = np.flatnonzero(outside.any(axis=1))
+    if not len(rows):
+        return ()
+    names = ", ".join(chain.joints[i].name for i in np.flatnonzero(outside.any(axis=0)))
+    return (f"{file}: {len(rows)} rows have a joint outside its limits ({names}), first row {lines[rows[0]]}",)
+
+
+def repeat_warnings(obs: Observations, joints: Array, lines: NDArray[np.int64], file: object) -> tuple[str, ...]:
+    """Repeated joints (and target) whose results differ by more than 10 sigma of a difference."""
+    if obs.sigma is None or len(obs) < 2:
+        return ()
+    keys = joints if obs.target is None else np.column_stack([joints, obs.target])
+    _, group = np.unique(keys, axis=0, return_inverse=True)
+    order = np.argsort(group, kind="stable")
+    sorted_group = group[order].ravel()
+    starts = np.flatnonzero(np.r_[True, np.diff(sorted_group) > 0])
+    if len(starts) == len(obs):
+        return ()
+    first = np.repeat(order[starts], np.diff(np.r_[starts, len(order)]))
+    place = slice(0, 3)  # a difference of rotation vectors has no sigma near a half turn
+    gap = np.abs(obs.value[order, place] - obs.value[first, place])
+    sigma = np.hypot(obs.sigma[order, place], obs.sigma[first, place])
+    bad = np.flatnonzero((gap > 10 * sigma).any(axis=1))
+    if not len(bad):
+        return ()
+    a, b = lines[first[bad[0]]], lines[order[bad[0]]]
+    return (f"{file}: {len(bad)} repeated measurements differ by more than 10 sigma, first rows {a} and {b}",)

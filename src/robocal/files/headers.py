@@ -1,0 +1,85 @@
+"""A CSV that describes itself: headers with units, `j1 [deg]`, `x [mm]`, to what a data.yaml would have said."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from robocal.arms.chain import Chain
+from robocal.files.csvtable import CsvTable
+
+__all__ = ["CONFIGURATION", "joint_columns", "self_description"]
+
+# Columns of a configuration that have a meaning, and their SI unit.
+CONFIGURATION = {"id": "", "time": "s", "temperature": "K", "payload": "kg", "approach": "1"}
+IDS = ("id", "configuration", "pose_id")
+SIGMAS = (("sx", "sy", "sz"), ("sigma_x", "sigma_y", "sigma_z"), ("std_x", "std_y", "std_z"))
+TURN_SIGMAS = (("srx", "sry", "srz"), ("sigma_rx", "sigma_ry", "sigma_rz"))
+POSITIONS = (("x", "y", "z"), ("px", "py", "pz"))
+TURNS: tuple[tuple[tuple[str, ...], str], ...] = (
+    (("qx", "qy", "qz", "qw"), "quaternion_xyzw"),
+    (("rx", "ry", "rz"), "rotation_vector"),
+)
+
+
+def joint_columns(table: CsvTable, chain: Chain) -> list[str]:
+    """The columns named like the robot's joints, or q1, q2, ... Raises FormatError when there are none or too few."""
+    n = len(chain.joints)
+    for names in (
+        chain.joint_names,
+        *(tuple(f"{stem}{i}" for i in range(1, n + 1)) for stem in ("q", "j", "q_", "joint_", "joint")),
+    ):
+        if all(name in table.names for name in names):
+            following = names[-1].rstrip("0123456789") + str(n + 1)
+            if names != chain.joint_names and following in table.names:
+                raise table.fail(
+                    "wrong number of joint columns", found=f"{following} as well", expected=f"{n} for {chain.name}"
+                )
+            return list(names)
+    expected = (
+        f"{n} columns {chain.joint_names[0]} to {chain.joint_names[-1]} or q1 to q{n}, or a data file that names them"
+    )
+    raise table.fail("there are no columns for the joints", found=", ".join(table.names), expected=expected)
+
+
+def self_description(table: CsvTable, chain: Chain, kind: str | None) -> dict[str, Any]:
+    """The mapping that a data.yaml for this table would hold. Raises FormatError when the headers do not say enough."""
+    position = _first(table, POSITIONS)
+    turn = next(((list(c), f) for c, f in TURNS if all(n in table.names for n in c)), None)
+    prefixes = [
+        n.removesuffix("_00") for n in table.names if n.endswith("_00") and n.removesuffix("_00") + "_22" in table.names
+    ]
+    out: dict[str, Any] = {"robocal": 1, "file": table.path.name, "joints": {"columns": joint_columns(table, chain)}}
+    if prefixes and turn is None:
+        if len(prefixes) > 1:
+            found = ", ".join(prefixes)
+            raise table.fail(
+                "several columns could be the measured pose", found=found, expected="a data file that names one"
+            )
+        out["orientation"] = {"columns": prefixes[0], "form": "matrix"}
+    elif turn is not None:
+        out["orientation"] = {"columns": turn[0], "form": turn[1]}
+    if position:
+        out["position"] = {"columns": position} | _sigma(table, SIGMAS)
+    elif not (prefixes and prefixes[0] + "_03" in table.names):
+        raise table.fail(
+            "there are no columns for the position", found=", ".join(table.names), expected="x [mm], y [mm], z [mm]"
+        )
+    if "orientation" in out:
+        out["orientation"] |= _sigma(table, TURN_SIGMAS)
+    out["kind"] = kind or ("pose" if "orientation" in out else "position")
+    if "target" in table.names:
+        out["target"] = "target"
+    columns = {name: name for name in CONFIGURATION if name in table.names and name != "id"}
+    found_id = next((n for n in IDS if n in table.names), None)
+    out["configuration"] = columns | ({"id": found_id} if found_id else {})
+    return out
+
+
+def _first(table: CsvTable, options: Sequence[Sequence[str]]) -> list[str] | None:
+    return next((list(o) for o in options if all(n in table.names for n in o)), None)
+
+
+def _sigma(table: CsvTable, options: Sequence[Sequence[str]]) -> dict[str, Any]:
+    columns = _first(table, options)
+    return {"sigma": {"columns": columns}} if columns else {}

@@ -1,0 +1,75 @@
+"""Orientations as files write them, to rotations and back: matrix, quaternion, rotation vector, Euler angles, roll-pitch-yaw.
+
+Euler angles of order ABC: intrinsic R = R_A(a) R_B(b) R_C(c), each turn about the axes as turned so far; extrinsic
+R = R_C(c) R_B(b) R_A(a), each about the fixed axes. Roll-pitch-yaw is extrinsic XYZ.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.geometry import so3
+
+__all__ = ["FORMS", "euler", "euler_axes", "quaternion", "rpy", "to_rpy"]
+
+Array = NDArray[np.float64]
+
+# Form: how many numbers it takes. A matrix may be 3x3, 3x4 or 4x4, row by row.
+FORMS = {
+    "matrix": (9, 12, 16),
+    "quaternion_xyzw": (4,),
+    "quaternion_wxyz": (4,),
+    "rotation_vector": (3,),
+    "euler": (3,),
+}
+
+
+def _turns(angles: Array, order: str) -> tuple[list[Array], list[Array]]:
+    """Unit axes and rotations (..., 3, 3) of each angle (..., 3)."""
+    axes = [np.eye(3)["XYZ".index(letter)] for letter in order.upper()]
+    return axes, [so3.exp(angles[..., i, None] * axis) for i, axis in enumerate(axes)]
+
+
+def euler(angles: ArrayLike, order: str = "XYZ", *, intrinsic: bool = True) -> Array:
+    """R (..., 3, 3) of Euler angles (..., 3) in rad."""
+    _, (a, b, c) = _turns(np.asarray(angles, float), order)
+    return a @ b @ c if intrinsic else c @ b @ a
+
+
+def euler_axes(angles: ArrayLike, order: str = "XYZ", *, intrinsic: bool = True) -> Array:
+    """E (..., 3, 3) with dw = E dangles: the small rotation about the outer axes that a change of each angle makes."""
+    angles = np.asarray(angles, float)
+    (a, b, c), (ra, rb, rc) = _turns(angles, order)
+    shape = angles.shape
+    if intrinsic:
+        parts = (np.broadcast_to(a, shape), ra @ b, ra @ rb @ c)
+    else:
+        parts = (rc @ rb @ a, rc @ b, np.broadcast_to(c, shape))
+    return np.stack(parts, axis=-1)
+
+
+def quaternion(xyzw: ArrayLike) -> Array:
+    """R (..., 3, 3) of unit quaternions (..., 4), scalar last."""
+    x, y, z, w = np.moveaxis(np.asarray(xyzw, float), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def rpy(angles: ArrayLike) -> Array:
+    """R of roll, pitch, yaw: R_z(yaw) R_y(pitch) R_x(roll)."""
+    return euler(angles, "XYZ", intrinsic=False)
+
+
+def to_rpy(rotation: ArrayLike) -> Array:
+    """Roll, pitch, yaw (..., 3) of R, pitch in [-pi/2, pi/2]; at the poles roll takes the whole turn."""
+    r = np.asarray(rotation, float)
+    cosine = np.hypot(r[..., 0, 0], r[..., 1, 0])
+    pole = cosine < 1e-9
+    roll = np.where(pole, np.arctan2(-r[..., 1, 2], r[..., 1, 1]), np.arctan2(r[..., 2, 1], r[..., 2, 2]))
+    yaw = np.where(pole, 0.0, np.arctan2(r[..., 1, 0], r[..., 0, 0]))
+    return np.stack([roll, np.arctan2(-r[..., 2, 0], cosine), yaw], axis=-1)

@@ -1,0 +1,290 @@
+"""result.json: what an identification found, with its evidence. The model here is the format; its JSON Schema is in the documentation.
+
+Numbers are in the units that stand beside them. What does not exist is null; NaN and infinity are never written.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+
+from robocal.errors import FormatError
+from robocal.files.schema import validate
+from robocal.files.text import read_text
+from robocal.files.yamlio import Document
+
+__all__ = [
+    "AngleResiduals",
+    "Combination",
+    "CombinationTerm",
+    "Correlation",
+    "Fit",
+    "Group",
+    "Identifiability",
+    "InputHash",
+    "Observability",
+    "ParameterResult",
+    "Provenance",
+    "Residuals",
+    "Result",
+    "RobotSummary",
+    "Split",
+    "Statistic",
+    "Verdict",
+    "read_result",
+    "schema",
+]
+
+
+def _plain(value: Any) -> Any:
+    """Arrays and their scalars as lists and numbers, tuples as lists."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    return {k: _plain(v) for k, v in value.items()} if isinstance(value, dict) else value
+
+
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+Number = Annotated[float | None, BeforeValidator(_finite)]
+
+
+class Part(BaseModel):
+    """A part of a result: unknown fields are refused, numpy values are taken as plain ones."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_plain(cls, data: Any) -> Any:
+        return _plain(data)
+
+
+class RobotSummary(Part):
+    """The robot that was identified."""
+
+    name: str
+    convention: str
+    joints: int
+    source: str = ""
+
+
+class Verdict(Part):
+    """Whether the corrected model is better on data that it has not seen."""
+
+    status: Literal["improved", "not_improved", "refused"]
+    reasons: list[str] = Field(default_factory=list)
+
+
+class ParameterResult(Part):
+    """One parameter; sigma as fitted, sigma_instrument from the stated noise.
+
+    data_share is how much of its value the data said (1) or the prior (0).
+    """
+
+    name: str
+    unit: str
+    nominal: Number
+    identified: Number
+    delta: Number
+    sigma: Number = None
+    sigma_instrument: Number = None
+    status: Literal["identified", "prior", "dropped", "fixed"]
+    data_share: Number = None
+    note: str = ""
+
+
+class CombinationTerm(Part):
+    """One parameter's part in a combination."""
+
+    name: str
+    coefficient: Number
+
+
+class Combination(Part):
+    """A sum of parameters that the data cannot see."""
+
+    text: str
+    terms: list[CombinationTerm] = Field(default_factory=list)
+
+
+class Observability(Part):
+    """Observability indices of Borm and Menq (O1), Driels (O2), Nahvi (O3, O4) and Sun (O5)."""
+
+    O1: Number = None
+    O2: Number = None
+    O3: Number = None
+    O4: Number = None
+    O5: Number = None
+
+
+class Identifiability(Part):
+    """What the data can tell."""
+
+    rank: int
+    n_free: int
+    condition: Number = None
+    dropped: list[str] = Field(default_factory=list)
+    combinations: list[Combination] = Field(default_factory=list)
+    observability: Observability = Observability()
+    warnings: list[str] = Field(default_factory=list)
+
+
+class Statistic(Part):
+    """Errors in one number each; profiled: local parameters were refitted on these data."""
+
+    mean: Number
+    rms: Number
+    p95: Number
+    max: Number
+    n: int
+    profiled: bool = False
+
+
+class AngleResiduals(Part):
+    """Orientation errors."""
+
+    unit: str
+    before: Statistic | None = None
+    after: Statistic | None = None
+    held_out: Statistic | None = None
+    held_out_before: Statistic | None = None
+    leave_one_out: Statistic | None = None
+    constant: Statistic | None = None
+
+
+class Residuals(AngleResiduals):
+    """Position errors; before is the nominal model with instrument and tool fitted, constant is predicting the mean."""
+
+    angle: AngleResiduals | None = None
+
+
+class Group(Part):
+    """One sensor's share of the fit."""
+
+    name: str
+    kind: str
+    n: int
+    dof: Number = None
+    chi2: Number = None
+    rms: Number = None
+    unit: str = ""
+    sigma: Number = None
+    sigma_source: str = ""
+
+
+class Fit(Part):
+    """How the solver came to its end."""
+
+    iterations: int
+    reason: str
+    history: list[Number] = Field(default_factory=list)
+    chi2: Number = None
+    dof: Number = None
+    groups: list[Group] = Field(default_factory=list)
+    sigma_source: str = ""
+
+
+class Split(Part):
+    """Which configurations were fitted and which were held out, by id."""
+
+    held_out_fraction: Number = None
+    seed: int | None = None
+    fit: list[str] = Field(default_factory=list)
+    held_out: list[str] = Field(default_factory=list)
+
+
+class Correlation(Part):
+    """Correlations of the identified parameters."""
+
+    names: list[str] = Field(default_factory=list)
+    matrix: list[list[Number]] = Field(default_factory=list)
+
+
+class InputHash(Part):
+    """An input file and the SHA-256 of its bytes."""
+
+    file: str
+    sha256: str
+
+
+class Provenance(Part):
+    """What made this result: enough to make it again."""
+
+    version: str
+    command: str = ""
+    inputs: list[InputHash] = Field(default_factory=list)
+    seed: int | None = None
+    started: str = ""
+    seconds: Number = None
+    options: dict[str, Any] = Field(default_factory=dict)
+
+
+class Result(Part):
+    """result.json."""
+
+    robocal: Literal[1] = 1
+    robot: RobotSummary
+    method: str
+    verdict: Verdict
+    parameters: list[ParameterResult]
+    identifiability: Identifiability
+    residuals: Residuals
+    fit: Fit
+    split: Split = Split()
+    correlation: Correlation = Correlation()
+    warnings: list[str] = Field(default_factory=list)
+    provenance: Provenance
+
+    def to_json(self) -> str:
+        """The text of result.json."""
+        return (
+            json.dumps(_without_nan(self.model_dump(mode="json")), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        )
+
+
+def _without_nan(value: Any) -> Any:
+    """The same with null for what is not finite, wherever it hides (`options` may hold anything)."""
+    if isinstance(value, dict):
+        return {str(k): _without_nan(v) for k, v in value.items()}
+    return [_without_nan(v) for v in value] if isinstance(value, list) else _finite(value)
+
+
+def schema() -> dict[str, Any]:
+    """The JSON Schema of result.json."""
+    made = Result.model_json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **made, "title": "robocal result.json"}
+
+
+def read_result(path: str | os.PathLike[str]) -> Result:
+    """Reads a result.json. Raises FileError, or FormatError naming line or key."""
+    source = read_text(path)
+    try:
+        data = json.loads(source.text)
+    except json.JSONDecodeError as error:
+        raise FormatError(f"not valid JSON: {error.msg}", file=source.path, row=error.lineno) from None
+    except (RecursionError, ValueError):
+        raise FormatError("not valid JSON", file=source.path) from None
+    if not isinstance(data, dict):
+        raise FormatError(
+            "this is not a result",
+            file=source.path,
+            found=type(data).__name__,
+            expected="an object with the key robocal",
+        )
+    if data.get("robocal") != 1:
+        raise FormatError(
+            "this is not a result", file=source.path, key="robocal", found=data.get("robocal"), expected="1"
+        )
+    return validate(Result, Document(source.path, source.text, source.sha256, data))
+
+
+if __name__ == "__main__":
+    print(json.dumps(schema(), indent=1))

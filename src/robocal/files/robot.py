@@ -1,0 +1,303 @@
+"""A robot as a file describes it: robot.yaml, a URDF, or a name from the catalogue, to a chain in SI and back.
+
+Writing back changes numbers only: comments, order and layout of the original stay. What a format cannot say (a gain in a URDF) is
+listed in `left_out`, never dropped in silence.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field, FiniteFloat
+
+import robocal
+from robocal.arms.chain import Chain
+from robocal.arms.conventions import CONVENTIONS, chain, default_free, rows
+from robocal.errors import FormatError, ModelError, nearest
+from robocal.files.frames import frame_changes, frame_vector
+from robocal.files.rows import changes, quoted, read_row, same, show_row
+from robocal.files.schema import FrameModel, Model, UnitsModel, Version, validate
+from robocal.files.text import Source, read_text, write_text
+from robocal.files.units import UNITS, Unit, Units, number, parse_unit
+from robocal.files.yamlio import Document, Path_, edit, parse
+from robocal.parameters import Table
+
+__all__ = ["Robot", "describe", "open_robot", "parse_robot", "read_robot", "render_robot", "write_robot"]
+
+HEADER = "# Calibrated by robocal"
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A chain with where it came from: `text` and `sha256` of the file, and the units in which it and its reports speak.
+
+    `format` is yaml or urdf; `path` is None for a catalogue robot, whose `text` was made; `root` and `tip` are the links of a URDF.
+    """
+
+    chain: Chain
+    units: Units
+    path: Path | None
+    text: str
+    sha256: str
+    format: str = "yaml"
+    warnings: tuple[str, ...] = ()
+    root: str = ""
+    tip: str = ""
+
+    @property
+    def name(self) -> str:
+        """The robot's name."""
+        return self.chain.name
+
+    @property
+    def tool_free(self) -> bool:
+        """Whether any part of the tool is to be identified."""
+        return any(n.startswith("tool.") for n in self.chain.table.free)
+
+    def unit_of(self, name: str) -> Unit:
+        """The unit in which this file speaks of a parameter."""
+        return self.units.of(self.chain.table[name].unit)
+
+
+class CalibrateModel(Model):
+    """What is to be identified: groups (symbols, owners) or single names."""
+
+    free: list[str] | None = None
+    fixed: list[str] = Field(default_factory=list)
+    prior: dict[str, FiniteFloat] = Field(default_factory=dict)
+    bounds: dict[str, list[FiniteFloat]] = Field(default_factory=dict)
+
+
+class RobotModel(Model):
+    """robot.yaml as a mapping; its joints are checked against their convention afterwards."""
+
+    robocal: Version
+    name: str
+    kind: Literal["arm", "cable"] = "arm"
+    units: UnitsModel
+    convention: str
+    joints: list[Any]
+    base: FrameModel | None = None
+    home: FrameModel | None = None
+    tool: FrameModel | None = None
+    calibrate: CalibrateModel | None = None
+    source: str | None = None
+
+
+def open_robot(name: str | os.PathLike[str], *, base: str | None = None, tip: str | None = None) -> Robot:
+    """A robot from a file, or from the catalogue when no file has this name. Raises FileError, FormatError or ModelError."""
+    place = Path(name)
+    if place.exists() or place.suffix or len(place.parts) > 1:
+        return read_robot(place, base=base, tip=tip)
+    from robocal.arms import catalog
+
+    made = catalog.get(str(name))
+    text = describe(made, Units())
+    return replace(parse_robot(Source(Path(f"{name}.yaml"), text, sha256(text.encode()).hexdigest())), path=None)
+
+
+def read_robot(path: str | os.PathLike[str], *, base: str | None = None, tip: str | None = None) -> Robot:
+    """Reads a robot.yaml, or a URDF (by suffix or content) from link `base` to link `tip`. Raises FileError or FormatError."""
+    source = read_text(path)
+    if source.path.suffix.lower() in (".urdf", ".xacro", ".xml") or source.text.lstrip().startswith("<"):
+        from robocal.files.urdf import read_urdf
+
+        made = read_urdf(source, base=base, tip=tip)
+        units, text = Units(UNITS["m"], UNITS["rad"]), source.mark + source.text
+        return Robot(made.chain, units, source.path, text, source.sha256, "urdf", made.warnings, made.root, made.tip)
+    return parse_robot(source)
+
+
+def parse_robot(source: Source) -> Robot:
+    """The same from the text of a robot.yaml."""
+    document = parse(source)
+    if document.data.get("kind") == "cable":
+        document.fail("cable robots are not yet supported", ("kind",), found="cable", expected="arm")
+    model = validate(RobotModel, document)
+    units = read_units(model.units, document)
+    if model.convention not in CONVENTIONS:
+        guess = nearest(model.convention, CONVENTIONS)
+        known = ", ".join(CONVENTIONS)
+        document.fail("unknown convention", ("convention",), found=model.convention, expected=known, suggestion=guess)
+    if not model.joints:
+        document.fail("a robot needs a joint", ("joints",), found=[])
+    rule = CONVENTIONS[model.convention]
+    made = [read_row(row, ("joints", i), rule, units, document) for i, row in enumerate(model.joints)]
+    frames = {owner: frame_vector(getattr(model, owner), units) for owner in ("base", "tool")}
+    home = None if model.home is None else frame_vector(model.home, units)
+    meta = {"file": str(source.path)}
+    try:
+        arm = chain(model.name, model.convention, made, **frames, home=home, source=model.source or "", meta=meta)
+        table = _calibrate(arm, model, units, document)
+    except ModelError as error:
+        raise _located(error, document, made) from None
+    arm = replace(arm, table=table)
+    return Robot(arm, units, source.path, source.text, source.sha256, warnings=_doubts(arm, units, document))
+
+
+def read_units(model: UnitsModel, document: Document, at: Path_ = ("units",)) -> Units:
+    """units: {length, angle} as units. Raises FormatError with the nearest name."""
+    found = []
+    for word, si in (("length", "m"), ("angle", "rad")):
+        path = (*at, word)
+        where = {"file": document.path, "row": document.row(path), "key": ".".join(str(p) for p in path)}
+        found.append(parse_unit(getattr(model, word), si, **where))  # type: ignore[arg-type]
+    return Units(*found)
+
+
+def _calibrate(arm: Chain, model: RobotModel, units: Units, document: Document) -> Table:
+    """The table with its free flags, priors and bounds."""
+    wanted = model.calibrate or CalibrateModel()
+    table = arm.table
+    at = ("calibrate", "free")
+    if wanted.free is None:
+        free = {n for n in default_free(arm) if not n.startswith(("tool.", "base."))}
+    else:
+        free = {n for i, word in enumerate(wanted.free) for n in _match(table, word, (*at, i), document)}
+    for owner, frame, default in (("base", model.base, False), ("tool", model.tool, True)):
+        flags = (frame or FrameModel()).free_flags(default)
+        free |= {
+            n for n, flag in zip((n for n in table.names if n.startswith(f"{owner}.")), flags, strict=True) if flag
+        }
+    free -= {n for i, word in enumerate(wanted.fixed) for n in _match(table, word, ("calibrate", "fixed", i), document)}
+    table = table.with_free(free)
+    priors: dict[str, float | None] = {}
+    for word, sigma in wanted.prior.items():
+        path = ("calibrate", "prior", word)
+        if sigma <= 0:
+            document.fail("a prior is a standard deviation", path, found=sigma, expected="a number above 0")
+        si = {"length": "m", "angle": "rad"}.get(word)
+        names = (
+            [n for n in arm.geometric if n in free and table[n].unit == si]
+            if si
+            else _match(table, word, path, document)
+        )
+        priors.update({n: units.of(table[n].unit).to_si(sigma) for n in names if not si or n not in priors})
+    table = table.with_priors(priors)
+    for word, pair in wanted.bounds.items():
+        path = ("calibrate", "bounds", word)
+        if len(pair) != 2 or pair[0] >= pair[1]:
+            document.fail("wrong bounds", path, found=pair, expected="[lower, upper]")
+        names = _match(table, word, path, document)
+        low, high = ({n: units.of(table[n].unit).to_si(v) for n in names} for v in pair)
+        table = Table(
+            tuple(replace(p, lower=low[p.name], upper=high[p.name]) if p.name in low else p for p in table.rows)
+        )
+    return table
+
+
+def _match(table: Table, word: str, at: Path_, document: Document) -> tuple[str, ...]:
+    """Names that a word selects; a bare symbol speaks of joints only, never of base, home or tool."""
+    owners = {n.rpartition(".")[0] for n in table.names}
+    try:
+        hits = table.match([word])
+    except ModelError as error:
+        document.fail(
+            error.message, at, found=word, expected="a parameter, a symbol or a joint", suggestion=error.suggestion
+        )
+    if word in owners or word in table:
+        return hits
+    return tuple(n for n in hits if n.rpartition(".")[0] not in ("base", "home", "tool")) or hits
+
+
+def _located(error: ModelError, document: Document, made: Sequence[Mapping[str, object]]) -> FormatError:
+    """A complaint of the model, with the file and the line of the joint that it names."""
+    path: Path_ = ()
+    for i, row in enumerate(made):
+        owner, _, symbol = str(error.key or "").partition(".")
+        if owner in (row.get("name", f"j{i + 1}"), f"joint {i + 1}"):
+            path = ("joints", i, symbol.partition("[")[0])
+    facts = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
+    return FormatError(error.message, file=document.path, row=document.row(path), key=error.key, **facts)  # type: ignore[arg-type]
+
+
+def _doubts(arm: Chain, units: Units, document: Document) -> tuple[str, ...]:
+    """Values that are possible but look like another unit."""
+    out = []
+    reach = sum(abs(p.value) for p in arm.table.rows if p.unit == "m" and p.name in arm.geometric)
+    if reach > 50.0 or 0.0 < reach < 5e-3:
+        out.append(f"{document.path}: the lengths add up to {reach:.3g} m; is units.length: {units.length.name} right?")
+    for p in arm.table.rows:
+        if p.unit == "rad" and abs(p.value) > 2.01 * math.pi:
+            shown = units.angle.from_si(p.value)
+            out.append(
+                f"{document.path}: {p.name} is {shown:.6g} {units.angle.name}, over a whole turn; is units.angle right?"
+            )
+            break
+    return tuple(out)
+
+
+# --- writing ----------------------------------------------------------------------------------------------------------------
+
+
+def write_robot(robot: Robot, values: Mapping[str, float], path: str | os.PathLike[str]) -> tuple[str, ...]:
+    """Writes the robot with other parameter values (SI, by name); returns the names that its format cannot hold.
+
+    Raises FileError, or ModelError for an unknown name.
+    """
+    text, left_out = render_robot(robot, values)
+    write_text(path, text)
+    return left_out
+
+
+def render_robot(robot: Robot, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
+    """The text that `write_robot` writes, and the names that its format cannot hold."""
+    changed = {n: float(v) for n, v in values.items() if not same(robot.chain.table[n].value, float(v))}
+    if robot.format == "urdf":
+        from robocal.files.urdf import edit_urdf
+
+        return edit_urdf(robot.text, robot.chain, changed)
+    document = parse(Source(robot.path or Path(robot.name), robot.text, robot.sha256))
+    after = robot.chain.with_values(changed)
+    rule = CONVENTIONS[robot.chain.convention]
+    out: dict[Path_, float | str] = {}
+    for i, (old, new) in enumerate(zip(rows(robot.chain), rows(after), strict=True)):
+        given = document.data["joints"][i]
+        out.update({("joints", i, *p): v for p, v in changes(old, new, given, rule, robot.units).items()})
+    for owner in ("base", "home", "tool"):
+        names = [n for n in robot.chain.table.names if n.rpartition(".")[0] == owner]
+        if any(n in changed for n in names):
+            vector = np.array([after.table[n].value for n in names])
+            out.update(frame_changes(document.data, owner, vector, robot.units))
+    text = edit(robot.text, out, robot.path)
+    if text.startswith(HEADER):
+        text = text.partition("\n")[2]
+    origin = robot.path.name if robot.path else f"the catalogue's {robot.name}"
+    newline = "\r\n" if "\r\n" in text else "\n"
+    return f"{HEADER} {robocal.__version__} from {origin}: {len(changed)} numbers changed{newline}{text}", ()
+
+
+def describe(arm: Chain, units: Units | None = None, *, comment: str = "", calibrate: bool = True) -> str:
+    """A robot.yaml for a chain that a convention wrote: what `open_robot` makes of a catalogue robot, and `robocal new` of a template."""
+    units = units or Units()
+    rule = CONVENTIONS[arm.convention]
+    lines = [f"# {line}" for line in comment.splitlines()]
+    lines += ["robocal: 1", f"name: {quoted(arm.name)}", "kind: arm"]
+    lines += [f"units: {{length: {units.length.name}, angle: {units.angle.name}}}"]
+    lines += [f"convention: {arm.convention}    # {rule.formula}", "joints:"]
+    for i, row in enumerate(rows(arm), start=1):
+        named = {"name": f"j{i}", "type": "revolute"} | row
+        lines.append(f"  - {show_row(named, rule, units)}")
+    for owner in ("base", "home", "tool"):
+        names = [n for n in arm.table.names if n.rpartition(".")[0] == owner]
+        if names:
+            values = [units.of(arm.table[n].unit).from_si(arm.table[n].value) for n in names]
+            shown = [f"[{', '.join(number(v) for v in part)}]" for part in (values[:3], values[3:])]
+            free = ", free: false" if owner == "base" else ", free: true" if owner == "tool" else ""
+            lines.append(f"{owner}: {{xyz: {shown[0]}, rotation_vector: {shown[1]}{free}}}")
+    if calibrate:
+        symbols = list(dict.fromkeys(n.rpartition(".")[2] for n in default_free(arm) if not n.startswith("tool.")))
+        if symbols:
+            example = quoted(f"{arm.joint_names[-1]}.{symbols[0]}")
+            hint = f"# symbols, joints or single names such as {example}"
+            lines.append(f"calibrate: {{free: [{', '.join(quoted(s) for s in symbols)}]}}    {hint}")
+    if arm.source:
+        lines.append(f"source: {quoted(arm.source)}")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,80 @@
+"""The run folder of one identification: result.json, the calibrated robot, residuals.csv, report.html; all of them, or none."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import math
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from robocal.errors import nearest
+from robocal.files.result import Result
+from robocal.files.text import write_files
+
+__all__ = ["RESIDUAL_COLUMNS", "residual_text", "write_run"]
+
+RESIDUAL_COLUMNS = (
+    "configuration", "set", "group", "kind", "target",
+    "x_mm", "y_mm", "z_mm",
+    "before_mm", "after_mm", "held_out_mm",
+    "dx_before_mm", "dy_before_mm", "dz_before_mm",
+    "dx_after_mm", "dy_after_mm", "dz_after_mm",
+    "angle_before_deg", "angle_after_deg", "angle_held_out_deg",
+)  # fmt: skip
+RESULT, RESIDUALS, REPORT, ROBOTS = (
+    "result.json",
+    "residuals.csv",
+    "report.html",
+    ("calibrated.yaml", "calibrated.urdf"),
+)
+
+
+def residual_text(columns: Mapping[str, Sequence[Any]]) -> str:
+    """residuals.csv: one row per observation; columns that are not given, None and NaN are empty cells."""
+    for name in columns:
+        if name not in RESIDUAL_COLUMNS:
+            raise ValueError(f"residuals.csv has no column {name!r}; did you mean {nearest(name, RESIDUAL_COLUMNS)!r}?")
+    lengths = {len(values) for values in columns.values()}
+    if len(lengths) > 1:
+        raise ValueError(f"columns of different length: {sorted(lengths)}")
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(RESIDUAL_COLUMNS)
+    for i in range(max(lengths, default=0)):
+        writer.writerow([_cell(columns[name][i]) if name in columns else "" for name in RESIDUAL_COLUMNS])
+    return stream.getvalue()
+
+
+def _cell(value: Any) -> str:
+    if value is None or (not isinstance(value, str) and not math.isfinite(value)):
+        return ""
+    return value if isinstance(value, str) else f"{float(value):.9g}"
+
+
+def write_run(
+    folder: str | os.PathLike[str],
+    result: Result,
+    robot_text: str | None,
+    residuals: Mapping[str, Sequence[Any]] | None,
+    report: str | None,
+    *,
+    robot_name: str = ROBOTS[0],
+) -> tuple[Path, ...]:
+    """Writes a run folder; files of an earlier run that this one does not have are removed. Raises FileError, and then nothing changed."""
+    files = {RESULT: result.to_json()}
+    if robot_text is not None:
+        files[robot_name] = robot_text
+    if residuals is not None:
+        files[RESIDUALS] = residual_text(residuals)
+    if report is not None:
+        files[REPORT] = report
+    written = write_files(folder, files)
+    for name in (RESIDUALS, REPORT, *ROBOTS):
+        if name not in files:
+            with contextlib.suppress(OSError):
+                (Path(folder) / name).unlink(missing_ok=True)
+    return written

@@ -1,0 +1,196 @@
+"""Checking what a YAML file says against a model, with one message a person can act on.
+
+pydantic finds the fault; the words are ours: key path, line, what was found, what was expected, the nearest known key.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any, NoReturn, TypeVar
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    FiniteFloat,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+from robocal.errors import nearest
+from robocal.files.yamlio import Document, Path_
+from robocal.parameters import FRAME_SYMBOLS
+
+__all__ = ["Columns", "FrameModel", "Free", "Model", "Name", "Triple", "UnitsModel", "Version", "refuse", "validate"]
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def refuse(message: str, *, found: object = None, expected: object = None, suggestion: str | None = None) -> NoReturn:
+    """Raised inside a validator: becomes a FormatError at the key that is being checked."""
+    raise PydanticCustomError(
+        "robocal", "{message}", {"message": message, "found": found, "expected": expected, "suggestion": suggestion}
+    )
+
+
+class Model(BaseModel):
+    """A mapping of a file: unknown keys are refused and named, numbers are not made from texts."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known_keys(cls, data: Any) -> Any:
+        if isinstance(data, dict):
+            for key in data:
+                if key not in cls.model_fields:
+                    known = list(cls.model_fields)
+                    raise PydanticCustomError(
+                        "unknown_key",
+                        "unknown key",
+                        {"key": key, "known": ", ".join(known), "suggestion": nearest(str(key), known)},
+                    )
+        return data
+
+
+WORDS = {
+    "string_type": "a text",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "bool_type": "true or false",
+    "list_type": "a list",
+    "dict_type": "a mapping",
+    "model_type": "a mapping of keys",
+    "model_attributes_type": "a mapping of keys",
+    "finite_number": "a finite number",
+}
+
+
+def validate(model: type[M], document: Document, data: Any = None, at: Path_ = ()) -> M:
+    """The model of a document, or of its part `data` at a key path. Raises FormatError for the first fault."""
+    try:
+        return model.model_validate(document.data if data is None else data)
+    except ValidationError as error:
+        _explain(error.errors(include_url=False)[0], document, at)
+
+
+def _explain(fault: ErrorDetails, document: Document, at: Path_) -> NoReturn:
+    path = (*at, *fault["loc"])
+    context, kind, found = fault.get("ctx", {}), fault["type"], fault.get("input")
+    if kind == "missing":
+        document.fail("a key is missing", path)
+    if kind == "unknown_key":
+        document.fail(
+            "unknown key", (*path, context["key"]), expected=context["known"], suggestion=context["suggestion"]
+        )
+    if kind == "robocal":
+        seen = context["found"] if context["found"] is not None else found
+        document.fail(
+            context["message"], path, found=seen, expected=context["expected"], suggestion=context["suggestion"]
+        )
+    if found is None:
+        document.fail("the value is empty", path, expected=WORDS.get(kind))
+    if kind == "literal_error":
+        options = str(context["expected"])
+        words = [w.strip(" '\"") for part in options.split(",") for w in part.split(" or ")]
+        suggestion = nearest(found, words) if isinstance(found, str) else None
+        document.fail("unknown value", path, found=found, expected=options.replace("'", ""), suggestion=suggestion)
+    if kind in WORDS:
+        document.fail(f"not {WORDS[kind]}", path, found=found, expected=WORDS[kind])
+    document.fail(fault["msg"].lower(), path, found=found)
+
+
+def _version(value: Any) -> Any:
+    if value != 1 or isinstance(value, bool):
+        refuse("this file is of another schema", expected="robocal: 1")
+    return value
+
+
+# The number in `robocal: 1`, which says how to read the file.
+Version = Annotated[Any, BeforeValidator(_version)]
+
+
+def _name(value: str) -> str:
+    if not value.strip() or any(c in value for c in ".,;:\"'\n\r\t") or value != value.strip():
+        refuse("not a usable name", found=value, expected="a word without dots, commas, quotes or outer spaces")
+    return value
+
+
+Name = Annotated[str, AfterValidator(_name)]
+
+
+def _size(count: int) -> Callable[[list[float]], list[float]]:
+    def check(value: list[float]) -> list[float]:
+        if len(value) != count:
+            refuse(f"{len(value)} numbers instead of {count}", found=value, expected=f"a list of {count} numbers")
+        return value
+
+    return check
+
+
+Triple = Annotated[list[FiniteFloat], AfterValidator(_size(3))]
+
+
+def _columns(value: Any) -> Any:
+    parts = value if isinstance(value, list) else [value]
+    if not parts or any(isinstance(p, bool) or not isinstance(p, str | int) or p in ("",) for p in parts):
+        refuse("not columns", found=value, expected="column names, or zero-based column numbers")
+    return parts
+
+
+Columns = Annotated[Any, BeforeValidator(_columns)]
+
+
+def _free(value: Any) -> Any:
+    """true, false, or some of x y z rx ry rz."""
+    if isinstance(value, bool) or value is None:
+        return value
+    parts: Sequence[Any] = value if isinstance(value, list) else [value]
+    for part in parts:
+        if part not in FRAME_SYMBOLS:
+            guess = nearest(str(part), FRAME_SYMBOLS)
+            refuse(
+                "not a part of a frame",
+                found=part,
+                expected=f"true, false, or a list of {', '.join(FRAME_SYMBOLS)}",
+                suggestion=guess,
+            )
+    return list(parts)
+
+
+Free = Annotated[Any, BeforeValidator(_free)]
+
+
+class UnitsModel(Model):
+    """units: {length, angle}."""
+
+    length: str
+    angle: str
+
+
+class FrameModel(Model):
+    """A frame: xyz with a rotation vector or roll-pitch-yaw, and what of it is free."""
+
+    xyz: Triple | None = None
+    rotation_vector: Triple | None = None
+    rpy: Triple | None = None
+    free: Free = None
+
+    @model_validator(mode="after")
+    def _one_rotation(self) -> FrameModel:
+        if self.rotation_vector is not None and self.rpy is not None:
+            refuse("a rotation is given twice", found="rotation_vector and rpy", expected="one of them")
+        return self
+
+    @property
+    def given(self) -> bool:
+        """Whether any value is stated."""
+        return any(v is not None for v in (self.xyz, self.rotation_vector, self.rpy))
+
+    def free_flags(self, default: bool) -> tuple[bool, ...]:
+        """Six flags."""
+        chosen = default if self.free is None else self.free
+        return (chosen,) * 6 if isinstance(chosen, bool) else tuple(s in chosen for s in FRAME_SYMBOLS)

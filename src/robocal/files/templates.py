@@ -1,0 +1,106 @@
+"""Commented files to start from: a robot (of the catalogue, or of a convention with empty rows), its data file and a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from robocal.arms.chain import Chain
+from robocal.arms.conventions import CONVENTIONS, chain, convention_of
+from robocal.files.datawrite import table_text
+from robocal.files.robot import describe
+from robocal.files.rows import quoted
+from robocal.files.units import Units
+from robocal.measure.data import Configurations, DataSet, Observations
+
+__all__ = ["convention_chain", "templates"]
+
+# What a required key says in an empty row, by what it is.
+EXAMPLES: Mapping[str, object] = {
+    "direction": [0.0, 0.0, 1.0],
+    "point": [0.0, 0.0, 0.0],
+    "moment": [0.0, 0.0, 0.0],
+    "angles": [0.0, 0.0, 0.0],
+    "steps": [
+        {"axis": "rz", "value": 0.0, "symbol": "theta", "driven": 1},
+        {"axis": "tz", "value": 0.1, "symbol": "d"},
+    ],
+}
+ROBOT = """The nominal robot: what its data sheet says. Lengths in {length}, angles in {angle}.
+Convention {convention}: {formula}
+{keys}
+Every joint may also have type (revolute, prismatic, fixed), limits [lower, upper] and gain.
+Check it with: robocal check robot.yaml data.yaml"""
+DATA = """# The measurements. The table may be written in any way: say how, and which columns mean what.
+robocal: 1
+kind: {kind}                 # position: x, y, z of a point; pose: position and orientation
+file: {file}
+csv: {{separator: ",", decimal: ".", header: true}}    # columns by name, or by zero-based number without a header
+joints: {{columns: [{joints}], unit: {joint_unit}}}
+position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
+{orientation}frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
+# targets: {{smr1: {{xyz: [0, 0, 100], free: true}}}}    # where the measured point sits on the tool; without it the tool itself
+# target: {{column: target}}                           # which target a row sees, when there are several
+configuration: {{id: configuration}}    # also: temperature, payload, approach, time; rows with one id are one configuration
+"""
+ORIENTATION = {
+    "position": "",
+    "pose": "orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigma: 0.005}}"
+    "    # or matrix, quaternion_xyzw, quaternion_wxyz, euler with order: XYZ, frame: intrinsic\n",
+}
+TABLE = "# Example rows, computed from the nominal robot: put your measurements here.\n"
+
+
+def convention_chain(convention: str, joints: int, name: str = "my robot") -> Chain:
+    """An arm of revolute joints whose rows name every key of a convention. Raises ModelError for an unknown convention."""
+    rule = convention_of(convention)
+    row = {
+        key.name: EXAMPLES.get(key.quantity, 0.0) if key.required or key.quantity == "direction" else key.default
+        for key in rule.keys
+    }
+    return chain(name, convention, [{"name": f"j{i + 1}", "type": "revolute", **row} for i in range(joints)])
+
+
+def templates(arm: Chain, *, kind: str = "position", units: Units | None = None, rows: int = 5) -> dict[str, str]:
+    """The texts of robot.yaml, data.yaml and measurements.csv for an arm; the three are valid together."""
+    units = units or Units()
+    length, angle = units.length.name, units.angle.name
+    rule = CONVENTIONS[arm.convention]
+    keys = "\n".join(f"  {key.name} ({key.quantity}): {key.meaning}".rstrip(": ") for key in rule.keys)
+    comment = ROBOT.format(length=length, angle=angle, convention=rule.name, formula=rule.formula, keys=keys)
+    own = [length if j.type == "prismatic" else angle for j in arm.joints]
+    words = {
+        "kind": kind,
+        "file": "measurements.csv",
+        "joints": ", ".join(quoted(name) for name in arm.joint_names),
+        "joint_unit": own[0] if len(set(own)) == 1 else f"[{', '.join(own)}]",
+        "length": length,
+        "angle": angle,
+        "orientation": ORIENTATION[kind].format(angle=angle),
+    }
+    return {
+        "robot.yaml": describe(arm, units, comment=comment),
+        "data.yaml": DATA.format(**words),
+        "measurements.csv": TABLE + table_text(_example(arm, kind, rows, units), arm, units),
+    }
+
+
+def _example(arm: Chain, kind: str, rows: int, units: Units) -> DataSet:
+    """What a perfect instrument at the base would read of the nominal robot."""
+    from robocal.geometry import se3
+
+    rng = np.random.default_rng(1)
+    low, high = (np.clip(arm.limits[:, i], -1.0, 1.0) for i in (0, 1))
+    # Joint values that are short to read.
+    per_joint = np.array([(units.length if j.type == "prismatic" else units.angle).factor for j in arm.joints])
+    q = np.round(rng.uniform(low, high, (rows, len(arm.joints))) / per_joint, 1) * per_joint
+    pose = se3.to_vector(arm.pose(q))
+    value = np.empty((rows, 6 if kind == "pose" else 3))
+    for i in range(value.shape[1]):
+        unit = units.angle if i >= 3 else units.length
+        digits = max(0, math.ceil(math.log10(unit.factor / 1e-6)))  # micrometres and microradians
+        value[:, i] = unit.to_si(np.round(unit.from_si(pose[:, i]), digits))
+    ids = tuple(f"p{i + 1}" for i in range(rows))
+    return DataSet(Configurations(ids, q), (Observations(kind, np.arange(rows), value),))

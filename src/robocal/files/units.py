@@ -1,0 +1,208 @@
+"""Units by name, to SI and back; inside robocal everything is in m, rad, s, kg, N, K.
+
+A compound such as `mm/K` or `deg/(N m)` is a product of known units: words before the first slash multiply, every word after one divides.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import FormatError, nearest
+
+__all__ = ["UNITS", "Unit", "Units", "number", "parse_unit"]
+
+Value = TypeVar("Value", float, NDArray[np.float64])
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit: SI value = factor * value + offset; `si` is the SI unit that it measures in (m, rad, 1, ...)."""
+
+    name: str
+    si: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def parts(self) -> float:
+        """How many of it make one SI unit, when that is a whole number, else 0: dividing by 1000 rounds once, 1e-3 is rounded already."""
+        whole = round(1 / self.factor)
+        return float(whole) if whole > 1 and abs(whole * self.factor - 1) < 1e-15 else 0.0
+
+    def to_si(self, value: Value) -> Value:
+        """A number in this unit, in SI."""
+        return (value / self.parts if self.parts else value * self.factor) + self.offset
+
+    def from_si(self, value: Value) -> Value:
+        """A number in SI, in this unit."""
+        return (value - self.offset) * self.parts if self.parts else (value - self.offset) / self.factor
+
+
+DEG = math.pi / 180
+WHAT = {
+    "m": "a length",
+    "rad": "an angle",
+    "s": "a time",
+    "kg": "a mass",
+    "N": "a force",
+    "K": "a temperature",
+    "1": "no unit",
+}
+UNITS = {
+    unit.name: unit
+    for unit in (
+        Unit("m", "m"),
+        Unit("dm", "m", 0.1),
+        Unit("cm", "m", 0.01),
+        Unit("mm", "m", 1e-3),
+        Unit("um", "m", 1e-6),
+        Unit("nm", "m", 1e-9),
+        Unit("km", "m", 1e3),
+        Unit("inch", "m", 0.0254),
+        Unit("ft", "m", 0.3048),
+        Unit("rad", "rad"),
+        Unit("mrad", "rad", 1e-3),
+        Unit("urad", "rad", 1e-6),
+        Unit("deg", "rad", DEG),
+        Unit("arcmin", "rad", DEG / 60),
+        Unit("arcsec", "rad", DEG / 3600),
+        Unit("turn", "rad", 2 * math.pi),
+        Unit("s", "s"),
+        Unit("ms", "s", 1e-3),
+        Unit("us", "s", 1e-6),
+        Unit("min", "s", 60.0),
+        Unit("kg", "kg"),
+        Unit("g", "kg", 1e-3),
+        Unit("N", "N"),
+        Unit("mN", "N", 1e-3),
+        Unit("kN", "N", 1e3),
+        Unit("Nm", "N m"),
+        Unit("Nmm", "N m", 1e-3),
+        Unit("K", "K"),
+        Unit("degC", "K", 1.0, 273.15),
+        Unit("A", "A"),
+        Unit("mA", "A", 1e-3),
+        Unit("V", "V"),
+        Unit("px", "px"),
+        Unit("1", "1"),
+        Unit("%", "1", 0.01),
+    )
+}
+OTHER_NAMES = {
+    "meter": "m",
+    "metre": "m",
+    "meters": "m",
+    "metres": "m",
+    "millimeter": "mm",
+    "millimetre": "mm",
+    "millimeters": "mm",
+    "millimetres": "mm",
+    "µm": "um",
+    "μm": "um",
+    "micron": "um",
+    "in": "inch",
+    "inches": "inch",
+    '"': "inch",
+    "degree": "deg",
+    "degrees": "deg",
+    "°": "deg",
+    "radian": "rad",
+    "radians": "rad",
+    "arcseconds": "arcsec",
+    "µrad": "urad",
+    "μrad": "urad",
+    "sec": "s",
+    "N*m": "Nm",
+    "N m": "Nm",
+    "°C": "degC",
+    "C": "degC",
+    "kelvin": "K",
+    "celsius": "degC",
+    "-": "1",
+    "pixel": "px",
+    "pixels": "px",
+}
+
+
+def parse_unit(
+    name: object,
+    si: str | None = None,
+    *,
+    file: object = None,
+    row: int | None = None,
+    column: str | int | None = None,
+    key: str | None = None,
+) -> Unit:
+    """The unit of this name, of quantity `si` when given. Raises FormatError naming the nearest, or the units that fit."""
+    where = {"file": file, "row": row, "column": column, "key": key}
+    fitting = [u.name for u in UNITS.values() if si is None or u.si == si]
+    if not isinstance(name, str) or not name.strip():
+        raise FormatError("the unit is missing", expected=", ".join(fitting), found=name, **where)  # type: ignore[arg-type]
+    unit = _lookup(name.strip())
+    if unit is None:
+        guess = nearest(name, [*fitting, *(k for k, v in OTHER_NAMES.items() if v in fitting)])
+        raise FormatError("unknown unit", found=name, expected=", ".join(fitting), suggestion=guess, **where)  # type: ignore[arg-type]
+    if si is not None and unit.si != si:
+        raise FormatError(
+            f"the unit is of another quantity, {WHAT.get(si, si)} is needed",
+            found=name,
+            expected=", ".join(fitting) or si,
+            **where,  # type: ignore[arg-type]
+        )
+    return unit
+
+
+def _lookup(name: str) -> Unit | None:
+    known = UNITS.get(OTHER_NAMES.get(name, name))
+    if known is not None:
+        return known
+    words = name.replace("(", " ").replace(")", " ").replace("*", " ").split("/")
+    if len(words) < 2 or not words[0].split():
+        return None
+    factor, parts = 1.0, []
+    for i, word in enumerate(words):
+        for atom in word.split():
+            unit = UNITS.get(OTHER_NAMES.get(atom, atom))
+            if unit is None:
+                return None
+            # A temperature inside a compound is a difference: its offset has no meaning there.
+            factor = factor / unit.factor if i else factor * unit.factor
+            parts.append(("/" if i else " ") + unit.si.replace(" ", "/" if i else " "))
+    return Unit(name, "".join(parts).strip(), factor)
+
+
+@dataclass(frozen=True)
+class Units:
+    """The units in which a file and its reports speak of lengths and angles."""
+
+    length: Unit = UNITS["mm"]
+    angle: Unit = UNITS["deg"]
+
+    def of(self, si: str) -> Unit:
+        """The unit in which to show a quantity whose SI unit is `si`: every m and rad in it is replaced."""
+        swap = {"m": self.length, "rad": self.angle}
+        if si in swap:
+            return swap[si]
+        if si in UNITS and UNITS[si].si == si:
+            return UNITS[si]
+        # Only the leading word speaks of the parameter itself (m/K, rad/(N m)); what follows stays SI.
+        head = si[: len(si) - len(si.lstrip("mrad"))]
+        if head in swap and si[len(head) :].lstrip()[:1] == "/":
+            return Unit(swap[head].name + si[len(head) :], si, swap[head].factor)
+        return Unit(si, si)
+
+
+def number(value: float) -> str:
+    """A number as people write it: at most 15 digits, read as a number by every YAML version."""
+    if not math.isfinite(value):
+        return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
+    text = f"{value:.15g}"
+    if "e" in text:
+        digits, _, power = text.partition("e")
+        return f"{digits if '.' in digits else digits + '.0'}e{power}"
+    return "0" if text == "-0" else text

@@ -1,0 +1,232 @@
+"""URDF in and out: a path of links becomes a chain; on the way back only the changed origins are touched, every other byte survives."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from robocal.arms.chain import Chain
+from robocal.arms.conventions import chain, default_free, rows
+from robocal.errors import FormatError, ModelError, nearest
+from robocal.files.rows import same
+from robocal.files.text import Source
+from robocal.files.units import number
+from robocal.files.urdftree import (
+    MOVING,
+    RESERVED,
+    Node,
+    UrdfJoint,
+    check_xacro,
+    joints_of,
+    links_of,
+    longest,
+    owner_of,
+    parse_tree,
+    root_of,
+)
+
+__all__ = ["UrdfArm", "edit_urdf", "read_urdf"]
+
+_ATTRIBUTE = re.compile(rb"([^\s=/>\"']+)\s*=\s*(\"[^\"]*\"|'[^']*')")
+
+
+@dataclass(frozen=True)
+class UrdfArm:
+    """The chain between two links of a URDF."""
+
+    chain: Chain
+    root: str
+    tip: str
+    warnings: tuple[str, ...] = ()
+
+
+def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None) -> UrdfArm:
+    """The chain from link `base` (default the root) to link `tip` (default the end of the longest chain). Raises FormatError."""
+    root = parse_tree(source.text, source.path)
+    check_xacro(root, source)
+    if root.tag != "robot":
+        raise FormatError(
+            "this is not a URDF", file=source.path, row=root.row, found=f"<{root.tag}>", expected="<robot>"
+        )
+    links = links_of(root, source.path)
+    joints = joints_of(root, links, source.path)
+    start = root_of(links, joints, source.path)
+    into = {j.child: j for j in joints}
+    notes: tuple[str, ...] = ()
+    if tip is None:
+        tip, tie = longest(base or start, joints)
+        if tie:
+            notes = (f"{source.path}: the arm is taken to end at link {tip}; choose another with the tip option",)
+    for word, name in (("base", base), ("tip", tip)):
+        if name is not None and name not in links:
+            raise FormatError(
+                "there is no such link", file=source.path, key=word, found=name, suggestion=nearest(name, links)
+            )
+    path: list[UrdfJoint] = []
+    at = tip
+    while at != (base or start):
+        if at not in into:
+            raise FormatError(
+                "the tip does not hang on the base",
+                file=source.path,
+                key="base",
+                found=base,
+                expected=f"a link above {tip}",
+            )
+        path.insert(0, into[at])
+        at = into[at].parent
+    made = [_row(j, source.path) for j in path]
+    if not any(row["type"] != "fixed" for row in made):
+        raise FormatError("no joint moves between base and tip", file=source.path, found=f"{base or start} to {tip}")
+    try:
+        name = root.attributes.get("name") or source.path.stem
+        arm = chain(name, "urdf", made, source=str(source.path.name), meta={"file": str(source.path)})
+    except ModelError as error:
+        facts = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
+        raise FormatError(error.message, file=source.path, key=error.key, **facts) from None  # type: ignore[arg-type]
+    still = {j.owner for j in path if j.type == "fixed"}
+    free = [n for n in default_free(arm) if n.rpartition(".")[0] not in still]
+    return UrdfArm(replace(arm, table=arm.table.with_free(free)), base or start, tip, notes)
+
+
+def edit_urdf(text: str, arm: Chain, changed: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
+    """The URDF with the origins of an arm that other values have moved, and the names that a URDF cannot hold."""
+    data = text.encode("utf-8")
+    origin = {
+        f"{o}.{s}"
+        for o in {n.rpartition(".")[0] for n in arm.table.names} - set(RESERVED)
+        for s in ("x", "y", "z", "rx", "ry", "rz")
+    }
+    left_out = tuple(n for n in changed if n not in origin)
+    root = parse_tree(text, None)
+    nodes = {owner_of(n): n for n in root.children if n.tag == "joint"}
+    splices: list[tuple[int, int, bytes]] = []
+    for row in rows(arm.with_values({n: v for n, v in changed.items() if n in origin})):
+        owner = str(row["name"])
+        words = {
+            word: " ".join(number(v) for v in row[word])  # type: ignore[attr-defined]
+            for word, symbols in (("xyz", "xyz"), ("rpy", ("rx", "ry", "rz")))
+            if any(
+                f"{owner}.{s}" in changed and not same(arm.table[f"{owner}.{s}"].value, changed[f"{owner}.{s}"])
+                for s in symbols
+            )
+        }
+        if words:
+            splices += _origin_splices(data, nodes[owner], words)
+    for start, end, new in sorted(splices, reverse=True):
+        data = data[:start] + new + data[end:]
+    return data.decode("utf-8"), left_out
+
+
+def _origin_splices(data: bytes, joint: Node, words: Mapping[str, str]) -> list[tuple[int, int, bytes]]:
+    """Byte ranges to replace so that the joint's origin says `words`; a missing attribute or element is inserted."""
+    node = joint.child("origin")
+    if node is None:
+        _, end = _start_tag(data, joint.start)
+        space = re.match(rb"\s*", data[end:])
+        attributes = "".join(f' {k}="{v}"' for k, v in words.items())
+        return [(end, end, (space[0] if space else b"") + f"<origin{attributes}/>".encode())]
+    spans, end = _start_tag(data, node.start)
+    out, at = [], max((s[1] for s in spans.values()), default=node.start + len(b"<origin"))
+    missing = ""
+    for word, value in words.items():
+        if word in spans:
+            out.append((spans[word][0] + 1, spans[word][1] - 1, value.encode()))
+        else:
+            missing += f' {word}="{value}"'
+    return [*out, (at, at, missing.encode())] if missing else out
+
+
+def _start_tag(data: bytes, start: int) -> tuple[dict[str, tuple[int, int]], int]:
+    """The byte span of every attribute value of a start tag, quotes included, and the end of the tag."""
+    spans: dict[str, tuple[int, int]] = {}
+    name = re.compile(rb"<[^\s/>]+").match(data, start)
+    at = name.end() if name else start
+    while True:
+        close = re.compile(rb"\s*/?>").match(data, at)
+        if close:
+            return spans, close.end()
+        found = _ATTRIBUTE.search(data, at)
+        if found is None:
+            raise AssertionError("a start tag without an end passed the parser")
+        spans[found[1].decode()] = found.span(2)
+        at = found.end()
+
+
+def _row(joint: UrdfJoint, path: Path) -> dict[str, object]:
+    """The row of a joint for the chain, in SI. Raises FormatError for what a chain cannot follow."""
+    mimic = joint.node.child("mimic")
+    if mimic is not None:
+        found = mimic.attributes.get("joint")
+        raise FormatError(
+            "a mimic joint on the chain",
+            file=path,
+            row=mimic.row,
+            key=f"joint {joint.name}",
+            found=found,
+            expected="another tip",
+        )
+    if joint.type not in (*MOVING, "fixed"):
+        expected = "revolute, continuous, prismatic, fixed"
+        raise FormatError(
+            "a chain cannot follow this joint",
+            file=path,
+            row=joint.node.row,
+            key=f"joint {joint.name}",
+            found=joint.type,
+            expected=expected,
+        )
+    origin, axis, limit = (joint.node.child(word) for word in ("origin", "axis", "limit"))
+    row: dict[str, object] = {"name": joint.owner, "type": MOVING.get(joint.type, "fixed")}
+    row["xyz"] = _triple(origin, "xyz", (0.0, 0.0, 0.0), joint, path)
+    row["rpy"] = _triple(origin, "rpy", (0.0, 0.0, 0.0), joint, path)
+    if joint.type in MOVING:
+        row["axis"] = direction = _triple(axis, "xyz", (1.0, 0.0, 0.0), joint, path)
+        if not any(direction):
+            raise FormatError(
+                "the axis has no direction",
+                file=path,
+                row=axis.row if axis else None,
+                key=f"joint {joint.name} axis",
+                found=direction,
+            )
+    if limit is not None and joint.type in ("revolute", "prismatic"):
+        low, high = (_number(limit, word, joint, path) for word in ("lower", "upper"))
+        if low > high:
+            key = f"joint {joint.name} limit"
+            raise FormatError(
+                "limits in the wrong order",
+                file=path,
+                row=limit.row,
+                key=key,
+                found=[low, high],
+                expected="lower, upper",
+            )
+        row["limits"] = [low, high]
+    return row
+
+
+def _number(node: Node, name: str, joint: UrdfJoint, path: Path) -> float:
+    return _floats(node.attributes.get(name, "0"), 1, node, f"joint {joint.name} {node.tag} {name}", path)[0]
+
+
+def _triple(node: Node | None, name: str, default: tuple[float, ...], joint: UrdfJoint, path: Path) -> list[float]:
+    if node is None or name not in node.attributes:
+        return list(default)
+    return _floats(node.attributes[name], 3, node, f"joint {joint.name} {node.tag} {name}", path)
+
+
+def _floats(text: str, count: int, node: Node, key: str, path: Path) -> list[float]:
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        values = []
+    if len(values) != count or not all(math.isfinite(v) for v in values):
+        expected = "a finite number" if count == 1 else f"{count} finite numbers"
+        raise FormatError(
+            "not what an attribute must be", file=path, row=node.row, key=key, found=text, expected=expected
+        )
+    return values

@@ -1,0 +1,254 @@
+"""YAML, read as data only and written back byte for byte but for the values that change.
+
+Tags, anchors, aliases, directives and several documents are refused: a robot needs none of them, and they are how a small file becomes a
+big one or runs code. Every value remembers its line.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+
+from robocal.errors import FormatError
+from robocal.files.text import MEGABYTE, Source, line_of, read_text
+from robocal.files.units import number
+
+__all__ = ["Document", "edit", "load", "parse", "path_text"]
+
+SIZE_LIMIT = 4 * MEGABYTE
+DEPTH_LIMIT = 30
+NODE_LIMIT = 400_000
+
+Path_ = tuple[str | int, ...]
+_TAG = "tag:yaml.org,2002:"
+
+
+@dataclass(frozen=True)
+class Document:
+    """A YAML file: `data` as plain mappings, lists, numbers and texts, and the line of every key path."""
+
+    path: Path
+    text: str
+    sha256: str
+    data: dict[str, Any]
+    lines: Mapping[Path_, int] = field(default_factory=dict)
+
+    def row(self, path: Path_) -> int | None:
+        """The line of a key path, or of the nearest path above it."""
+        for n in range(len(path), -1, -1):
+            if path[:n] in self.lines:
+                return self.lines[path[:n]]
+        return None
+
+    def fail(self, message: str, path: Path_ = (), **facts: Any) -> NoReturn:
+        """Raises FormatError at a key path of this file."""
+        raise FormatError(message, file=self.path, row=self.row(path), key=path_text(path) or None, **facts)
+
+
+def path_text(path: Path_) -> str:
+    """A key path as people read it: joints[1].theta (counted from 0)."""
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else (f".{part}" if text else str(part))
+    return text
+
+
+def load(path: str | os.PathLike[str]) -> Document:
+    """Reads a YAML file whose content is a mapping. Raises FileError or FormatError."""
+    return parse(read_text(path, limit=SIZE_LIMIT))
+
+
+def parse(source: Source) -> Document:
+    """The same from text that was read already."""
+    root = _compose(source.text, source.path)
+    lines: dict[Path_, int] = {}
+    data = _build(root, (), lines, source.path)
+    if not isinstance(data, dict):
+        raise FormatError(
+            "the file is not a mapping", file=source.path, found=_kind(data), expected="lines such as `name: value`"
+        )
+    return Document(source.path, source.text, source.sha256, data, lines)
+
+
+def edit(text: str, changes: Mapping[Path_, float | str], path: object = None) -> str:
+    """The text with other numbers at some key paths; a key that is missing is added to its mapping. All other bytes survive.
+
+    A key path that needs a mapping or list that is not there raises FormatError.
+    """
+    root = _compose(text, path)
+    splices: list[tuple[int, int, str]] = []
+    added: dict[int, list[tuple[str, str]]] = {}
+    owners: dict[int, Any] = {}
+    for where, value in changes.items():
+        key, node, rest = _find(root, where)
+        shown = value if isinstance(value, str) else number(value)
+        if not rest and key is not None and node.id == "scalar" and node.start_mark.index == node.end_mark.index:
+            # `key:` with nothing behind it: the empty value's own mark lies at the next word, wherever that is.
+            at = text.index(":", key.end_mark.index) + 1
+            splices.append((at, at, " " + shown))
+        elif not rest and (node.id == "scalar" or node.flow_style):
+            splices.append((node.start_mark.index, node.end_mark.index, shown))
+        elif len(rest) == 1 and node.id == "mapping" and isinstance(rest[0], str):
+            added.setdefault(id(node), []).append((rest[0], shown))
+            owners[id(node)] = node
+        else:
+            raise FormatError("no value can be written here", file=path, key=path_text(where))
+    for key, pairs in added.items():
+        splices.append(_insertion(text, owners[key], pairs))
+    # From the back, and at one place the later change first, so that all positions stay true and all orders are kept.
+    for _, (start, end, new) in sorted(enumerate(splices), key=lambda s: (s[1][0], s[0]), reverse=True):
+        text = text[:start] + new + text[end:]
+    return text
+
+
+def _insertion(text: str, node: Any, pairs: list[tuple[str, str]]) -> tuple[int, int, str]:
+    """Where and how to add keys to a mapping, in the style in which it is written."""
+    if node.flow_style:
+        words = ", ".join(f"{k}: {v}" for k, v in pairs)
+        if not node.value:
+            return node.start_mark.index + 1, node.start_mark.index + 1, words
+        at = node.value[-1][1].end_mark.index
+        return at, at, ", " + words
+    column = node.value[0][0].start_mark.column
+    newline = "\r\n" if "\r\n" in text else "\n"
+    block = [f"{k}: {v}" for k, v in pairs]
+    for name, value in reversed(node.value):
+        one_piece = value.flow_style if value.id != "scalar" else value.style not in ("|", ">")
+        if one_piece:
+            empty = value.start_mark.index == value.end_mark.index
+            at = text.find("\n", (name if empty else value).end_mark.index)
+            end = len(text) if at < 0 else at
+            if end and text[end - 1 : end] == "\r":
+                end -= 1
+            return end, end, "".join(newline + " " * column + line for line in block)
+    at = node.value[0][0].start_mark.index
+    return at, at, "".join(line + newline + " " * column for line in block)
+
+
+def _find(node: Any, path: Path_) -> tuple[Any, Any, Path_]:
+    """The deepest node on a key path with its key, and what of the path is not there."""
+    key = None
+    for i, part in enumerate(path):
+        child = None
+        if node.id == "mapping":
+            key, child = next(((k, v) for k, v in node.value if k.value == str(part)), (None, None))
+        elif node.id == "sequence" and isinstance(part, int) and part < len(node.value):
+            key, child = None, node.value[part]
+        if child is None:
+            return None, node, path[i:]
+        node = child
+    return key, node, ()
+
+
+def _compose(text: str, path: object) -> Any:
+    """The node tree after the events were found harmless. Raises FormatError for whatever is not YAML."""
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+    from ruamel.yaml.reader import ReaderError
+
+    try:
+        _inspect(YAML(typ="safe", pure=True).parse(text), path)
+        root = YAML(typ="safe", pure=True).compose(text)
+    except FormatError:
+        raise
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        problem = error.problem or error.context or "malformed"
+        raise FormatError(
+            f"not valid YAML: {problem}", file=path, row=None if mark is None else mark.line + 1
+        ) from None
+    except ReaderError as error:
+        row = line_of(text, error.position) if isinstance(error.position, int) else None
+        raise FormatError(
+            "a control character that YAML does not allow", file=path, row=row, found=str(error.character)
+        ) from None
+    except (
+        YAMLError,
+        ValueError,
+        TypeError,
+        AttributeError,
+        LookupError,
+        AssertionError,
+        NotImplementedError,
+    ) as error:
+        # The parser answers some malformed files with errors of its own making.
+        first = (str(error).strip() or type(error).__name__).splitlines()[0]
+        raise FormatError(f"not valid YAML: {first}", file=path) from None
+    if root is None:
+        raise FormatError("the file is empty", file=path)
+    return root
+
+
+def _inspect(events: Iterator[Any], path: object) -> None:
+    depth, documents = 0, 0
+    for count, event in enumerate(events):
+        row = event.start_mark.line + 1
+        name = type(event).__name__
+        if name == "AliasEvent" or getattr(event, "anchor", None) is not None:
+            raise FormatError(
+                "anchors and aliases (& and *) are not accepted", file=path, row=row, expected="plain values"
+            )
+        if getattr(event, "tag", None) is not None and name != "DocumentStartEvent":
+            raise FormatError(
+                "tags (!) are not accepted", file=path, row=row, found=str(event.tag), expected="plain values"
+            )
+        if name == "DocumentStartEvent":
+            documents += 1
+            if documents > 1:
+                raise FormatError("a second document (---) is not accepted", file=path, row=row)
+            if event.version not in (None, (1, 2)) or event.tags:
+                raise FormatError("directives (%) are not accepted", file=path, row=row)
+        depth += name.endswith("StartEvent") - name.endswith("EndEvent")
+        if depth > DEPTH_LIMIT:
+            raise FormatError("too deeply nested", file=path, row=row, expected=f"at most {DEPTH_LIMIT} levels")
+        if count > NODE_LIMIT:
+            raise FormatError(
+                "too many values", file=path, row=row, expected=f"at most {NODE_LIMIT}; tables belong into a CSV"
+            )
+
+
+def _build(node: Any, path: Path_, lines: dict[Path_, int], file: object) -> Any:
+    """Plain data of a node; notes the line of every path."""
+    lines.setdefault(path, node.start_mark.line + 1)
+    if node.id == "scalar":
+        return _scalar(node, path, file)
+    if node.id == "sequence":
+        return [_build(child, (*path, i), lines, file) for i, child in enumerate(node.value)]
+    out: dict[str, Any] = {}
+    for key, value in node.value:
+        row = key.start_mark.line + 1
+        if key.id != "scalar" or key.tag == _TAG + "merge":
+            raise FormatError("a key must be a plain word", file=file, row=row, key=path_text(path) or None)
+        if key.value in out:
+            raise FormatError("this key is given twice", file=file, row=row, key=path_text((*path, key.value)))
+        lines[(*path, key.value)] = row
+        out[key.value] = _build(value, (*path, key.value), lines, file)
+    return out
+
+
+def _scalar(node: Any, path: Path_, file: object) -> Any:
+    text, tag = node.value, node.tag.removeprefix(_TAG)
+    try:
+        if tag == "int":
+            plain = text.replace("_", "")
+            if len(plain) > 300:
+                raise ValueError
+            return int(plain, 0) if plain.lstrip("+-")[:2].lower() in ("0x", "0o") else int(plain)
+        if tag == "float":
+            plain = text.replace("_", "").lower()
+            return math.nan if plain == ".nan" else float(plain.replace(".inf", "inf"))
+        if tag == "bool":
+            return text.lower() == "true"
+    except ValueError:
+        raise FormatError(
+            "not a number", file=file, row=node.start_mark.line + 1, key=path_text(path), found=text
+        ) from None
+    return None if tag == "null" else text
+
+
+def _kind(data: object) -> str:
+    return "a list" if isinstance(data, list) else "a text" if isinstance(data, str) else "a single value"
