@@ -1,0 +1,17 @@
+"""The command line: the only room that writes to the terminal. Nothing heavy is imported before a command needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+__all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command and returns its exit status: 0 done, 2 wrong input, 3 not to be trusted, 130 stopped, 1 a fault of ours."""
+    try:
+        from robocal.cli.guard import run
+
+        return run(arguments)
+    except KeyboardInterrupt:  # before the guard stands, or after it
+        return 130

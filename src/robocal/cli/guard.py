@@ -1,0 +1,188 @@
+"""From whatever happens to one exit status and at most one message: nobody who uses robocal ever sees a traceback.
+
+0 done    2 the input is wrong, nothing written    3 it ran, but the result must not be trusted    130 Ctrl-C    1 a fault of ours
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from types import FrameType
+from typing import Any
+
+from robocal.errors import Cancelled, InputError, MissingExtra
+
+__all__ = ["DONE", "FAULT", "INPUT", "STOPPED", "UNTRUSTED", "complain", "run", "stopped"]
+
+DONE, FAULT, INPUT, UNTRUSTED, STOPPED = 0, 1, 2, 3, 130
+ISSUES = "https://github.com/robocal/robocal/issues"
+_received: list[int] = []
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Parses and runs a command line; see the module for what it returns."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    debug = "--debug" in words or bool(os.environ.get("ROBOCAL_DEBUG"))
+    words = [w for w in words if w != "--debug"]
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(AttributeError, ValueError, OSError):
+            stream.reconfigure(errors="replace")  # type: ignore[union-attr]
+    with _signals():
+        try:
+            status = _dispatch(words)
+            sys.stdout.flush()
+            return status
+        except (KeyboardInterrupt, Cancelled):
+            return _stop()
+        except BrokenPipeError:
+            # Whoever read our output has gone, as `head` does: not worth a word.
+            _silence(sys.stdout)
+            return 128 + 13
+        except (InputError, MissingExtra) as error:
+            if debug:
+                raise
+            complain(str(error))
+            return INPUT
+        except OSError as error:
+            if debug:
+                raise
+            _silence(sys.stdout)
+            where = f"{error.filename}: " if error.filename else ""
+            complain(f"{where}{(error.strerror or str(error)).lower()}")
+            return INPUT
+        except MemoryError:
+            complain("not enough memory for this; fewer rows or fewer free parameters need less")
+            return INPUT
+        except Exception as error:
+            if debug:
+                raise
+            if _received:
+                return _stop()
+            first = str(error).strip().splitlines()[0] if str(error).strip() else "no message"
+            complain(f"a fault in robocal itself: {type(error).__name__}: {first[:200]}")
+            complain(f"please report it with the output of the same command and --debug: {ISSUES}", kind="note")
+            return FAULT
+
+
+def _dispatch(words: list[str]) -> int:
+    """Lets typer read the words, then does what they say; typer's complaints become ours.
+
+    A verb only says what is to be done, and is done out here: inside, typer has its own ideas about Ctrl-C and closed pipes.
+    """
+    import typer
+
+    from robocal.cli.app import build
+
+    # typer carries its own copy of click from some version on; its public BadParameter leads to whichever it is.
+    usage: Any = typer.BadParameter.__base__
+    try:
+        task = build()(words, prog_name="robocal", standalone_mode=False)
+    except typer.Abort:
+        raise KeyboardInterrupt from None
+    except SystemExit as leaving:
+        task = leaving.code
+    except usage.__base__ as error:
+        context = getattr(error, "ctx", None)
+        path = context.command_path if context is not None else "robocal"
+        if type(error).__name__ == "NoArgsIsHelpError":
+            sys.stdout.write(f"{error.format_message()}\n")
+            return INPUT
+        complain(_plain(error), kind=path)
+        sys.stderr.write(f"Try: {path} --help\n")
+        return INPUT
+    status = task() if callable(task) else task
+    return status if isinstance(status, int) else DONE
+
+
+def _plain(error: Any) -> str:
+    """A complaint about the command line, with the nearest known word."""
+    text = " ".join(str(error.format_message()).split())
+    options = getattr(error, "possibilities", None)
+    if type(error).__name__ == "NoSuchOption":
+        from robocal.errors import nearest
+
+        name, context = str(error.option_name), getattr(error, "ctx", None)
+        known = [
+            o for p in (context.command.params if context is not None else ()) for o in p.opts if o.startswith("--")
+        ]
+        guess = nearest(name, known) or next(iter(options or ()), None)
+        text = f"there is no option {name}" + (f"; did you mean {guess}?" if guess else "")
+    return text[0].lower() + text[1:] if text else type(error).__name__
+
+
+def complain(text: str, kind: str = "error") -> None:
+    """One message on stderr, in colour where a person reads it."""
+    label = kind if kind in ("error", "note", "warning") else f"{kind}: error"
+    colour = {"error": 31, "warning": 33, "note": 36}.get(kind, 31)
+    if coloured(sys.stderr):
+        label = f"\033[1;{colour}m{label}:\033[0m"
+    else:
+        label += ":"
+    with suppress(OSError, ValueError):
+        sys.stderr.write(f"{label} {text}\n")
+        sys.stderr.flush()
+
+
+def coloured(stream: Any) -> bool:
+    """Whether a stream is a terminal that wants colour."""
+    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
+        return False
+    try:
+        return bool(stream.isatty())
+    except (AttributeError, ValueError):
+        return False
+
+
+# --- stopping ---------------------------------------------------------------------------------------------------------------
+
+
+def stopped() -> bool:
+    """Whether somebody asked us to stop."""
+    return bool(_received)
+
+
+def _stop() -> int:
+    number = _received[0] if _received else int(signal.SIGINT)
+    complain("stopped; nothing was left half-written", kind="note")
+    return 128 + number
+
+
+@contextmanager
+def _signals() -> Iterator[None]:
+    """Ctrl-C and SIGTERM raise KeyboardInterrupt, and are remembered: inside a callback of compiled code Python swallows exceptions."""
+    _received.clear()
+    before: dict[int, Any] = {}
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        _received.append(number)
+        raise KeyboardInterrupt
+
+    hook = sys.unraisablehook
+
+    def quiet(event: Any) -> None:
+        if not isinstance(event.exc_value, KeyboardInterrupt):
+            hook(event)
+
+    sys.unraisablehook = quiet
+    for number in (int(signal.SIGINT), int(signal.SIGTERM)):
+        with suppress(ValueError):  # not in the main thread, as in a notebook or a test
+            if signal.getsignal(number) is not signal.SIG_IGN:  # nohup, and background jobs of a shell
+                before[number] = signal.signal(number, stop)
+    try:
+        yield
+    finally:
+        sys.unraisablehook = hook
+        for number, handler in before.items():
+            with suppress(ValueError):
+                signal.signal(number, handler)
+
+
+def _silence(stream: Any) -> None:
+    """Lets what is still buffered go nowhere, so that the interpreter does not stumble over it at its end."""
+    with suppress(OSError, ValueError, AttributeError):
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, stream.fileno())
+        os.close(null)

@@ -1,0 +1,144 @@
+"""Arguments and options of the verbs, as typer reads them from annotations."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+ROBOT = "robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list)"
+DATA = "data.yaml, or a CSV whose headers carry units; several are fitted together"
+
+
+def _argument(name: str, text: str) -> object:
+    return typer.Argument(metavar=name, help=text, show_default=False)
+
+
+def _option(*names: str, metavar: str | None = None, text: str) -> object:
+    """An option without a default worth showing."""
+    return typer.Option(*names, metavar=metavar, help=text, show_default=False)
+
+
+Robot = Annotated[str, _argument("ROBOT", ROBOT)]
+Data = Annotated[list[str], _argument("DATA...", DATA)]
+MaybeData = Annotated[list[str] | None, _argument("DATA...", DATA)]
+DemoName = Annotated[str | None, _argument("NAME", "rv-2aj, camera or tracker; all of them by default.")]
+Template = Annotated[str | None, _argument("ROBOT", "A catalogue name or a convention.")]
+AnyRobot = Annotated[str, _argument("ROBOT", "A robot file, a catalogue name, or a run folder.")]
+Run = Annotated[str, _argument("RUN", "A run folder with result.json and residuals.csv.")]
+
+Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, messages on stderr.")]
+Seed = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="For whatever is drawn at random.")]
+Base = Annotated[str | None, _option("--base", metavar="LINK", text="First link of the chain in a URDF.")]
+Tip = Annotated[str | None, _option("--tip", metavar="LINK", text="Last link of the chain in a URDF.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
+
+RunFolder = Annotated[str | None, _option("-o", "--output", metavar="DIR", text="Write a run folder here.")]
+ValidationFolder = Annotated[str | None, _option("-o", "--output", metavar="DIR", text="Write validation.json here.")]
+OutputFile = Annotated[str | None, _option("-o", "--output", metavar="FILE", text="Write here, not to the terminal.")]
+PageFile = Annotated[str | None, _option("-o", "--output", metavar="FILE", text="The page  [default: RUN/report.html]")]
+DemoFolder = Annotated[str, typer.Option("-o", "--output", metavar="DIR", help="Where files and reports go.")]
+NewFolder = Annotated[str, typer.Option("-o", "--output", metavar="DIR", help="Folder for the files.")]
+SimulationFolder = Annotated[str, _option("-o", "--output", metavar="DIR", text="Folder for robot, data and truth.")]
+
+# new
+JointCount = Annotated[
+    int, typer.Option("--joints", metavar="N", min=1, max=30, help="How many, when ROBOT is a convention.")
+]
+Kind = Annotated[str, typer.Option("--kind", metavar="KIND", help="What is measured: position or pose.")]
+List = Annotated[bool, typer.Option("--list", help="List the catalogue and the conventions.")]
+
+# identify
+Free = Annotated[
+    list[str],
+    _option(
+        "--free",
+        metavar="NAME",
+        text="Free exactly these, not what the robot file says: j2.alpha, alpha, j2, tool. Repeat, or separate by commas.",
+    ),
+]
+Fix = Annotated[list[str], _option("--fix", metavar="NAME", text="Hold these; also frames of data files.")]
+Prior = Annotated[
+    list[str],
+    _option(
+        "--prior",
+        metavar="NAME=SIGMA",
+        text="Standard deviation expected beforehand, in the robot file's units; length=... and angle=... for all.",
+    ),
+]
+Method = Annotated[
+    str,
+    typer.Option(
+        "--method", metavar="METHOD", help="lm, gauss-newton, pinv (iterated pseudo-inverse), lse (one step)."
+    ),
+]
+Loss = Annotated[
+    str, typer.Option("--loss", metavar="LOSS", help="none, huber, cauchy, tukey: what outliers may weigh.")
+]
+HoldOut = Annotated[
+    float | None,
+    _option(
+        "--hold-out",
+        metavar="SHARE",
+        text="Share of configurations kept for judging, 0 to 0.5  [default: 0.2 from 25 configurations on]",
+    ),
+]
+LeaveOneOut = Annotated[
+    bool | None,
+    _option(
+        "--leave-one-out/--no-leave-one-out",
+        text="Predict every configuration from all the others  [default: up to 400 configurations]",
+    ),
+]
+KeepAll = Annotated[bool, typer.Option("--keep-all", help="Fit also what the data cannot tell apart.")]
+Iterations = Annotated[int, typer.Option("--iterations", metavar="N", min=1, help="At most this many.")]
+
+# validate, export
+Against = Annotated[str | None, _option("--against", metavar="ROBOT", text="Compare with this robot, say the nominal.")]
+Form = Annotated[
+    str,
+    typer.Option(
+        "--format", metavar="FORMAT", help="yaml, urdf, csv or markdown (the parameter table), offsets (of the joints)."
+    ),
+]
+Nominal = Annotated[
+    str | None,
+    _option("--nominal", metavar="ROBOT", text="What offsets are counted from; a run folder knows it."),
+]
+
+# simulate
+Poses = Annotated[
+    int,
+    typer.Option(
+        "-n", "--poses", metavar="N", min=1, max=1_000_000, help="Configurations drawn within the joint limits."
+    ),
+]
+At = Annotated[
+    str | None, _option("--at", metavar="FILE", text="Take the joint values of this data file instead of drawing them.")
+]
+Noise = Annotated[
+    float,
+    typer.Option("--noise", metavar="SIGMA", min=0, help="Standard deviation per axis, in the robot's length unit."),
+]
+AngleNoise = Annotated[
+    float | None,
+    typer.Option("--angle-noise", metavar="SIGMA", min=0, help="The same for orientations.", show_default=False),
+]
+LengthError = Annotated[
+    float,
+    typer.Option(
+        "--length-error", metavar="SIGMA", min=0, help="Standard deviation of true lengths around nominal ones."
+    ),
+]
+AngleError = Annotated[float, typer.Option("--angle-error", metavar="SIGMA", min=0, help="The same for angles.")]
+Setting = Annotated[
+    list[str], _option("--set", metavar="NAME=VALUE", text="A true value, in the robot file's units; may be repeated.")
+]
+Where = Annotated[
+    str,
+    typer.Option(
+        "--frame",
+        metavar="FRAME",
+        help="The base seen from the instrument: x,y,z,rx,ry,rz; auto: somewhere; none: base coordinates.",
+    ),
+]

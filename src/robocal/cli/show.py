@@ -1,0 +1,212 @@
+"""An identification on the terminal: the verdict first, then errors, parameters, what cannot be told, warnings, and where the files are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from rich.table import Table
+from rich.text import Text
+
+from robocal.cli.terminal import Terminal
+
+if TYPE_CHECKING:
+    from robocal.jobs.outcome import Outcome
+
+__all__ = ["errors_table", "figure", "indented", "show_outcome", "show_paths", "show_warnings", "table", "verdict_line"]
+
+COLOURS = {"improved": "bold green", "not_improved": "bold yellow", "refused": "bold red"}
+MOST = 40
+STAGES = (
+    ("before", "before", "frames, tool fitted"),
+    ("after", "after", "as fitted"),
+    ("held_out_before", "held out, before", ""),
+    ("held_out", "held out, after", "not used to fit"),
+    ("leave_one_out", "leave-one-out", "one by one"),
+    ("constant", "predicting the mean", ""),
+)
+
+
+def figure(value: float | None, digits: int = 4) -> str:
+    """A number as people read it: significant digits, no exponent where it can be helped."""
+    if value is None or not math.isfinite(value):
+        return "-"
+    if value == 0:
+        return "0"
+    size = math.floor(math.log10(abs(value)))
+    if size < -6 or size > 6:
+        return f"{value:.{digits - 1}e}"
+    return f"{value:.{max(digits - 1 - size, 0)}f}"
+
+
+def table(*columns: str, right: Sequence[int] = (), title: str = "") -> Table:
+    """A plain table: a rule under the header and nothing else."""
+    from rich import box
+
+    made = Table(
+        box=box.SIMPLE_HEAD,
+        show_edge=False,
+        pad_edge=False,
+        title=title or None,
+        title_justify="left",
+        title_style="bold",
+    )
+    for i, name in enumerate(columns):
+        made.add_column(name, justify="right" if i in right else "left", overflow="fold", no_wrap=i == 0)
+    return made
+
+
+def indented(*lines: str, style: str = "") -> list[Any]:
+    """Lines whose continuations are indented too."""
+    from rich.padding import Padding
+
+    return [Padding(Text(line, style=style), (0, 0, 0, 2)) for line in lines]
+
+
+def verdict_line(status: str, reasons: Sequence[str]) -> Text:
+    """The verdict with its reasons."""
+    text = Text()
+    text.append(status.replace("_", " ").upper(), style=COLOURS.get(status, "bold"))
+    if reasons:
+        text.append("  " + "; ".join(reasons))
+    return text
+
+
+def errors_table(residuals: Any, title: str) -> Table | None:
+    """Errors at every stage in one unit; None when there are none."""
+    rows = [
+        (label, getattr(residuals, name), note) for name, label, note in STAGES if getattr(residuals, name) is not None
+    ]
+    if not rows:
+        return None
+    made = table(f"{title} [{residuals.unit}]", "mean", "rms", "95 %", "max", "n", "", right=(1, 2, 3, 4, 5))
+    for label, s, note in rows:
+        style = (
+            "bold" if label in ("held out, after", "leave-one-out") else "dim" if label == "predicting the mean" else ""
+        )
+        words = ", ".join(w for w in (note, "profiled" if s.profiled else "") if w)
+        made.add_row(
+            label,
+            figure(s.mean),
+            figure(s.rms),
+            figure(s.p95),
+            figure(s.max),
+            str(s.n),
+            Text(words, style="dim"),
+            style=style,
+        )
+    return made
+
+
+def show_outcome(terminal: Terminal, outcome: Outcome, *, brief: bool = False) -> None:
+    """The whole story of one identification, or only its verdict and errors."""
+    if terminal.json:
+        for warning in outcome.result.warnings:
+            terminal.warn(warning)
+        return
+    result = outcome.result
+    split = result.split
+    facts = (
+        f"{len(split.fit)} configurations fitted, {len(split.held_out)} held out"
+        if split.held_out
+        else f"{len(split.fit)} configurations"
+    )
+    if not brief:
+        terminal.show(Text.assemble((result.robot.name, "bold"), f"   {result.method}; {facts}; {result.fit.reason}"))
+    terminal.show(verdict_line(result.verdict.status, result.verdict.reasons), Text(""))
+    for residuals, title in ((result.residuals, "error"), (result.residuals.angle, "orientation")):
+        made = errors_table(residuals, title) if residuals is not None else None
+        if made is not None:
+            terminal.show(made, Text(""))
+    if not brief:
+        terminal.show(*parameters(result), *hidden(result))
+        show_warnings(terminal, result.warnings)
+    show_paths(terminal, outcome.written)
+
+
+def parameters(result: Any) -> list[Any]:
+    """The fitted parameters of the robot; frames of instruments and targets in one line each."""
+    owners = _frames_of(result)
+    fitted = [p for p in result.parameters if p.status in ("identified", "prior")]
+    own = [p for p in fitted if p.name.rpartition(".")[0] not in owners]
+    counts = {s: sum(p.status == s for p in result.parameters) for s in ("identified", "prior", "dropped", "fixed")}
+    made = table("parameter", "nominal", "identified", "change", "± sigma", "unit", "", right=(1, 2, 3, 4))
+    for p in own[:MOST]:
+        digits = _digits(p.sigma)
+        note = "" if p.status == "identified" else (p.note or "mostly prior")
+        note = note.replace("only a combination with ", "only with ").removesuffix(" is seen")
+        made.add_row(
+            p.name, _fixed(p.nominal, digits), _fixed(p.identified, digits), _fixed(p.delta, digits, True), figure(p.sigma, 2), p.unit,
+            Text(note, style="yellow"),
+        )  # fmt: skip
+    out: list[Any] = [made] if own else []
+    if len(own) > MOST:
+        out.append(Text(f"... and {len(own) - MOST} more in result.json", style="dim"))
+    others = sorted({p.name.rpartition(".")[0] for p in fitted} & owners)
+    if others:
+        out.append(Text(f"also fitted: where {', '.join(others)} {'is' if len(others) == 1 else 'are'}", style="dim"))
+    words = {
+        "identified": "identified",
+        "prior": "only in combination or by prior",
+        "dropped": "not seen",
+        "fixed": "fixed",
+    }
+    out += [Text(", ".join(f"{n} {words[s]}" for s, n in counts.items() if n), style="dim"), Text("")]
+    return out
+
+
+def _frames_of(result: Any) -> set[str]:
+    """Owners of frames that belong to data files: six parameters that no joint of the robot has."""
+    robot = {"base", "tool", "home"}
+    by_owner: dict[str, set[str]] = {}
+    for p in result.parameters:
+        owner, _, symbol = p.name.rpartition(".")
+        by_owner.setdefault(owner, set()).add(symbol)
+    frame = {"x", "y", "z", "rx", "ry", "rz"}
+    return {o for o, symbols in by_owner.items() if symbols == frame and o not in robot and not o.startswith("j")}
+
+
+def hidden(result: Any) -> list[Any]:
+    """What the data cannot tell, in words."""
+    seen = result.identifiability
+    if not seen.combinations and not seen.dropped:
+        return []
+    lines = [
+        Text(
+            f"What these measurements cannot tell ({seen.rank} of {seen.n_free} free parameters are seen)", style="bold"
+        )
+    ]
+    quiet = [
+        c.text.split(" ", 1)[0] for c in seen.combinations if c.text.endswith("has no effect on these measurements")
+    ]
+    lines += indented(*(c.text for c in seen.combinations if c.text.split(" ", 1)[0] not in quiet))
+    if quiet:
+        lines += indented(f"no effect on these measurements: {', '.join(quiet)}")
+    return [*lines, *indented("They stay at their nominal values.", style="dim"), Text("")]
+
+
+def show_warnings(terminal: Terminal, warnings: Sequence[str]) -> None:
+    """Warnings, one per line."""
+    if warnings and not terminal.json:
+        terminal.show(Text("Worth knowing", style="bold"), *indented(*warnings), Text(""))
+
+
+def show_paths(terminal: Terminal, written: Sequence[Any]) -> None:
+    """Where the files are; the report first, because that is what people open."""
+    if written and not terminal.json:
+        ordered = sorted(written, key=lambda p: (p.name != "report.html", p.name))
+        terminal.say(f"Written to {ordered[0].parent}: {', '.join(p.name for p in ordered)}")
+
+
+def _digits(sigma: float | None) -> int:
+    """Decimals that a sigma justifies: two digits of it."""
+    if sigma is None or not math.isfinite(sigma) or sigma <= 0:
+        return 4
+    return min(max(1 - math.floor(math.log10(sigma)), 0), 9)
+
+
+def _fixed(value: float | None, digits: int, sign: bool = False) -> str:
+    if value is None or not math.isfinite(value):
+        return "-"
+    return f"{value:{'+' if sign else ''}.{digits}f}"

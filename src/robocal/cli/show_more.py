@@ -1,0 +1,124 @@
+"""The other verbs on the terminal: check, validate, and the list of what `new` can start from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.text import Text
+
+from robocal.cli.show import figure, indented, show_paths, show_warnings, table
+from robocal.cli.terminal import Terminal
+
+if TYPE_CHECKING:
+    from robocal.jobs.check import Checked
+    from robocal.jobs.new import Listing
+    from robocal.jobs.validate import Validation
+
+__all__ = ["show_check", "show_listing", "show_validation"]
+
+
+def show_check(terminal: Terminal, found: Checked) -> None:
+    """What files contain and what they can tell."""
+    if terminal.json:
+        for warning in found.warnings:
+            terminal.warn(warning)
+        return
+    chain = found.robot.chain
+    joints = ", ".join(f"{j.name}{'' if j.type == 'revolute' else ' (prismatic)'}" for j in chain.joints)
+    terminal.show(
+        Text.assemble((chain.name, "bold"), f"   convention {chain.convention}; {len(chain.joints)} joints: {joints}")
+    )
+    if found.instruments:
+        made = table("instrument", "kind", "rows", "configurations", "sigma", "frame", "targets", "file", right=(2, 3))
+        for i in found.instruments:
+            sigma = i["sigma_source"] if i["sigma_m"] is None else f"{figure(i['sigma_m'] * 1e3, 2)} mm"
+            targets = ", ".join(i["targets"]) or "the tool"
+            made.add_row(
+                i["name"], i["kind"], str(i["rows"]), str(i["configurations"]), sigma, i["frame"], targets, i["source"]
+            )
+        terminal.show(Text(""), made)
+    terminal.show(Text(""))
+    if found.seen is None:
+        names = ", ".join(found.free[:30]) + (", ..." if len(found.free) > 30 else "")
+        terminal.show(
+            Text(
+                f"{len(found.free)} parameters of the robot are free: {names}"
+                if found.free
+                else "No parameter of the robot is free."
+            )
+        )
+    else:
+        seen = found.seen
+        words = f"{seen.rank} of {len(seen.names)} free parameters can be seen"
+        if found.assumed:
+            words += " (where no sigma is stated, 0.1 mm and 0.1 mrad were assumed)"
+        terminal.show(Text(words, style="bold"))
+        kept = [n for n in seen.kept if n in chain.table]
+        terminal.show(*indented(f"to be fitted: {', '.join(kept)}"))
+        terminal.show(*indented(*(c.text for c in seen.combinations)))
+        if found.misfit is not None:
+            terminal.show(
+                Text(f"Nominal model with frames and tool fitted: mean error {figure(found.misfit * 1e3)} mm")
+            )
+    terminal.show(Text(""))
+    show_warnings(terminal, found.warnings)
+
+
+def show_validation(terminal: Terminal, found: Validation) -> None:
+    """The errors of a model, and of another one."""
+    if terminal.json:
+        for warning in found.warnings:
+            terminal.warn(warning)
+        return
+    terminal.show(Text.assemble((found.robot.name, "bold"), f"   {len(found.poses)} measured positions"))
+    for reason in found.reasons:
+        terminal.show(Text.assemble(("NOT TO BE TRUSTED", "bold red"), f"  {reason}"))
+    for unit, mine, theirs in (
+        ("mm", found.statistic, found.statistic_against),
+        ("deg", found.angle, found.angle_against),
+    ):
+        if mine is None:
+            continue
+        made = table(f"error [{unit}]", "mean", "rms", "95 %", "max", "n", "", right=(1, 2, 3, 4, 5))
+        for label, s in (("this robot", mine), ("against", theirs)):
+            if s is not None:
+                note = Text("profiled" if s.profiled else "", style="dim")
+                made.add_row(label, figure(s.mean), figure(s.rms), figure(s.p95), figure(s.max), str(s.n), note)
+        if found.constant is not None and unit == "mm":
+            made.add_row("predicting the mean", figure(found.constant), "", "", "", "", "", style="dim")
+        terminal.show(Text(""), made)
+    if found.frames:
+        terminal.show(
+            Text(f"profiled: {len(found.frames)} parameters of frames were fitted to these data", style="dim")
+        )
+    if found.gain is not None:
+        mean, low, high = found.gain
+        terminal.show(
+            Text(f"mean error smaller by {figure(mean)} mm, 95 % interval {figure(low)} to {figure(high)} mm")
+        )
+    worst = sorted(found.poses, key=lambda p: -p["error_mm"])[:3]
+    if len(found.poses) > 3:
+        terminal.show(
+            Text(
+                "worst: " + ", ".join(f"{p['configuration']} {figure(p['error_mm'], 3)} mm" for p in worst), style="dim"
+            )
+        )
+    terminal.show(Text(""))
+    show_warnings(terminal, found.warnings)
+    show_paths(terminal, found.written)
+
+
+def show_listing(terminal: Terminal, found: Listing) -> None:
+    """The catalogue and the conventions."""
+    if terminal.json:
+        return
+    robots = table(
+        "robot", "", "joints", "convention", right=(2,), title="Catalogue: these names are accepted wherever a robot is"
+    )
+    for name, title, convention, joints, _ in found.robots:
+        robots.add_row(name, title, str(joints), convention)
+    rules = table("convention", "each joint is", "complete", title="Conventions: for a robot of your own")
+    for name, formula, complete, _ in found.conventions:
+        rules.add_row(name, formula, "yes" if complete else "no")
+    terminal.show(robots, Text(""), rules)
+    terminal.show(Text("complete: every small geometric error can be written, parallel axes included", style="dim"))

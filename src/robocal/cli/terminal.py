@@ -1,0 +1,165 @@
+"""What a person sees while and after a command runs: a progress bar on stderr, tables or one JSON document on stdout.
+
+The bar appears when something takes over two seconds and a person is looking; what it says comes from the events of long functions.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from robocal.cli.guard import coloured, complain, stopped
+from robocal.errors import Cancelled
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
+    from rich.progress import Progress
+
+__all__ = ["Terminal"]
+
+PATIENCE = 2.0
+STAGES = {
+    "read": "reading",
+    "start": "finding where the instruments stand",
+    "iterate": "fitting",
+    "round": "fitting",
+    "leave-one-out": "leaving every configuration out once",
+    "judge": "judging",
+    "report": "writing the report",
+    "write": "writing",
+}
+
+
+class Terminal:
+    """Where one command writes; `json` sends a document to stdout and everything else to stderr."""
+
+    def __init__(self, *, json: bool = False) -> None:
+        self.json = json
+        self._console: Console | None = None
+
+    @property
+    def console(self) -> Console:
+        """stdout for people, or stderr when stdout carries JSON."""
+        if self._console is None:
+            from rich.console import Console
+
+            stream = sys.stderr if self.json else sys.stdout
+            # Without a terminal there is no width to respect: wide enough for any table, as a log wants it.
+            seen = stream.isatty() or "COLUMNS" in os.environ
+            width = None if seen else 120
+            self._console = Console(
+                file=stream,
+                highlight=False,
+                markup=False,
+                width=width,
+                no_color=None if coloured(stream) else True,
+                emoji=False,
+            )
+        return self._console
+
+    def show(self, *parts: RenderableType) -> None:
+        """Writes for people; with JSON wanted, nothing."""
+        if not self.json:
+            for part in parts:
+                self.console.print(part)
+
+    def say(self, text: str = "") -> None:
+        """A line of plain text, as it is."""
+        if not self.json:
+            self.console.print(text)
+
+    def warn(self, text: str) -> None:
+        """A warning on stderr."""
+        complain(text, kind="warning")
+
+    def document(self, value: Any) -> None:
+        """The one JSON document, when it is wanted."""
+        if self.json:
+            from robocal.jobs.plain import plain
+
+            sys.stdout.write(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+    @contextmanager
+    def watching(self) -> Iterator[Bar]:
+        """Something that may take long: gives the `watch` for it, and says once when kernels are compiled."""
+        from robocal._jit import on_compile
+
+        bar = Bar()
+
+        def compiling() -> None:
+            complain("compiling kernels, once for this version and machine (up to 20 s)", kind="note")
+
+        on_compile(compiling)
+        try:
+            yield bar
+        finally:
+            on_compile(None)
+            bar.close()
+
+
+class Bar:
+    """A `watch` that shows a progress bar on stderr after two seconds, and stops the work when somebody asked for it."""
+
+    def __init__(self) -> None:
+        self.text = "working"
+        self.share: float | None = None
+        self._progress: Progress | None = None
+        self._task: Any = None
+        self._lock = threading.Lock()
+        self._timer: threading.Timer | None = None
+        self._arm()
+
+    def _arm(self) -> None:
+        if sys.stderr.isatty():
+            self._timer = threading.Timer(PATIENCE, self._open)
+            self._timer.daemon = True
+            self._timer.start()
+
+    def __call__(self, event: dict[str, object]) -> None:
+        if stopped():
+            raise Cancelled("stopped")
+        stage = str(event.get("stage", ""))
+        self.text = STAGES.get(stage, stage) + (f": {event['what']}" if "what" in event else "")
+        if stage == "leave-one-out" and "units" in event:
+            self.text += f" ({event['units']})"
+        done, total = event.get("done"), event.get("total")
+        self.share = (
+            done / total if isinstance(done, int | float) and isinstance(total, int | float) and total else None
+        )
+        with self._lock:
+            if self._progress is not None:
+                total_, completed = (1.0, self.share) if self.share is not None else (None, 0.0)
+                self._progress.update(self._task, description=self.text, total=total_, completed=completed)
+
+    def _open(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+        with self._lock:
+            if self._timer is None:
+                return
+            console = Console(stderr=True, no_color=None if coloured(sys.stderr) else True)
+            columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TimeElapsedColumn())
+            self._progress = Progress(*columns, console=console, transient=True)
+            self._task = self._progress.add_task(self.text, total=None if self.share is None else 1.0)
+            self._progress.start()
+
+    def rest(self) -> None:
+        """Takes the bar away until the next thing that takes long."""
+        self.close()
+        self._arm()
+
+    def close(self) -> None:
+        """Takes the bar away."""
+        with self._lock:
+            if self._timer is not None:
+                self._timer.cancel()
+                self._timer = None
+            if self._progress is not None:
+                self._progress.stop()
+                self._progress = None

@@ -1,0 +1,112 @@
+"""The verb `identify`: robot and data files in, the outcome and its run folder out."""
+
+from __future__ import annotations
+
+import datetime
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from robocal.calibrate.identification import Options
+from robocal.calibrate.identify import identify as solve
+from robocal.errors import ModelError, nearest
+from robocal.estimate.least_squares import METHODS
+from robocal.jobs.inputs import Inputs, Watch, choose, read_inputs
+from robocal.jobs.outcome import Outcome, provenance, residual_columns, save, to_result
+
+__all__ = ["Choices", "identify", "identify_inputs"]
+
+LOSSES = ("none", "huber", "cauchy", "tukey")
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What a person may choose for a run; names are parameters, symbols, owners or frames, priors read NAME=SIGMA."""
+
+    method: str = "lm"
+    loss: str = "none"
+    hold_out: float | None = None
+    leave_one_out: bool | None = None
+    keep_all: bool = False
+    iterations: int = 100
+    seed: int = 0
+    free: tuple[str, ...] = ()
+    fix: tuple[str, ...] = ()
+    prior: tuple[str, ...] = ()
+    base: str | None = None
+    tip: str | None = None
+
+    @property
+    def options(self) -> Options:
+        """The same for the solver. Raises ModelError for words it does not know."""
+        for key, value, known in (("--method", self.method, METHODS), ("--loss", self.loss, LOSSES)):
+            if value not in known:
+                raise ModelError(
+                    "unknown option", key=key, found=value, expected=", ".join(known), suggestion=nearest(value, known)
+                )
+        if self.hold_out is not None and not 0 <= self.hold_out <= 0.5:
+            raise ModelError("the held-out share must lie between 0 and 0.5", key="--hold-out", found=self.hold_out)
+        plain = self.method in ("pinv", "lse")
+        if plain and self.loss != "none":
+            raise ModelError(
+                "the pseudo-inverse methods know no robust loss", key="--loss", found=self.loss, expected="--method lm"
+            )
+        return Options(
+            method=self.method,
+            # The seeds' way uses everything that was measured, unless somebody asks for proof.
+            hold_out=0.0 if plain and self.hold_out is None else self.hold_out,
+            seed=self.seed,
+            loss=self.loss,
+            max_iterations=self.iterations,
+            leave_one_out=self.leave_one_out,
+            keep_all=self.keep_all,
+        )
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What differs from the defaults, for the recipe; method and loss always."""
+        plain = asdict(Choices())
+        return {k: v for k, v in asdict(self).items() if k in ("method", "loss") or v != plain[k]}
+
+
+def identify(
+    robot: str,
+    data: Sequence[str],
+    choices: Choices | None = None,
+    *,
+    output: Path | None = None,
+    command: str = "",
+    watch: Watch | None = None,
+) -> Outcome:
+    """Identifies a robot from files; with `output`, writes the run folder. Raises InputError for whatever is wrong with them."""
+    choices = choices or Choices()
+    _ = choices.options
+    inputs = read_inputs(robot, data, base=choices.base, tip=choices.tip, watch=watch)
+    return identify_inputs(inputs, choices, output=output, command=command, watch=watch)
+
+
+def identify_inputs(
+    inputs: Inputs,
+    choices: Choices | None = None,
+    *,
+    output: Path | None = None,
+    command: str = "",
+    watch: Watch | None = None,
+) -> Outcome:
+    """The same from inputs that were read already."""
+    choices = choices or Choices()
+    started, clock = datetime.datetime.now(datetime.UTC), time.perf_counter()
+    robot, data = choose(inputs.robot, inputs.data, free=choices.free, fix=choices.fix, prior=choices.prior)
+    found = solve(robot.chain, data, choices.options, watch)
+    stamp = started.isoformat(timespec="seconds")
+    recipe = provenance(command, inputs.files, choices.seed, stamp, time.perf_counter() - clock, choices.record)
+    outcome = Outcome(to_result(found, robot, recipe, inputs.warnings), residual_columns(found), found, robot)
+    if output is None:
+        return outcome
+    if watch:
+        watch({"stage": "report"})
+    written, notes = save(outcome, output)
+    warned = outcome.result.model_copy(update={"warnings": [*outcome.result.warnings, *notes]})
+    return replace(outcome, result=warned, written=written)

@@ -1,0 +1,238 @@
+"""From names on a command line to a robot and a data set that belong together: opened, joined, and their units doubted."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+from robocal.arms.chain import Chain
+from robocal.calibrate.evidence import errors
+from robocal.calibrate.identify import baseline
+from robocal.errors import FileError, FormatError, ModelError
+from robocal.files.dataset import InputFile, Reading, read_datasets
+from robocal.files.doubts import Suspicion
+from robocal.files.robot import Robot, open_robot
+from robocal.measure.data import DataSet
+
+__all__ = ["Inputs", "Watch", "open_arm", "read_inputs", "robot_file", "run_file"]
+
+Watch = Callable[[dict[str, object]], None]
+TENFOLD = 10.0
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """A robot and what was measured on it; `files` are all that were read, with their hashes."""
+
+    robot: Robot
+    reading: Reading
+    files: tuple[InputFile, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def data(self) -> DataSet:
+        """The data set."""
+        return self.reading.dataset
+
+
+def run_file(folder: Path, name: str) -> Path:
+    """A file of a run folder. Raises FileError when the folder is none."""
+    found = folder / name
+    if not found.is_file():
+        raise FileError(
+            "this is not a run folder", file=folder, expected=f"a folder with {name}, as robocal identify -o writes it"
+        )
+    return found
+
+
+def open_arm(name: str | os.PathLike[str], *, base: str | None = None, tip: str | None = None) -> Robot:
+    """A robot from a file, a run folder (its calibrated robot), or the catalogue; an existing file or folder wins."""
+    place = Path(name)
+    if place.is_dir():
+        calibrated = next((place / f for f in ("calibrated.yaml", "calibrated.urdf") if (place / f).is_file()), None)
+        if calibrated is None:
+            raise FileError(
+                "there is no calibrated robot in this folder", file=place, expected="calibrated.yaml or calibrated.urdf"
+            )
+        options = _recorded_options(place)
+        place, base, tip = calibrated, base or options.get("base"), tip or options.get("tip")
+        return open_robot(place, base=base, tip=tip)
+    return open_robot(name, base=base, tip=tip)
+
+
+def _recorded_options(folder: Path) -> dict[str, str]:
+    """The options of the run that wrote a folder, where it says so."""
+    try:
+        found = json.loads((folder / "result.json").read_text(encoding="utf-8"))["provenance"]["options"]
+        return {k: v for k, v in found.items() if k in ("base", "tip") and isinstance(v, str)}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+
+
+def robot_file(robot: Robot, name: str | os.PathLike[str]) -> InputFile:
+    """The robot as an input of a run."""
+    return InputFile(robot.path if robot.path is not None else Path(f"catalogue:{name}"), robot.sha256)
+
+
+def read_inputs(
+    robot: str | os.PathLike[str],
+    data: Sequence[str | os.PathLike[str]],
+    *,
+    base: str | None = None,
+    tip: str | None = None,
+    watch: Watch | None = None,
+) -> Inputs:
+    """Opens a robot and its data files as one data set. Raises InputError for whatever is wrong with them, units that are mixed up too."""
+    if watch:
+        watch({"stage": "read"})
+    arm = open_arm(robot, base=base, tip=tip)
+    reading = read_datasets([Path(d) for d in data], arm.chain)
+    _one_frame_per_name(reading)
+    doubts = doubt_units(arm.chain, reading, watch)
+    return Inputs(arm, reading, (robot_file(arm, robot), *reading.files), (*arm.warnings, *reading.warnings, *doubts))
+
+
+def _one_frame_per_name(reading: Reading) -> None:
+    """Frames named alike in several files are one; files that say different things of it contradict each other."""
+    known: dict[str, tuple[object, str]] = {}
+    for obs in reading.dataset.observations:
+        for frame in (*((obs.frame,) if obs.frame else ()), *obs.targets):
+            said = (frame.value, frame.free, frame.mount)
+            first = known.setdefault(frame.name, (said, obs.source))
+            if first[0] != said:
+                raise FormatError(
+                    "a frame of this name is described differently in another file", file=obs.source, key=frame.name,
+                    expected=f"what the data file of {first[1]} says, or another name",
+                )  # fmt: skip
+
+
+def misfit(chain: Chain, data: DataSet) -> float:
+    """What the nominal model with fitted frames leaves, relative to the spread of what was measured: the same in every unit."""
+    problem, x = baseline(chain, data, np.arange(len(data.configurations)))
+    left, _ = errors(problem.residuals(x), "m")
+    points = [o.value[:, :3] for o in data.observations if o.kind in ("position", "pose")]
+    if not points or not len(left):
+        return float("nan")
+    spread = float(np.sqrt(np.mean(np.concatenate([np.sum((p - p.mean(axis=0)) ** 2, axis=1) for p in points]))))
+    rms = float(np.sqrt(np.mean(left**2)))
+    return rms / spread if spread > 0 else float("inf")
+
+
+def doubt_units(chain: Chain, reading: Reading, watch: Watch | None = None) -> tuple[str, ...]:
+    """Tries every suspected unit: raises FormatError when other units lower the misfit tenfold, warns otherwise."""
+    doubts = reading.suspicions[:6]
+    if not doubts:
+        return ()
+    if watch:
+        watch({"stage": "read", "what": "trying other units"})
+    as_read = misfit(chain, reading.dataset)
+    best = as_read
+    chosen: tuple[Suspicion, ...] = ()
+    for size in range(1, len(doubts) + 1):
+        for some in combinations(doubts, size):
+            data = reading.dataset
+            for doubt in some:
+                data = doubt.apply(data)
+            found = misfit(chain, data)
+            # Of two equally good explanations the one with fewer changes stands.
+            if np.isfinite(found) and found < 0.9 * best:
+                best, chosen = found, some
+    if chosen and best * TENFOLD <= as_read:
+        first = chosen[0]
+        others = "".join(f"; likewise the {d.part} values of {d.source} in {d.alternative}" for d in chosen[1:])
+        raise FormatError(
+            f"the {first.part} values are probably in {first.alternative}: {first.reason}, "
+            f"and the misfit falls {as_read / best:.3g} times{others}",
+            file=first.source,
+            key=f"{first.part}.unit",
+            found=first.stated,
+            expected=first.alternative,
+        )
+    return tuple(str(d) for d in doubts)
+
+
+# --- what a person chooses for one run --------------------------------------------------------------------------------------
+
+
+def split_words(words: Sequence[str]) -> tuple[str, ...]:
+    """Names given one by one or separated by commas."""
+    return tuple(w for word in words for part in word.split(",") if (w := part.strip()))
+
+
+def choose(
+    robot: Robot, data: DataSet, *, free: Sequence[str] = (), fix: Sequence[str] = (), prior: Sequence[str] = ()
+) -> tuple[Robot, DataSet]:
+    """The robot and data with other free parameters and priors than their files say. Raises ModelError naming the nearest name."""
+    table = robot.chain.table
+    frames = {f.name: f for o in data.observations for f in (*((o.frame,) if o.frame else ()), *o.targets)}
+    free, fix = split_words(free), split_words(fix)
+    if free:
+        table = table.with_free(
+            {n for word in free if word not in frames for n in _select(word, robot.chain, frames, "--free")}
+        )
+    held = {n for word in fix if word not in frames for n in _select(word, robot.chain, frames, "--fix")}
+    table = table.with_free(set(table.free) - held)
+    priors: dict[str, float | None] = {}
+    for text in prior:
+        word, _, number = text.partition("=")
+        try:
+            sigma = float(number)
+        except ValueError:
+            sigma = float("nan")
+        if not 0 < sigma < float("inf"):
+            raise ModelError(
+                "a prior is a standard deviation",
+                key="--prior",
+                found=text,
+                expected="NAME=SIGMA, above 0, such as length=1.0",
+            )
+        unit = {"length": "m", "angle": "rad"}.get(word.strip())
+        names = (
+            tuple(n for n in robot.chain.geometric if n in set(table.free) and table[n].unit == unit)
+            if unit
+            else _select(word.strip(), robot.chain, frames, "--prior")
+        )
+        priors.update({n: robot.units.of(table[n].unit).to_si(sigma) for n in names})
+    chain = replace(robot.chain, table=table.with_priors(priors))
+    fixed, loose = set(fix) & set(frames), set(free) & set(frames)
+    return replace(robot, chain=chain), _frames(data, fixed, loose) if fixed or loose else data
+
+
+def _select(word: str, chain: Chain, frames: Mapping[str, object], option: str) -> tuple[str, ...]:
+    """Parameters of the robot that a word selects; a bare symbol speaks of joints only, as in the robot file."""
+    names = chain.table.names
+    owners = {n.rpartition(".")[0] for n in names}
+    if word.rpartition(".")[0] in frames:
+        raise ModelError(
+            "frames of data files are freed and held as a whole",
+            key=option,
+            found=word,
+            expected=word.rpartition(".")[0],
+        )
+    try:
+        hits = chain.table.match([word])
+    except ModelError as error:
+        from robocal.errors import nearest
+
+        known = {*names, *owners, *(n.rpartition(".")[2] for n in names), *frames}
+        raise ModelError(error.message, key=option, found=word, suggestion=nearest(word, known)) from None
+    if word in owners or word in chain.table:
+        return hits
+    return tuple(n for n in hits if n.rpartition(".")[0] not in ("base", "home", "tool")) or hits
+
+
+def _frames(data: DataSet, fixed: set[str], loose: set[str]) -> DataSet:
+    """The data with some frames held or freed."""
+    flags = {**dict.fromkeys(fixed, (False,) * 6), **dict.fromkeys(loose, (True,) * 6)}
+    out = []
+    for obs in data.observations:
+        frame = replace(obs.frame, free=flags[obs.frame.name]) if obs.frame and obs.frame.name in flags else obs.frame
+        targets = tuple(replace(t, free=flags[t.name]) if t.name in flags else t for t in obs.targets)
+        out.append(replace(obs, frame=frame, targets=targets))
+    return DataSet(data.configurations, tuple(out))

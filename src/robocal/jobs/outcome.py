@@ -1,0 +1,261 @@
+"""From an identification in SI to what is written and shown: result.json, the columns of residuals.csv, the calibrated robot.
+
+Parameters speak the units of the robot file; errors are in mm and deg, whatever the files say.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal import __version__
+from robocal.calibrate import evidence
+from robocal.calibrate.identification import Identification, Stages
+from robocal.errors import MissingExtra
+from robocal.files import result as files
+from robocal.files.dataset import InputFile
+from robocal.files.robot import Robot, render_robot
+from robocal.files.run import RESIDUAL_COLUMNS, write_run
+from robocal.files.units import UNITS, Unit
+
+__all__ = ["Outcome", "provenance", "residual_columns", "save", "to_result"]
+
+Array = NDArray[np.float64]
+MM, DEG = UNITS["mm"], UNITS["deg"]
+METHODS = {
+    "lm": "Levenberg-Marquardt",
+    "gauss-newton": "Gauss-Newton",
+    "pinv": "iterated pseudo-inverse",
+    "lse": "one linear least-squares step",
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What an identification came to: the result, its residuals by column, and the model in SI."""
+
+    result: files.Result
+    residuals: dict[str, list[Any]]
+    identification: Identification
+    robot: Robot
+    written: tuple[Path, ...] = ()
+
+    @property
+    def improved(self) -> bool:
+        """Whether the verdict is `improved`."""
+        return self.result.verdict.status == "improved"
+
+
+def provenance(
+    command: str, inputs: Sequence[InputFile], seed: int, started: str, seconds: float, options: dict[str, Any]
+) -> files.Provenance:
+    """What made a result."""
+    hashes = [files.InputHash(file=str(i.file), sha256=i.sha256) for i in inputs]
+    return files.Provenance(
+        version=__version__,
+        command=command,
+        inputs=hashes,
+        seed=seed,
+        started=started,
+        seconds=round(seconds, 3),
+        options=options,
+    )
+
+
+def to_result(
+    found: Identification, robot: Robot, recipe: files.Provenance, warnings: Sequence[str] = ()
+) -> files.Result:
+    """result.json of an identification."""
+    chain = found.nominal
+    held = len(found.held_ids)
+    count = held + len(found.fit_ids)
+    return files.Result(
+        robot=files.RobotSummary(
+            name=chain.name, convention=chain.convention, joints=len(chain.joints), source=chain.source
+        ),
+        method=METHODS.get(found.options.method, found.options.method)
+        + ("" if found.options.loss == "none" else f", {found.options.loss} loss"),
+        verdict=files.Verdict(status=found.verdict.status, reasons=list(found.verdict.reasons)),  # type: ignore[arg-type]
+        parameters=[_parameter(p, robot) for p in found.parameters],
+        identifiability=_identifiability(found, robot),
+        residuals=_residuals(found),
+        fit=_fit(found),
+        split=files.Split(
+            held_out_fraction=held / count if count else 0.0,
+            seed=found.options.seed,
+            fit=list(found.fit_ids),
+            held_out=list(found.held_ids),
+        ),
+        correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
+        warnings=list(dict.fromkeys((*warnings, *found.warnings, *_band_words(found)))),
+        provenance=recipe,
+    )
+
+
+def _parameter(p: Any, robot: Robot) -> files.ParameterResult:
+    unit = robot.units.of(p.unit)
+    size = _size(unit)
+    moved = p.status in ("identified", "prior")
+    return files.ParameterResult(
+        name=p.name,
+        unit=unit.name,
+        nominal=unit.from_si(p.nominal),
+        identified=unit.from_si(p.identified),
+        delta=(p.identified - p.nominal) * size if moved else unit.from_si(p.identified) - unit.from_si(p.nominal),
+        sigma=None if p.sigma is None else p.sigma * size,
+        sigma_instrument=None if p.sigma_instrument is None else p.sigma_instrument * size,
+        status=p.status,
+        data_share=p.data_share,
+        note=p.note,
+    )
+
+
+def _size(unit: Unit) -> float:
+    """How many of a unit a difference of one SI unit is."""
+    return 1.0 / unit.factor
+
+
+def _identifiability(found: Identification, robot: Robot) -> files.Identifiability:
+    seen = found.identifiability
+    units = {p.name: robot.units.of(p.unit) for p in found.parameters}
+    combinations = []
+    for c in seen.combinations:
+        # name by one unit looks like the partners: the data are blind to name - sum of partners.
+        own = units[c.name].factor
+        terms = [files.CombinationTerm(name=c.name, coefficient=1.0)]
+        terms += [files.CombinationTerm(name=n, coefficient=-v * own / units[n].factor) for n, v in c.partners]
+        combinations.append(files.Combination(text=c.text, terms=terms))
+    hidden = [f"{p.name}: {p.note}" for p in found.parameters if p.status == "prior" and p.note]
+    return files.Identifiability(
+        rank=seen.rank,
+        n_free=len(seen.names),
+        condition=seen.condition,
+        dropped=list(seen.dropped),
+        combinations=combinations,
+        observability=files.Observability(**seen.indices),
+        warnings=hidden,
+    )
+
+
+def _statistic(s: evidence.Statistic | None, unit: Unit) -> files.Statistic | None:
+    if s is None:
+        return None
+    k = _size(unit)
+    return files.Statistic(mean=s.mean * k, rms=s.rms * k, p95=s.p95 * k, max=s.max * k, n=s.n, profiled=s.profiled)
+
+
+def _stage(stages: Stages | None, unit: Unit) -> dict[str, Any]:
+    names = ("before", "after", "held_out", "held_out_before", "leave_one_out", "constant")
+    return {"unit": unit.name} | ({n: _statistic(getattr(stages, n), unit) for n in names} if stages else {})
+
+
+def _residuals(found: Identification) -> files.Residuals:
+    by_unit = {s.unit: s for s in found.stages}
+    main = by_unit.get("m")
+    angle = files.AngleResiduals(**_stage(by_unit["rad"], DEG)) if "rad" in by_unit else None
+    if main is None and "px" in by_unit:
+        return files.Residuals(**_stage(by_unit["px"], UNITS["px"]), angle=angle)
+    return files.Residuals(**_stage(main, MM), angle=angle)
+
+
+def _fit(found: Identification) -> files.Fit:
+    groups = []
+    for g in found.groups:
+        unit = {"m": MM, "rad": DEG}.get(g.unit, UNITS.get(g.unit, UNITS["1"]))
+        k = _size(unit)
+        groups.append(
+            files.Group(
+                name=g.name,
+                kind=g.kind,
+                n=g.n,
+                dof=g.dof,
+                chi2=g.chi2,
+                rms=g.rms * k,
+                unit=unit.name,
+                sigma=g.sigma * k,
+                sigma_source=g.source,
+            )
+        )
+    sources = list(dict.fromkeys(g.source for g in found.groups))
+    return files.Fit(
+        iterations=found.iterations, reason=found.reason, history=list(found.history), chi2=found.chi2, dof=found.dof, groups=groups,
+        sigma_source=", ".join(sources),
+    )  # fmt: skip
+
+
+def _band_words(found: Identification) -> tuple[str, ...]:
+    """The predicted error away from the data; a method that fits what cannot be seen has no honest one."""
+    if found.band is None or found.options.method in ("pinv", "lse"):
+        return ()
+    b = found.band
+    return (
+        f"elsewhere in the {b.region}, the predicted error is {b.mean * 1e3:.3g} mm on average and {b.p95 * 1e3:.3g} mm at the "
+        "95th percentile (one standard deviation; what was not seen is as uncertain as expected)",
+    )
+
+
+def residual_columns(found: Identification) -> dict[str, list[Any]]:
+    """The columns of residuals.csv; None where a row has no such number."""
+    rows = found.rows
+    out: dict[str, list[Any]] = {name: [] for name in RESIDUAL_COLUMNS}
+    for i, parts in enumerate(rows.parts):
+        metric = next(((a, b) for a, b, unit in parts if unit == "m"), None)
+        turn = next(((a, b) for a, b, unit in parts if unit == "rad"), None)
+        held = bool(rows.held[i])
+        row: dict[str, Any] = {
+            "configuration": rows.configuration[i],
+            "set": "held_out" if held else "fit",
+            "group": rows.group[i],
+            "kind": rows.kind[i],
+            "target": rows.target[i],
+        }
+        if metric:
+            row |= _metric(rows.before[i], rows.after[i], rows.unseen[i], rows.place[i], metric)
+        if turn:
+            before, after = (
+                math.degrees(float(np.linalg.norm(v[turn[0] : turn[1]]))) for v in (rows.before[i], rows.after[i])
+            )
+            row |= {"angle_before_deg": before, "angle_after_deg": after, "angle_held_out_deg": after if held else None}
+        for name, column in out.items():
+            column.append(row.get(name))
+    return out
+
+
+def _metric(before: Array, after: Array, unseen: float, place: Array, part: tuple[int, int]) -> dict[str, Any]:
+    a, b = part
+    row: dict[str, Any] = {
+        "before_mm": float(np.linalg.norm(before[a:b])) * 1e3,
+        "after_mm": float(np.linalg.norm(after[a:b])) * 1e3,
+        "held_out_mm": float(unseen) * 1e3 if math.isfinite(unseen) else None,
+    }
+    for i, axis in enumerate("xyz"):
+        row[f"{axis}_mm"] = float(place[i]) * 1e3 if math.isfinite(place[i]) else None
+        if b - a == 3:
+            row[f"d{axis}_before_mm"], row[f"d{axis}_after_mm"] = float(before[a + i]) * 1e3, float(after[a + i]) * 1e3
+    return row
+
+
+def save(outcome: Outcome, folder: Path) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    """Writes the run folder, all or nothing; returns the files and notes: a report that could not be made, values left out."""
+    robot, notes = outcome.robot, []
+    values = {p.name: p.value for p in outcome.identification.corrected.table.rows}
+    text, left_out = render_robot(robot, values)
+    if left_out:
+        notes.append(
+            f"the calibrated {robot.format.upper()} cannot hold {', '.join(left_out)}: these are in result.json only"
+        )
+    try:
+        from robocal.report import render
+
+        page: str | None = render(outcome.result.model_dump(mode="json"), outcome.residuals)
+    except MissingExtra as missing:
+        page = None
+        notes.append(f"report.html was left out: {missing}")
+    name = "calibrated.urdf" if robot.format == "urdf" else "calibrated.yaml"
+    return write_run(folder, outcome.result, text, outcome.residuals, page, robot_name=name), tuple(notes)

@@ -1,0 +1,48 @@
+"""The verb `report`: report.html once more, from the result.json and residuals.csv of a run folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from robocal.errors import FormatError
+from robocal.files.csvtable import CsvTable, read_csv
+from robocal.files.result import read_result
+from robocal.files.run import RESIDUAL_COLUMNS
+from robocal.files.text import write_text
+from robocal.jobs.inputs import run_file
+
+__all__ = ["read_residuals", "report"]
+
+TEXTS = ("configuration", "set", "group", "kind", "target")
+
+
+def read_residuals(path: Path) -> dict[str, list[Any]]:
+    """The columns of residuals.csv, None for empty cells. Raises FileError or FormatError."""
+    table = read_csv(path, separator=",")
+    out: dict[str, list[Any]] = {}
+    for name in RESIDUAL_COLUMNS:
+        at = table.find(name)
+        cells = [row[at].strip() for row in table.cells]
+        out[name] = cells if name in TEXTS else [_number(c, table, row, name) for row, c in enumerate(cells)]
+    return out
+
+
+def _number(cell: str, table: CsvTable, row: int, column: str) -> float | None:
+    if not cell:
+        return None
+    try:
+        return float(cell)
+    except ValueError:
+        raise FormatError(
+            "not a number", file=table.path, row=int(table.lines[row]), column=column, found=cell, expected="a number"
+        ) from None
+
+
+def report(folder: Path, output: Path | None = None) -> Path:
+    """Writes the page of a run folder. Raises FileError, FormatError, or MissingExtra without the report extra."""
+    from robocal.report import render
+
+    result = read_result(run_file(folder, "result.json"))
+    residuals = read_residuals(run_file(folder, "residuals.csv"))
+    return write_text(output or folder / "report.html", render(result.model_dump(mode="json"), residuals))

@@ -1,0 +1,229 @@
+"""The verb `simulate`: a robot that is not quite its model, measured by an instrument that is not quite exact.
+
+Everything that it writes says simulated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.errors import FileError, ModelError, nearest
+from robocal.files.dataset import read_dataset
+from robocal.files.datawrite import data_text, table_text
+from robocal.files.robot import Robot, render_robot
+from robocal.files.text import write_files
+from robocal.jobs.inputs import Watch, open_arm
+from robocal.measure.base import synthesise
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
+
+__all__ = [
+    "Errors",
+    "Instrument",
+    "Simulated",
+    "parse_frame",
+    "refuse_existing",
+    "sample_joints",
+    "simulate",
+    "simulated_files",
+    "true_chain",
+]
+
+Array = NDArray[np.float64]
+KINDS = ("position", "pose")
+# Where nobody bounds a joint: a quarter turn, or a quarter of a metre, to either side.
+WIDE = {"revolute": math.pi / 2, "prismatic": 0.25}
+# Where a tracker typically stands: two metres away, turned and tilted (m, rad).
+STANDS = (1.6, -1.1, 0.4, 0.02, -0.03, 2.1)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """How the true robot differs: normal errors of lengths and angles of its geometry, and values set by name (all SI)."""
+
+    length: float = 3e-4
+    angle: float = 1e-3
+    values: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """What measures: its kind, its noise per axis (m, rad), and its frame (m, rotation vector), None for base coordinates."""
+
+    kind: str = "position"
+    noise: float = 5e-5
+    angle_noise: float = 1e-4
+    frame: tuple[float, ...] | None = STANDS
+    name: str = "tracker"
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """The nominal and the true robot, the data in SI, and the files that were written."""
+
+    robot: Robot
+    truth: Chain
+    data: DataSet
+    errors: Errors
+    instrument: Instrument
+    seed: int
+    largest_error: float
+    written: tuple[Path, ...] = ()
+
+
+def sample_joints(chain: Chain, count: int, rng: np.random.Generator) -> Array:
+    """Joint values (count, n), uniform within the limits, or around zero where there are none."""
+    wide = np.array([WIDE[j.type] for j in chain.joints])
+    low, high = chain.limits.T
+    low = np.where(np.isfinite(low), low, np.where(np.isfinite(high), high - 2 * wide, -wide))
+    high = np.where(np.isfinite(high), high, low + 2 * wide)
+    return np.asarray(rng.uniform(low, high, (count, len(wide))))
+
+
+def true_chain(chain: Chain, errors: Errors, rng: np.random.Generator) -> Chain:
+    """The robot as it is said to be: perturbed geometry, then the values that were set. Raises ModelError for an unknown name."""
+    size = {"m": errors.length, "rad": errors.angle}
+    moved = {}
+    for name in chain.geometric:
+        step = rng.normal() * size.get(chain.table[name].unit, 0.0)
+        moved[name] = chain.table[name].value + step
+    for name, value in errors.values:
+        if name not in chain.table:
+            raise ModelError(
+                "no parameter has this name", key="--set", found=name, suggestion=nearest(name, chain.table.names)
+            )
+        moved[name] = value
+    return chain.with_values(moved)
+
+
+def measure(truth: Chain, q: Array, instrument: Instrument, rng: np.random.Generator | None) -> DataSet:
+    """What an instrument would read at joint values (m, n); without rng there is no noise and no sigma is stated."""
+    m = len(q)
+    width = 6 if instrument.kind == "pose" else 3
+    sigma = np.full((m, width), instrument.noise)
+    sigma[:, 3:] = instrument.angle_noise
+    exact = rng is None or not (sigma > 0).all()
+    frame = (
+        None
+        if instrument.frame is None
+        else Frame(instrument.name, instrument.frame, (True,) * 6, expected=(10.0, 3.0))
+    )
+    obs = Observations(instrument.kind, np.arange(m), np.zeros((m, width)), None if exact else sigma, frame)
+    ids = tuple(f"p{i + 1:0{len(str(m))}d}" for i in range(m))
+    return synthesise(truth, DataSet(Configurations(ids, q), (obs,)), None if exact else rng)
+
+
+def simulated_files(robot: Robot, truth: Chain, data: DataSet, about: str) -> dict[str, str]:
+    """The texts of a simulation: the nominal robot, the data with its frame unknown, and the truth."""
+    values = {p.name: p.value for p in truth.table.rows}
+    true_text, left_out = render_robot(robot, values)
+    if left_out:
+        raise ModelError(
+            "this robot's format cannot hold these true values", found=", ".join(left_out), expected="a robot.yaml"
+        )
+    suffix = "urdf" if robot.format == "urdf" else "yaml"
+    obs = data.observations[0]
+    # Base coordinates are a frame that is known; a free one starts from nowhere, as for a real tracker.
+    frame = Frame("world", free=(False,) * 6) if obs.frame is None else replace(obs.frame, value=(0.0,) * 6)
+    label = f"# SIMULATED by robocal simulate, not measured: {about}\n"
+    return {
+        f"robot.{suffix}": robot.text,
+        f"truth.{suffix}": true_text if suffix == "urdf" else label + true_text.partition("\n")[2],
+        "data.csv": label + table_text(data, robot.chain, robot.units),
+        "data.yaml": label + data_text(replace(obs, frame=frame), robot.chain, "data.csv", robot.units),
+    }
+
+
+def refuse_existing(folder: Path, names: Sequence[str], force: bool) -> None:
+    """Raises FileError when a file would be replaced and nobody said so."""
+    for name in names:
+        if (folder / name).exists() and not force:
+            raise FileError(
+                "this file exists and is left as it is",
+                file=folder / name,
+                expected="--force to replace it, or another folder",
+            )
+
+
+def parse_frame(text: str, robot: Robot) -> tuple[float, ...] | None:
+    """auto, none, or six numbers in the robot file's units. Raises ModelError."""
+    if text in ("auto", "none"):
+        return STANDS if text == "auto" else None
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 6 or not all(math.isfinite(v) for v in numbers):
+        raise ModelError("not a frame", key="--frame", found=text, expected="x,y,z,rx,ry,rz or none")
+    length, angle = robot.units.length, robot.units.angle
+    return tuple(length.to_si(v) if i < 3 else angle.to_si(v) for i, v in enumerate(numbers))
+
+
+def simulate(
+    robot: str,
+    output: Path,
+    *,
+    poses: int = 80,
+    at: str | None = None,
+    kind: str = "position",
+    noise: float = 0.05,
+    angle_noise: float | None = None,
+    length_error: float = 0.3,
+    angle_error: float = 0.06,
+    settings: Sequence[str] = (),
+    frame: str = "auto",
+    seed: int = 0,
+    force: bool = False,
+    base: str | None = None,
+    tip: str | None = None,
+    watch: Watch | None = None,
+) -> Simulated:
+    """Simulates and writes robot, truth and data into a folder; numbers are in the robot file's units. Raises InputError."""
+    if kind not in KINDS:
+        raise ModelError(
+            "unknown kind", key="--kind", found=kind, expected=", ".join(KINDS), suggestion=nearest(kind, KINDS)
+        )
+    arm = open_arm(robot, base=base, tip=tip)
+    length, angle = arm.units.length, arm.units.angle
+    turn = 1e-4 if angle_noise is None else angle.to_si(angle_noise)
+    instrument = Instrument(kind, length.to_si(noise), turn, parse_frame(frame, arm))
+    wrong = Errors(
+        length.to_si(length_error), angle.to_si(angle_error), tuple(_setting(text, arm) for text in settings)
+    )
+    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
+    truth = true_chain(arm.chain, wrong, streams[0])
+    if at is None:
+        q = sample_joints(arm.chain, poses, streams[1])
+    else:
+        q = np.asarray(read_dataset(at, arm.chain).dataset.configurations.joints)
+    if watch:
+        watch({"stage": "simulating"})
+    data = measure(truth, q, instrument, streams[2])
+    about = f"{len(q)} configurations, seed {seed}, noise {noise:g} {length.name}"
+    texts = simulated_files(arm, truth, data, about)
+    refuse_existing(output, list(texts), force)
+    largest = float(np.linalg.norm(truth.pose(q)[:, :3, 3] - arm.chain.pose(q)[:, :3, 3], axis=1).max())
+    return Simulated(arm, truth, data, wrong, instrument, seed, largest, write_files(output, texts))
+
+
+def _setting(text: str, robot: Robot) -> tuple[str, float]:
+    """NAME=VALUE in the robot file's units, to SI."""
+    name, _, number = text.partition("=")
+    try:
+        value = float(number)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ModelError("not a setting", key="--set", found=text, expected="NAME=VALUE such as j2.r=1.5")
+    if name.strip() not in robot.chain.table:
+        known = robot.chain.table.names
+        raise ModelError(
+            "no parameter has this name", key="--set", found=name.strip(), suggestion=nearest(name.strip(), known)
+        )
+    return name.strip(), robot.unit_of(name.strip()).to_si(value)

@@ -1,0 +1,99 @@
+"""A URDF for an arm that did not come from one: the same kinematics, joint by joint, with nothing but the joint axes and the tool.
+
+With the arm at zero every link frame is parallel to the base and lies on its joint's axis, at the foot of the perpendicular from
+the frame before it. So every origin has xyz only, the axis carries the direction, and no angle is rounded but the tool's.
+"""
+
+from __future__ import annotations
+
+import math
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.errors import ModelError
+from robocal.files.orientation import to_rpy
+from robocal.files.units import number
+
+__all__ = ["urdf_text"]
+
+Array = NDArray[np.float64]
+
+
+def urdf_text(chain: Chain) -> tuple[str, tuple[str, ...]]:
+    """The URDF of an arm and notes on it. Raises ModelError when a joint's gain is not 1, which a URDF cannot say."""
+    for joint in chain.joints:
+        name = f"{joint.name}.gain"
+        if name in chain.table and abs(chain.table[name].value - 1.0) > 1e-12:
+            raise ModelError(
+                "a URDF cannot hold a joint's gain", key=name, found=chain.table[name].value, expected="--format yaml"
+            )
+    zero = np.zeros((1, len(chain.joints)))
+    tool = chain.pose(zero)[0]
+    jac = chain.jacobian(zero)[0]
+    lines = ['<?xml version="1.0"?>', "<!-- Written by robocal. Joint values are those of the model; lengths in m. -->"]
+    lines += [f"<robot name={quoteattr(chain.name)}>", '  <link name="base_link"/>']
+    at, parent = np.zeros(3), "base_link"
+    for i, joint in enumerate(chain.joints):
+        turning = joint.type == "revolute"
+        axis = jac[3:, i] if turning else jac[:3, i]
+        axis = axis / np.linalg.norm(axis)
+        # v = axis x (tool - point), so tool + axis x v lies on the axis; any point of it will do, the nearest is the plainest.
+        point = at
+        if turning:
+            lever = tool[:3, 3] + np.cross(axis, jac[:3, i])
+            point = lever + axis * (axis @ (at - lever))
+        child = f"{joint.name}_link"
+        lines += _joint(
+            joint.name,
+            "revolute" if turning else "prismatic",
+            parent,
+            child,
+            point - at,
+            axis,
+            (joint.lower, joint.upper),
+        )
+        at, parent = point, child
+    lines += [
+        '  <link name="tool"/>',
+        '  <joint name="tool_fixed" type="fixed">',
+        f"    <parent link={quoteattr(parent)}/>",
+        '    <child link="tool"/>',
+        f'    <origin xyz="{_three(tool[:3, 3] - at)}" rpy="{_three(to_rpy(tool[:3, :3]))}"/>',
+        "  </joint>",
+        "</robot>",
+    ]
+    notes = ("effort and velocity limits are placeholders (0): a URDF must have them, a kinematic model has none",)
+    return "\n".join(lines) + "\n", notes if any(
+        math.isfinite(j.upper) or j.type == "prismatic" for j in chain.joints
+    ) else ()
+
+
+def _joint(
+    name: str, kind: str, parent: str, child: str, xyz: Array, axis: Array, limits: tuple[float, float]
+) -> list[str]:
+    bounded = all(math.isfinite(v) for v in limits)
+    if kind == "revolute" and not bounded:
+        kind = "continuous"
+    low, high = limits if bounded else (-1e3, 1e3)
+    limit = (
+        []
+        if kind == "continuous"
+        else [f'    <limit lower="{number(low)}" upper="{number(high)}" effort="0" velocity="0"/>']
+    )
+    return [
+        f"  <link name={quoteattr(child)}/>",
+        f"  <joint name={quoteattr(name)} type={quoteattr(kind)}>",
+        f"    <parent link={quoteattr(parent)}/>",
+        f"    <child link={quoteattr(child)}/>",
+        f'    <origin xyz="{_three(xyz)}" rpy="0 0 0"/>',
+        f'    <axis xyz="{_three(axis)}"/>',
+        *limit,
+        "  </joint>",
+    ]
+
+
+def _three(v: Array) -> str:
+    return " ".join(number(round(float(x), 15)) for x in v)

@@ -1,0 +1,208 @@
+"""The verb `validate`: how wrong a robot model is on data that it was not fitted to.
+
+The robot stays as it is. Frames that the data leave free belong to the instrument's day, so they are fitted again. That makes every
+figure a little too good, by sqrt((rows - fitted) / rows) for normal errors; it is put back, and the figures are labelled `profiled`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal import __version__
+from robocal.arms.chain import Chain
+from robocal.calibrate.evidence import Statistic, bootstrap_gain, constant_errors, errors
+from robocal.calibrate.identify import baseline, frame_names
+from robocal.estimate.identifiability import analyse
+from robocal.files.dataset import InputFile
+from robocal.files.robot import Robot
+from robocal.files.text import write_files
+from robocal.jobs.inputs import Inputs, Watch, open_arm, read_inputs, robot_file
+from robocal.jobs.plain import plain
+from robocal.measure.data import DataSet
+
+__all__ = ["Errors", "Validation", "model_errors", "validate"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of one model by SI unit: values (N,) with the configuration of each (N,), and the frame parameters that were fitted."""
+
+    position: Array
+    position_at: Ints
+    angle: Array
+    angle_at: Ints
+    fitted: tuple[str, ...]
+    rows: int
+
+    @property
+    def factor(self) -> float:
+        """What fitting the frames took away from the errors."""
+        return (
+            float(np.sqrt(self.rows / (self.rows - len(self.fitted)))) if self.rows > len(self.fitted) else float("inf")
+        )
+
+
+@dataclass(frozen=True)
+class Validation:
+    """Errors (mm, deg) of a model, and of another one to compare with; `trusted` with the reasons when not."""
+
+    robot: Robot
+    against: Robot | None
+    unit: str
+    statistic: Statistic | None
+    statistic_against: Statistic | None
+    angle: Statistic | None
+    angle_against: Statistic | None
+    gain: tuple[float, float, float] | None  # mean reduction and its 95 % interval
+    constant: float | None
+    frames: tuple[str, ...]
+    poses: tuple[dict[str, Any], ...]
+    trusted: bool
+    reasons: tuple[str, ...]
+    warnings: tuple[str, ...]
+    inputs: tuple[InputFile, ...]
+    command: str = ""
+    written: tuple[Path, ...] = ()
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What validation.json holds."""
+        named = (("this", self.statistic), ("against", self.statistic_against))
+        angles = (("this", self.angle), ("against", self.angle_against))
+        return {
+            "robocal": 1,
+            "robot": self.robot.name,
+            "against": None if self.against is None else self.against.name,
+            "trusted": self.trusted,
+            "reasons": list(self.reasons),
+            "errors": {"unit": "mm"} | {k: None if s is None else asdict(s) for k, s in named},
+            "angle": None
+            if self.angle is None
+            else {"unit": "deg"} | {k: None if s is None else asdict(s) for k, s in angles},
+            "gain": None if self.gain is None else dict(zip(("mean", "low", "high"), self.gain, strict=True)),
+            "predicting_the_mean": self.constant,
+            "profiled": list(self.frames),
+            "poses": list(self.poses),
+            "warnings": list(self.warnings),
+            "provenance": {
+                "version": __version__,
+                "command": self.command,
+                "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
+            },
+        }
+
+
+def model_errors(chain: Chain, data: DataSet, watch: Watch | None = None) -> Errors:
+    """Errors of a model with its own parameters held, frames of instruments fitted."""
+    held = replace(chain, table=chain.table.with_free(()))
+    problem, x = baseline(held, data, np.arange(len(data.configurations)), watch)
+    frames = frame_names(held, problem)
+    kept = analyse(problem.with_free(frames), x).kept if frames else ()
+    left = problem.residuals(x)
+    position, position_at = errors(left, "m")
+    angle, angle_at = errors(left, "rad")
+    rows = sum(r.value.size for r in left)
+    return Errors(position, position_at, angle, angle_at, kept, rows)
+
+
+def validate(
+    robot: str,
+    data: Sequence[str],
+    *,
+    against: str | None = None,
+    seed: int = 0,
+    base: str | None = None,
+    tip: str | None = None,
+    output: Path | None = None,
+    command: str = "",
+    watch: Watch | None = None,
+) -> Validation:
+    """Validates a robot on data files, compared with another robot when one is given; `output` gets validation.json. Raises InputError."""
+    inputs = read_inputs(robot, data, base=base, tip=tip, watch=watch)
+    other = None if against is None else open_arm(against, base=base, tip=tip)
+    mine = model_errors(inputs.robot.chain, inputs.data, watch)
+    theirs = None if other is None else model_errors(other.chain, inputs.data, watch)
+    reasons = list(_already_used(inputs))
+    if mine.rows < 2 * len(mine.fitted):
+        reasons.append(
+            f"{mine.rows} measured numbers are too few to judge anything after {len(mine.fitted)} of the instruments' frames were fitted"
+        )
+    if not np.isfinite(mine.position).all() or not len(mine.position):
+        reasons.append("the model gives no finite position on these data")
+    constant = _constant(inputs.data)
+    worst = float(mine.position.mean()) * mine.factor if len(mine.position) and np.isfinite(mine.factor) else None
+    if worst is not None and constant is not None and worst >= 0.9 * constant:
+        reasons.append(
+            f"no better than predicting the mean of the measurements: {worst * 1e3:.4g} mm against {constant * 1e3:.4g} mm"
+        )
+    gain = None
+    if theirs is not None and len(theirs.position) == len(mine.position) and worst is not None:
+        low = bootstrap_gain(theirs.position * theirs.factor, mine.position * mine.factor, mine.position_at, seed)
+        gain = (low[0] * 1e3, low[1] * 1e3, low[2] * 1e3)
+    files = (*inputs.files, *(() if other is None or against is None else (robot_file(other, against),)))
+    made = Validation(
+        inputs.robot, other, "mm",
+        _statistic(mine, "m"), _statistic(theirs, "m"), _statistic(mine, "rad"), _statistic(theirs, "rad"),
+        gain, None if constant is None else constant * 1e3, mine.fitted,
+        _poses(inputs.data, mine, theirs), not reasons, tuple(reasons), inputs.warnings, files, command,
+    )  # fmt: skip
+    if output is None:
+        return made
+    text = json.dumps(plain(made.document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return replace(made, written=write_files(output, {"validation.json": text}))
+
+
+def _already_used(inputs: Inputs) -> tuple[str, ...]:
+    """Data that the run beside this robot was fitted to prove nothing about it."""
+    place = inputs.robot.path
+    if place is None or not (place.parent / "result.json").is_file():
+        return ()
+    try:
+        known = json.loads((place.parent / "result.json").read_text(encoding="utf-8"))["provenance"]["inputs"]
+        used = {i["sha256"] for i in known}
+    except (OSError, ValueError, KeyError, TypeError):
+        return ()
+    again = [
+        str(f.file) for f in inputs.reading.files if f.sha256 in used and f.file.suffix.lower() not in (".yaml", ".yml")
+    ]
+    return (f"the robot was fitted to {', '.join(again)}: that proves nothing",) if again else ()
+
+
+def _statistic(e: Errors | None, unit: str) -> Statistic | None:
+    if e is None:
+        return None
+    values = e.position * 1e3 if unit == "m" else np.degrees(e.angle)
+    values = values * e.factor if np.isfinite(e.factor) else values
+    return Statistic.of(values, profiled=bool(e.fitted))
+
+
+def _constant(data: DataSet) -> float | None:
+    """The mean error of predicting the mean of all the other measurements, where one instrument measured positions."""
+    found = [o for o in data.observations if o.kind in ("position", "pose")]
+    if len(found) != 1 or (found[0].target is not None and len(np.unique(found[0].target)) > 1):
+        return None
+    units = found[0].configuration
+    everyone = np.unique(units)
+    return float(constant_errors(found[0].value[:, :3], units, everyone, everyone[:0]).mean())
+
+
+def _poses(data: DataSet, mine: Errors, theirs: Errors | None) -> tuple[dict[str, Any], ...]:
+    """One row per measured position: its configuration and errors in mm."""
+    ids = data.configurations.ids
+    out = []
+    for i, unit in enumerate(mine.position_at):
+        row: dict[str, Any] = {"configuration": ids[unit], "error_mm": float(mine.position[i]) * 1e3}
+        if theirs is not None and len(theirs.position) == len(mine.position):
+            row["against_mm"] = float(theirs.position[i]) * 1e3
+        out.append(row)
+    return tuple(out)

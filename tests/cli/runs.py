@@ -1,0 +1,101 @@
+"""Running the command line from tests, in this process or in one of its own, and the small arm that most of them calibrate."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robocal.cli import main
+from robocal.files.robot import parse_robot
+from robocal.files.text import Source
+from robocal.jobs.simulate import Errors, Instrument, measure, simulated_files, true_chain
+
+ROBOT = """robocal: 1
+name: three axes
+kind: arm
+units: {length: mm, angle: deg}
+convention: khalil-hayati
+joints:
+  - {name: j1, alpha: 0, d: 0, theta: 0, r: 300, limits: [-150, 150]}
+  - {name: j2, alpha: -90, d: 40, theta: -90, r: 0, limits: [-60, 120]}
+  - {name: j3, alpha: 20, d: 250, theta: 0, r: 30, limits: [-110, 120]}
+tool: {xyz: [160, 0, 20], free: false}
+calibrate: {free: [j2.alpha, j2.d, j2.theta, j3.alpha, j3.d, j3.theta]}
+source: invented for tests
+"""
+
+
+@dataclass(frozen=True)
+class Ran:
+    """How a command ended and what it wrote."""
+
+    status: int
+    out: str
+    err: str
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """stdout as JSON, all of it."""
+        return json.loads(self.out)
+
+    def assert_refused(self, *words: str) -> None:
+        """Exit status 2, one message on stderr that says all of `words`, nothing on stdout, no traceback."""
+        assert self.status == 2, (self.status, self.out, self.err)
+        assert self.out == ""
+        lines = self.err.strip().splitlines()
+        errors = [line for line in lines if "error:" in line]
+        assert len(errors) == 1 and "Traceback" not in self.err, self.err
+        for word in words:
+            assert word in errors[0], (word, errors[0])
+
+
+def robocal(*arguments: object) -> Ran:
+    """A command in this process."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        status = main([str(a) for a in arguments])
+    return Ran(status, out.getvalue(), err.getvalue())
+
+
+def process(*arguments: object, **options: Any) -> subprocess.Popen[str]:
+    """A command in a process of its own, started."""
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True} | options
+    environment = {**os.environ, "COLUMNS": "100"} | options.pop("env", {})
+    return subprocess.Popen([sys.executable, "-m", "robocal.cli", *map(str, arguments)], env=environment, **options)
+
+
+def finished(started: subprocess.Popen[str]) -> Ran:
+    """The same when it has ended."""
+    out, err = started.communicate(timeout=120)
+    return Ran(started.returncode, out or "", err or "")
+
+
+def small(folder: Path, *, poses: int = 30, noise: float = 5e-5, frame: bool = True, seed: int = 3, error: float = 1.0) -> dict[str, str]:
+    """Writes robot.yaml, truth.yaml, data.csv and data.yaml of the small arm; returns their texts."""
+    robot = parse_robot(Source(Path("robot.yaml"), ROBOT, "0" * 64))
+    rng = np.random.default_rng(seed)
+    geometry = Errors(values=tuple((n, robot.chain.table[n].value + error * rng.normal(0, 1e-3)) for n in robot.chain.table.free))
+    truth = true_chain(robot.chain, Errors(0.0, 0.0, geometry.values), rng)
+    low, high = robot.chain.limits.T
+    # Degrees with few digits, so that files stay short.
+    q = np.radians(np.round(np.degrees(rng.uniform(0.6 * low, 0.6 * high, (poses, 3))), 3))
+    instrument = Instrument(noise=noise, frame=(0.9, -0.6, 0.4, 0.02, -0.03, 2.1) if frame else None)
+    texts = simulated_files(robot, truth, measure(truth, q, instrument, rng), "for tests")
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return texts
+
+
+def files(folder: Path) -> set[str]:
+    """Every file below a folder."""
+    return {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()} if folder.exists() else set()
