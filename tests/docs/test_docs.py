@@ -1,0 +1,132 @@
+"""The documentation is true: links resolve, Python runs, commands exist, pictures are there."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+PROJECT = Path(__file__).parents[2]
+PAGES = sorted([*PROJECT.glob("*.md"), *PROJECT.glob("docs/*.md"), *PROJECT.glob("examples/*/*.md")])
+NAMES = [str(p.relative_to(PROJECT)) for p in PAGES]
+LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+def text(page):
+    return (PROJECT / page).read_text(encoding="utf-8")
+
+
+def blocks(page, *languages):
+    return [body for language, body in FENCE.findall(text(page)) if language in languages]
+
+
+def anchors(path):
+    """The anchors of a page's headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.+)$", FENCE.sub("", path.read_text(encoding="utf-8")), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", h.lower()).strip().replace(" ", "-") for h in headings}
+
+
+@pytest.mark.parametrize("page", NAMES)
+def test_links_resolve(page):
+    for target in LINK.findall(FENCE.sub("", text(page))):
+        if re.match(r"[a-z]+:", target):
+            continue
+        name, _, anchor = target.partition("#")
+        place = (PROJECT / page).parent / name if name else PROJECT / page
+        assert place.exists(), f"{page}: {target}"
+        assert not anchor or anchor in anchors(place), f"{page}: {target}"
+
+
+PYTHON = [(page, i) for page in NAMES if page != "CONTRIBUTING.md" for i in range(len(blocks(page, "python")))]
+
+
+@pytest.mark.parametrize(("page", "number"), PYTHON)
+def test_python_runs(page, number, monkeypatch, capsys):
+    monkeypatch.chdir(PROJECT)
+    exec(compile(blocks(page, "python")[number], f"{page}[{number}]", "exec"), {"__name__": "docs"})
+
+
+def commands(page):
+    """Every robocal command of a page: in shell blocks, and in running text between backticks."""
+    lines = [line for body in blocks(page, "sh", "console", "bash") for line in body.splitlines()]
+    lines += re.findall(r"`(robocal [^`]+)`", FENCE.sub("", text(page)))
+    stripped = (line.removeprefix("$ ").partition(" #")[0].strip() for line in lines)
+    return [line for line in stripped if line.startswith("robocal ")]
+
+
+def verbs():
+    import typer.main
+
+    from robocal.cli.app import build
+
+    return typer.main.get_command(build())
+
+
+@pytest.mark.parametrize("page", [p for p in NAMES if commands(p)])
+def test_commands_exist(page):
+    group = verbs()
+    for command in commands(page):
+        words = [w for w in shlex.split(command)[1:] if w != "..."]
+        assert words[0] in group.commands, f"{page}: {command}"
+        known = {o for p in group.commands[words[0]].params for o in (*p.opts, *p.secondary_opts)} | {"-h", "--help"}
+        for word in words[1:]:
+            if word.startswith("-"):
+                assert word.partition("=")[0] in known, f"{page}: {command}: {word}"
+
+
+def test_complete_commands_parse():
+    """Those of the quickstart, arguments and all."""
+    group = verbs()
+    for body in blocks("docs/quickstart.md", "sh"):
+        for line in body.splitlines():
+            verb, *rest = shlex.split(line)[1:]
+            group.commands[verb].make_context(verb, rest)
+
+
+@pytest.mark.parametrize("page", NAMES)
+def test_make_targets_exist(page):
+    makefile = text("Makefile")
+    for body in blocks(page, "sh", "console", "bash"):
+        for target in re.findall(r"^\$? ?make (\w+)", body, re.MULTILINE):
+            assert re.search(rf"^{target}:", makefile, re.MULTILINE), f"{page}: make {target}"
+
+
+def test_every_page_is_linked():
+    """Nothing in docs/ that no reader can find."""
+    linked = {
+        ((PROJECT / page).parent / target.partition("#")[0]).resolve()
+        for page in NAMES
+        for target in LINK.findall(text(page))
+        if not re.match(r"[a-z]+:", target)
+    }
+    for page in PROJECT.glob("docs/*.md"):
+        assert page.resolve() in linked, page.name
+
+
+def test_robot_and_data_files_in_the_format_page_are_valid(tmp_path):
+    from robocal.files.dataset import read_dataset
+    from robocal.files.robot import read_robot
+
+    robot, data = blocks("docs/files.md", "yaml")
+    (tmp_path / "robot.yaml").write_text(robot)
+    head = "pose;T;q1;q2;q3;q4;q5;x;y;z\n"
+    (tmp_path / "tracker.csv").write_text(head + "a;20,5;10;20;;;;1,5;2;3\n".replace(";;;;", ";30;40;50;"))
+    chain = read_robot(tmp_path / "robot.yaml").chain
+    assert chain.joint_names[:2] == ("j1", "j2")
+    assert "j2.beta" not in chain.table.free
+    # The data file speaks of five joints, the robot file shows two: name as many as there are.
+    (tmp_path / "data.yaml").write_text(data.replace("[q1, q2, q3, q4, q5]", "[q1, q2]"))
+    made = read_dataset(tmp_path / "data.yaml", chain).dataset
+    assert made.observations[0].frame.name == "tracker"
+
+
+def test_picture_is_what_the_script_draws(capsys, monkeypatch):
+    """Titles and numbers; the last digit of a coordinate may differ between machines."""
+    place = PROJECT / "docs" / "img"
+    namespace = {"__name__": "make", "__file__": str(place / "make.py")}
+    exec(compile((place / "make.py").read_text(), "make.py", "exec"), namespace)
+    words = re.compile(r">([^<>]+)<")
+    assert words.findall(namespace["draw"]()) == words.findall((place / "before-after.svg").read_text())

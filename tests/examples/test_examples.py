@@ -1,0 +1,101 @@
+"""Every command of an example's README runs as it stands there, and ends as the README says."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+
+from robocal.cli import main
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
+# Folder, number of its command, exit status, verdict.
+EXPECTED = [
+    ("rv-2aj", 0, 0, "improved"),
+    ("rv-2aj", 2, 0, "improved"),
+    ("rx-90", 0, 0, "improved"),
+    ("rx-90", 1, 3, "not_improved"),
+    ("small-arm", 0, 3, "refused"),
+    ("small-arm", 1, 3, "not_improved"),
+    ("small-arm", 2, 0, "improved"),
+]
+
+
+def commands(folder):
+    text = (EXAMPLES / folder / "README.md").read_text(encoding="utf-8")
+    return [line for block in BLOCK.findall(text) for line in block.splitlines() if line.startswith("robocal ")]
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    shutil.copytree(EXAMPLES, tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(command, capsys):
+    """Exit status and the JSON document of a command."""
+    status = main([*shlex.split(command)[1:], "--json"])
+    return status, json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize(("folder", "number", "status", "verdict"), EXPECTED)
+def test_command(place, capsys, folder, number, status, verdict):
+    found, document = run(commands(folder)[number], capsys)
+    assert document["verdict"]["status"] == verdict, document["verdict"]
+    assert found == status
+
+
+def test_every_command_is_tried():
+    """The validation and the UR10 have tests of their own below."""
+    known = {(folder, number) for folder, number, *_ in EXPECTED} | {("rv-2aj", 1), ("ur10-tracker", 0)}
+    folders = sorted(p.name for p in EXAMPLES.iterdir() if p.is_dir())
+    assert {(f, i) for f in folders for i in range(len(commands(f)))} == known
+
+
+def test_rv_2aj_elsewhere(place, capsys):
+    first, second = commands("rv-2aj")[:2]
+    assert main(shlex.split(first)[1:]) == 0
+    capsys.readouterr()
+    status = main(shlex.split(second)[1:])
+    text = capsys.readouterr().out
+    assert status == 0
+    mean = {
+        line.split()[0]: float(line.split()[-5]) for line in text.splitlines() if line.startswith(("this", "against"))
+    }
+    assert mean["this"] < 1.0 < 5.0 < mean["against"]
+
+
+def test_ur10(place, capsys, shared_data):
+    csv = shared_data / "ur10-laser-tracker" / "Series_C" / "measurements_random_poses.csv"
+    shutil.copyfile(csv, place / "examples" / "ur10-tracker" / csv.name)
+    status, document = run(commands("ur10-tracker")[0], capsys)
+    assert status == 0
+    held = document["residuals"]["held_out"]
+    assert held["n"] == 555 and held["mean"] < 0.46
+
+
+def test_simulated_data_are_what_the_script_makes():
+    namespace = {"__name__": "make_data", "__file__": str(EXAMPLES / "rv-2aj" / "make_data.py")}
+    exec(compile((EXAMPLES / "rv-2aj" / "make_data.py").read_text(), "make_data.py", "exec"), namespace)
+    for name, text in namespace["tables"]().items():
+        kept = (EXAMPLES / "rv-2aj" / name).read_text()
+        digits = 6  # the last digits may differ between machines
+        assert rounded(text, digits) == rounded(kept, digits), name
+
+
+def rounded(text, digits):
+    """Cells with numbers rounded."""
+    head, *rows = text.splitlines()
+    return [head, *([r.split(",")[0], *(round(float(c), digits) for c in r.split(",")[1:])] for r in rows)]
+
+
+def test_readmes_say_what_is_simulated_and_what_is_real():
+    assert "simulated" in (EXAMPLES / "rv-2aj" / "README.md").read_text()
+    assert "computed" in (EXAMPLES / "rx-90" / "README.md").read_text()
+    assert "ten real measurements" in (EXAMPLES / "small-arm" / "README.md").read_text()
