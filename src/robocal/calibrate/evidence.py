@@ -21,6 +21,10 @@ __all__ = ["Statistic", "Verdict", "bootstrap_gain", "constant_errors", "errors"
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+# Far outside the stated noise, in standard deviations.
+FAR = 3.0
+# Errors in words: factor from SI, and unit.
+SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "px": (1.0, "px")}
 
 
 @dataclass(frozen=True)
@@ -135,9 +139,10 @@ def judge(
     seed: int,
     kind: str,
     stated: float | None = None,
+    unit: str = "m",
 ) -> Verdict:
-    """The verdict from unseen errors of the baseline and of the identified model, (N,) each, in m; `kind` names how
-    they were held out."""
+    """The verdict from unseen errors of the baseline and of the identified model, (N,) each, in `unit`; `kind` names
+    how they were held out."""
     if rank == 0:
         return Verdict("refused", ("the data determine no parameter at all",))
     if not np.isfinite(after).all():
@@ -150,16 +155,21 @@ def judge(
                 f"{constant.mean() * 1e3:.3g} mm for the mean of the measurements",
             ),
         )
-    if constant is not None and len(constant) and stated and after.mean() > max(0.5 * constant.mean(), 5 * stated):
-        return Verdict(
-            "refused",
-            (
-                f"the model explains less than half of what was measured: {after.mean() * 1e3:.3g} mm on unseen poses, "
-                f"{constant.mean() * 1e3:.3g} mm for the mean of the measurements, stated noise {stated * 1e3:.3g} mm",
-            ),
-        )
+    if constant is not None and len(constant):
+        unexplained = float(np.mean(after**2) / np.mean(constant**2))
+        rms = float(np.sqrt(np.mean(after**2)))
+        if unexplained > 0.5 and rms > FAR * (stated or 0.0):
+            noise = f", where {stated * 1e3:.3g} mm of noise was stated" if stated else ""
+            return Verdict(
+                "refused",
+                (
+                    f"the model cannot explain the data: {1 - unexplained:.0%} of the variance on unseen poses, "
+                    f"{rms * 1e3:.3g} mm rms{noise}",
+                ),
+            )
     gain, low, high = bootstrap_gain(before, after, units, seed)
-    span = f"{gain * 1e3:.4g} mm, 95 % interval {low * 1e3:.4g} to {high * 1e3:.4g} mm ({kind})"
+    factor, word = SHOWN[unit]
+    span = f"{gain * factor:.4g} {word}, 95 % interval {low * factor:.4g} to {high * factor:.4g} {word} ({kind})"
     if not converged:
         return Verdict("not_improved", ("the iteration did not converge", f"reduction of the mean error {span}"))
     if low > 0:

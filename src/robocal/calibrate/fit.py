@@ -23,6 +23,7 @@ from robocal.errors import ModelError
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
+from robocal.estimate.uncertainty import effective_columns
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 
@@ -90,7 +91,7 @@ def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Arr
         )
         if not solution.reasons[0].converged:
             solution, restarted = _restart(chosen, start, solution, options)
-        groups = assess(stated, chosen, solution.x, units, len(kept))
+        groups = assess(stated, chosen, solution.x, units, effective_columns(chosen, solution.x))
         new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
         if set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 1e-3 * tau[k] for k in new):
             break
@@ -110,7 +111,9 @@ def _noise(
 ) -> tuple[Tau, Array]:
     """tau of every group when everything free may explain the data, softly held at the start; and where that fit ended."""
     _, made = posed({})
-    groups = assess(stated, made, start, units, 0)
+    # The baseline has used up a degree of freedom for every number that it moved.
+    moved = int((start[0, made.index] != made.start[0, made.index]).sum())
+    groups = assess(stated, made, start, units, moved)
     tau = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
     x = start
     for _ in range(SOFT_ROUNDS):
@@ -120,8 +123,7 @@ def _noise(
         soft = replace(made.with_table(table), priors=True)
         x = least_squares(soft, x).x
         # A column counts as far as the data, not the hold, decide it.
-        columns = round(float(analyse(made, x).share.sum()))
-        groups = assess(stated, made, x, units, columns)
+        groups = assess(stated, made, x, units, effective_columns(soft, x))
         new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
         settled = set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 0.01 * tau[k] for k in new)
         tau = new

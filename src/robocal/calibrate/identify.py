@@ -37,6 +37,7 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Watch = Callable[[dict[str, object]], None]
 FEW = 25  # below this many configurations a held-out fifth proves little, and leave-one-out is cheap
+UNITS = ("m", "rad", "px")  # in which errors are told; the verdict takes the first that was measured
 MANY = 400  # above this, leave-one-out is not run unless asked for
 
 
@@ -81,9 +82,7 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     wanted = wanted and count > 2 and options.method in ("lm", "gauss-newton")
     loo = _leave_one_out(model, base_problem, base_x, whole, everyone, watch) if wanted else {}
     stages = tuple(
-        s
-        for u in ("m", "rad", "px")
-        if (s := _stages(data, base_problem, base_x, part, fit_units, held, loo, u)) is not None
+        s for u in UNITS if (s := _stages(data, base_problem, base_x, part, fit_units, held, loo, u)) is not None
     )
     verdict = _verdict(data, base_problem, base_x, part, fit_units, held, loo, options)
     u = uncertainty(whole.problem, whole.solution.x, estimated=any(g.stated is None for g in whole.groups))
@@ -130,7 +129,7 @@ def _leave_one_out(
     frames = tuple(n for n in frame_names(model, base) if n in whole.problem.free)
     noisy = replace(whole.problem, free=frames)
     out = {}
-    for unit in ("m", "rad"):
+    for unit in UNITS:
         if any(u == unit for t in base.terms for _, _, u in t.parts):
             out[unit] = (
                 leave_one_out(noisy, base_x, units, unit) if frames else errors(base.residuals(base_x), unit)[0],
@@ -174,6 +173,7 @@ def _constant(data: DataSet, fit_units: Ints, held: Ints) -> Array | None:
     if (
         len(found) != 1
         or found[0].value.ndim != 2
+        or len(np.unique(found[0].configuration)) < 2
         or (found[0].target is not None and len(np.unique(found[0].target)) > 1)
     ):
         return None
@@ -190,25 +190,30 @@ def _verdict(
     loo: dict[str, tuple[Array, Array]],
     options: Options,
 ) -> Verdict:
-    before, at = errors(base.residuals(base_x), "m")
-    after, _ = errors(part.problem.residuals(part.solution.x), "m")
+    unit = next(u for u in UNITS if any(u == v for t in base.terms for _, _, v in t.parts))
+    before, at = errors(base.residuals(base_x), unit)
+    after, _ = errors(part.problem.residuals(part.solution.x), unit)
     kind = "held out"
     chosen = np.isin(at, held)
     if not len(held):
-        if "m" not in loo:
+        if unit not in loo:
             return Verdict("not_improved", ("nothing was held out, so nothing is proven",))
-        before, after = loo["m"]
+        before, after = loo[unit]
         chosen = np.ones(len(at), dtype=bool)
         kind = "leave-one-out"
+    if not chosen.any():
+        return Verdict("not_improved", ("no measurement was held out, so nothing is proven",))
     stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
     return judge(
         before[chosen],
         after[chosen],
-        _constant(data, fit_units, held),
+        _constant(data, fit_units, held) if unit == "m" else None,
         at[chosen],
         rank=part.identifiability.rank,
-        converged=part.solution.reasons[0].converged,
+        # One step of linear least squares is all that was asked for.
+        converged=part.solution.reasons[0].converged or options.method == "lse",
         seed=options.seed,
         kind=kind,
         stated=float(np.sqrt(3) * stated[0]) if stated else None,
+        unit=unit,
     )

@@ -25,6 +25,7 @@ __all__ = ["Group", "apply_noise", "assess"]
 
 Array = NDArray[np.float64]
 Key = tuple[str, str]  # (sensor group, SI unit)
+MEDIAN = 0.454936  # of a squared standard normal
 # Below this no instrument measures; it only keeps noise-free data from dividing by zero.
 FLOOR = {"m": 1e-12, "rad": 1e-12, "px": 1e-9}
 
@@ -74,20 +75,24 @@ def apply_noise(data: DataSet, tau: Mapping[Key, float]) -> DataSet:
 
 
 def assess(
-    stated: DataSet, problem: Problem, x: Array, units: NDArray[np.int64], columns: int, level: float = 1e-3
+    stated: DataSet, problem: Problem, x: Array, units: NDArray[np.int64], columns: float, level: float = 1e-3
 ) -> list[Group]:
     """The groups at a solution x fitted to `units` with `columns` free parameters; `stated` is the data with its
     stated sigma."""
     chosen = np.zeros(problem.units, dtype=bool)
     chosen[units] = True
     unstated = {obs.label for obs in stated.observations if obs.sigma is None}
+    # A fit that resists outliers must not let them decide what the noise is.
+    resistant = problem.loss != "none"
     rows: dict[Key, list[tuple[Array, Array]]] = {}
+    in_use: dict[Key, Array] = {}
     kinds: dict[str, str] = {}
     for r, term in zip(problem.residuals(x), problem_terms(stated, problem), strict=True):
         kinds.setdefault(r.group, r.kind)
         for start, stop, unit in r.parts:
             keep = chosen[r.unit]
             sigma = np.zeros_like(r.value) if r.group in unstated else 1 / term
+            in_use[r.group, unit] = 1 / r.scale[:, start:stop]
             rows.setdefault((r.group, unit), []).append(
                 (r.value[keep, start:stop].ravel(), sigma[keep, start:stop].ravel())
             )
@@ -102,25 +107,42 @@ def assess(
         dof = share * len(value)
         rms = float(np.sqrt(np.mean(value**2)))
         if name in unstated:
-            tau = max(float(np.sqrt(value @ value / dof)), FLOOR.get(unit, 1e-12))
+            # Without a degree of freedom residuals are zero whatever the noise: what was assumed stays.
+            spread = _spread(value, dof, resistant) if dof >= 1 else float(np.sqrt(np.mean(in_use[name, unit] ** 2)))
+            tau = max(spread, FLOOR.get(unit, 1e-12))
             groups.append(Group(name, kinds[name], unit, len(value), dof, None, rms, None, tau))
             continue
         chi2 = float(np.sum((value / sigma) ** 2))
         tau = 0.0
-        if dof >= 1 and chi2 > stats.chi2.isf(level, dof):
-            tau = _solve(value, sigma, dof)
+        if dof >= 1 and _exceeds(value / sigma, dof, level, resistant):
+            tau = _solve(value, sigma, dof, resistant)
         groups.append(
             Group(name, kinds[name], unit, len(value), dof, chi2, rms, float(np.sqrt(np.mean(sigma**2))), tau)
         )
     return groups
 
 
-def _solve(value: Array, sigma: Array, dof: float) -> float:
-    """tau with sum r^2 / (s^2 + tau^2) = dof, by bisection on a falling function."""
-    low, high = 0.0, float(np.sqrt(value @ value / dof)) + float(sigma.max())
+def _spread(value: Array, dof: float, resistant: bool) -> float:
+    """Standard deviation with dof degrees of freedom; resistant: from the median of squares, which outliers do not move."""
+    if resistant:
+        return float(np.sqrt(np.median(value**2) / MEDIAN * len(value) / dof))
+    return float(np.sqrt(value @ value / dof))
+
+
+def _exceeds(whitened: Array, dof: float, level: float, resistant: bool) -> bool:
+    """Whether whitened residuals are significantly larger than one."""
+    if resistant:
+        # The median of n squares scatters by 2.33 / sqrt(n) of itself, the mean by 1.41 / sqrt(n).
+        return bool(_spread(whitened, dof, True) ** 2 > 1 + stats.norm.isf(level) * 2.33 / np.sqrt(dof))
+    return bool(whitened @ whitened > stats.chi2.isf(level, dof))
+
+
+def _solve(value: Array, sigma: Array, dof: float, resistant: bool) -> float:
+    """tau with r / sqrt(s^2 + tau^2) of spread one, by bisection on a falling function."""
+    low, high = 0.0, _spread(value, dof, resistant) + float(sigma.max())
     for _ in range(60):
         middle = 0.5 * (low + high)
-        if np.sum(value**2 / (sigma**2 + middle**2)) > dof:
+        if _spread(value / np.sqrt(sigma**2 + middle**2), dof, resistant) > 1:
             low = middle
         else:
             high = middle

@@ -144,6 +144,7 @@ def prediction_band(model: Chain, data: DataSet, fit: Fit, u: Uncertainty) -> Ba
     if q is None or not found or not fit.identifiability.names:
         return None
     limits = model.limits
+    q = q[np.isfinite(q).all(axis=1)]
     low = np.where(np.isfinite(limits[:, 0]), limits[:, 0], q.min(axis=0))
     high = np.where(np.isfinite(limits[:, 1]), limits[:, 1], q.max(axis=0))
     rng = np.random.default_rng(0)
@@ -159,12 +160,13 @@ def prediction_band(model: Chain, data: DataSet, fit: Fit, u: Uncertainty) -> Ba
         extra={},
         rows=None,
     )
-    columns = {k: np.full(SAMPLES, np.nanmean(v)) for k, v in data.configurations.columns.items()}
+    seen = {k: v[np.isfinite(v)] for k, v in data.configurations.columns.items()}
+    columns = {k: np.full(SAMPLES, v.mean()) for k, v in seen.items() if len(v)}
     away = DataSet(Configurations(tuple(map(str, range(SAMPLES))), sample, columns), (template,))
     names = fit.identifiability.names
     made = build(model, away)
     known = {n: fit.solution.x[0, fit.problem.table.index[n]] for n in made.table.names}
-    made = build(model, away, values=known, free=names)
+    made = build(model, away, values=known, free=[n for n in names if n in made.table])
     lin = made.linearize(made.start)
     jac = lin.j.reshape(SAMPLES, 3, -1)
     where = [names.index(n) for n in made.free]

@@ -31,6 +31,8 @@ def stratified(configurations: Configurations, fraction: float, seed: int) -> tu
     place = configurations.joints if configurations.joints is not None else configurations.start
     if place is None:
         place = np.zeros((m, 1))
+    # A configuration without joint values (two sockets a known distance apart) lies anywhere.
+    place = np.nan_to_num(place)
     spread = np.ptp(place, axis=0)
     place = place / np.where(spread > 0, spread, 1.0)
     cells = [everyone]

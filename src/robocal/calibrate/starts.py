@@ -70,8 +70,9 @@ def closed_form(model: Chain, data: DataSet, obs: Observations, units: Ints) -> 
         or not any(obs.frame.free)
     ):
         return []
-    index = np.flatnonzero(np.isin(obs.configuration, units))
-    if obs.target is not None:
+    posed = np.asarray(np.isfinite(data.configurations.joints).all(axis=1))[obs.configuration]
+    index = np.flatnonzero(np.isin(obs.configuration, units) & posed)
+    if obs.target is not None and len(index):
         # The most frequent target starts the frame; the others follow in the refinement.
         first = np.bincount(obs.target[index]).argmax()
         index = index[obs.target[index] == first]
@@ -79,13 +80,15 @@ def closed_form(model: Chain, data: DataSet, obs: Observations, units: Ints) -> 
         return []
     machine = model.pose(data.configurations.joints, data.configurations.columns)[obs.configuration[index]]
     seen = obs.targets[0 if obs.target is None else int(first)] if obs.targets else None
+    value = obs.value[index] if obs.value.ndim == 2 else obs.value[0, index]
+    if obs.frame.mount != "base" or (seen is not None and seen.mount != "tool"):
+        return _in_hand(obs, seen, value, machine)
     own = model.table
     held = np.eye(4) if seen is None else se3.from_vector(seen.value)
     loose = (seen is not None and any(seen.free)) or (
         seen is None and any(own[f"tool.{s}"].free for s in FRAME_SYMBOLS)
     )
     name = "tool" if seen is None else seen.name
-    value = obs.value[index] if obs.value.ndim == 2 else obs.value[0, index]
     nominal = np.array([own[f"tool.{s}"].value for s in FRAME_SYMBOLS])
     starts = []
     for free_offset in (True, False) if loose else (False,):
@@ -105,6 +108,16 @@ def closed_form(model: Chain, data: DataSet, obs: Observations, units: Ints) -> 
             values.update(zip((f"{name}.{s}" for s in FRAME_SYMBOLS), se3.to_vector(base @ shift), strict=True))
         starts.append(values)
     return starts
+
+
+def _in_hand(obs: Observations, seen: Frame | None, value: Array, machine: Array) -> list[dict[str, float]]:
+    """A camera in hand that measures poses of a target on the base: Y^-1 = T_base_target^-1 T_i X, hand-eye again."""
+    assert obs.frame is not None
+    if obs.kind != "pose" or obs.frame.mount != "tool" or seen is None or seen.mount != "base":
+        return []
+    away, hand = hand_eye(se3.inverse(se3.from_vector(value)), machine)
+    found = ((obs.frame.name, hand), (seen.name, se3.inverse(away)))
+    return [{f"{n}.{s}": float(v) for n, t in found for s, v in zip(FRAME_SYMBOLS, se3.to_vector(t), strict=True)}]
 
 
 def refine(problem: Problem, frames: tuple[str, ...], starts: list[dict[str, float]]) -> Array:

@@ -37,11 +37,12 @@ def data_warnings(model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64
             f"few measurements: {rows} numbers for {fit.problem.n} parameters; more poses would narrow the result"
         )
     q = data.configurations.joints
+    q = None if q is None else q[np.isfinite(q).all(axis=1)]
     if q is not None and len(q) > 1 and np.ptp(q, axis=0).max(initial=0.0) < 1e-9:
         out.append("all configurations are equal: this shows repeatability, not geometry")
-    elif q is not None:
+    elif q is not None and len(q) > 1:
         still = [n for n, s in zip(model.joint_names, np.ptp(q, axis=0), strict=True) if s < 1e-9]
-        if still and len(q) > 1:
+        if still:
             out.append(f"these joints never move: {', '.join(still)}")
     for obs in data.observations:
         if obs.kind in ("position", "pose") and len(obs) > 3 and obs.value.ndim == 2:

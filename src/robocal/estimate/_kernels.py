@@ -224,6 +224,7 @@ def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, ste
 
 # Codes shared with least_squares.Reason.
 COST, GRADIENT, STEP, SINGULAR = 1, 2, 3, 5
+ROUNDING = 1e-15  # a smaller decrease cannot be told from rounding
 
 
 @kernel
@@ -269,6 +270,8 @@ def propose(
         for i in range(n):
             # A column that carries nothing still needs a positive pivot to stay where it is.
             damp[b, i] = max(damp[b, i], a[b, i, i], largest * tiny)
+            if damp[b, i] == 0.0:
+                damp[b, i] = 1.0
             held[i] = value.shape[1] > 0 and (
                 (value[b, i] <= lower[i] and g[b, i] > 0) or (value[b, i] >= upper[i] and g[b, i] < 0)
             )
@@ -280,6 +283,8 @@ def propose(
                 largest = max(largest, al[b, t, i, i])
             for i in range(nl):
                 damp_local[b, t, i] = max(damp_local[b, t, i], al[b, t, i, i], largest * tiny)
+                if damp_local[b, t, i] == 0.0:
+                    damp_local[b, t, i] = 1.0  # a block that no row sees, as when its rows weigh nothing
                 worst = max(worst, abs(gl[b, t, i]) / math.sqrt(damp_local[b, t, i]))
         # Cosine between the residual and each column, in the metric that the solver sees.
         if worst <= tolerances[1] * math.sqrt(2.0 * cost[b]) + 1e-300:
@@ -307,7 +312,8 @@ def propose(
                 gain += x * (lam[b] * damp_local[b, t, i] * x - gl[b, t, i])
         # For a step that solves the damped system, decrease = 1/2 step . (lam D step - g).
         predicted[b] = 0.5 * gain
-        if predicted[b] <= tolerances[0] * cost[b]:
+        # A heavily damped step promises little anywhere; what counts is what the model promises without damping.
+        if predicted[b] * (1.0 + lam[b]) <= max(tolerances[0], ROUNDING) * cost[b]:
             reason[b] = COST
         elif small:
             reason[b] = STEP

@@ -196,8 +196,9 @@ def _pseudo_inverse(problem: Problem, x: Array, most: int, watch: Watch | None) 
         if cost < best:
             best, best_x = cost, x
         elif most > 1 and count > 3:
-            # At machine precision the cost only jitters; the best point seen is the answer.
-            reason = Reason.COST
+            # At machine precision the cost only jitters, and the best point seen is the answer; otherwise it diverges.
+            jitter = cost - best <= 1e-8 * best + 1e-16 * history[0][0]
+            reason = Reason.COST if jitter else Reason.STALLED
             break
         if count == most:
             break

@@ -1,0 +1,205 @@
+"""The laws of every measurement: its Jacobian is the derivative of its residual, and `normal` is `linearize` squared."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from arms.arm_samples import NAMES
+from arms.arm_samples import arm as sample_arm
+from laws import check_jacobian
+
+from robocal.estimate import problem as problem_module
+from robocal.estimate.problem import TUNING
+from robocal.geometry import so3
+from robocal.measure import kinds  # noqa: F401  (registers every kind)
+from robocal.measure.base import KINDS
+
+from measure.scenarios import SCENARIOS, build, made, observations
+
+CONVENTIONS = [(c, k) for c in NAMES for k in ("position", "pose")]
+
+
+def split(p, step):
+    return step[None, : p.n], step[None, p.n :].reshape(1, p.blocks, p.block_size) if p.blocks else None
+
+
+def dense(p, lin):
+    """J (N, n + L l), the local columns in their places."""
+    out = np.zeros((len(lin.r), p.n + p.blocks * p.block_size))
+    out[:, : p.n] = lin.j
+    for b in range(p.blocks):
+        rows = lin.local == b
+        at = p.n + b * p.block_size
+        out[rows, at : at + p.block_size] = lin.jl[rows]
+    return out
+
+
+def check(p, scale=1.0):
+    def residual(step):
+        return p.linearize(p.retract(p.start, *split(p, step))).r
+
+    def jacobian(step):
+        return scale * dense(p, p.linearize(p.retract(p.start, *split(p, step))))
+
+    check_jacobian(residual, jacobian, np.zeros(p.n + p.blocks * p.block_size), tolerance=1e-7)
+
+
+def test_every_kind_has_a_scenario():
+    assert {name.partition("/")[0] for name in SCENARIOS} - {"mixed"} == set(KINDS)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_jacobian_is_the_derivative(name):
+    check(build(name))
+
+
+@pytest.mark.parametrize(("convention", "kind"), CONVENTIONS)
+def test_jacobian_for_every_convention(convention, kind):
+    rng = np.random.default_rng(3)
+    check(made(sample_arm(convention, "RRPR", rng), [observations(kind, 3, 1e-3)], rng, 3, free=None))
+
+
+@pytest.mark.parametrize("name", ["pose/arm, instrument in hand", "lengths/free poses"])
+def test_a_wrong_jacobian_fails(name):
+    with pytest.raises(AssertionError, match="jacobian is wrong"):
+        check(build(name), scale=1 + 1e-5)
+
+
+def rho(loss, c, s):
+    """The textbook's rho(s) and rho'(s) of a squared norm s, independent of the kernel."""
+    root = np.sqrt(s)
+    if loss == "huber":
+        return np.where(root <= c, s, 2 * c * root - c**2), np.where(root <= c, 1.0, c / np.maximum(root, 1e-300))
+    if loss == "cauchy":
+        return c**2 * np.log(1 + s / c**2), 1 / (1 + s / c**2)
+    if loss == "tukey":
+        inside = np.maximum(1 - s / c**2, 0)
+        return c**2 / 3 * (1 - inside**3), inside**2
+    return s, np.ones_like(s)
+
+
+def expected_normal(p, x):
+    """Cost, gradient and matrix from the dense linearisation, with weights, loss and priors put in by hand."""
+    plain = p.with_weights(None).linearize(x)
+    weight = np.ones(p.units) if p.weights is None else p.weights[0]
+    s = np.bincount(plain.observation, plain.r**2)
+    value, slope = rho(p.loss, p.tuning or TUNING[p.loss], s)
+    unit = plain.unit[np.unique(plain.observation, return_index=True)[1]]
+    row = (weight[unit] * slope)[plain.observation]
+    j = dense(p, plain)
+    cost = 0.5 * np.sum(weight[unit] * value)
+    g, a = j.T @ (row * plain.r), j.T @ (row[:, None] * j)
+    for i, name in enumerate(p.free):
+        row = p.table[name]
+        if row.prior is not None and p.priors:
+            d = tangent(p, x, i)
+            cost += 0.5 * (d / row.prior) ** 2
+            g[i] += d / row.prior**2
+            a[i, i] += 1 / row.prior**2
+    return cost, g, a
+
+
+def tangent(p, x, i):
+    """Component i of the step from the table's value to x."""
+    at = p.table.index[p.free[i]]
+    if not p.table.rows[at].turn:
+        return x[0, at] - p.table.values[at]
+    first = max(t for t in p.table.turns if t <= at)
+    w = so3.log(so3.exp(x[0, first : first + 3]) @ so3.exp(p.table.values[first : first + 3]).T)
+    return w[at - first]
+
+
+def compare(p, x):
+    n, got = p.n, p.normal(x)
+    cost, g, a = expected_normal(p, x)
+    size = np.abs(a).max()
+    np.testing.assert_allclose(got.cost[0], cost, rtol=1e-11)
+    np.testing.assert_allclose(np.concatenate([got.g[0], got.gl[0].ravel()]), g, rtol=1e-8, atol=1e-11 * np.abs(g).max())
+    np.testing.assert_allclose(np.tril(got.a[0]), np.tril(a[:n, :n]), atol=1e-12 * size)
+    assert not np.triu(got.a[0], 1).any()
+    for b in range(p.blocks):
+        at = slice(n + 6 * b, n + 6 * b + 6)
+        np.testing.assert_allclose(got.al[0, b], a[at, at], atol=1e-12 * size)
+        np.testing.assert_allclose(got.asl[0, b], a[:n, at], atol=1e-12 * size)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+@pytest.mark.parametrize("loss", ["none", "huber", "cauchy", "tukey"])
+def test_normal_is_linearize_squared(name, loss):
+    p = build(name)
+    x = p.start
+    # A tuning amid the residuals, so that some rows lie on either side of it.
+    lin = p.linearize(x)
+    c = 1.1 * float(np.sqrt(np.median(np.bincount(lin.observation, lin.r**2))))
+    compare(p.with_loss(loss, c if loss != "none" else None), x)
+    weights = np.linspace(0, 2, p.units)
+    compare(p.with_loss(loss, c if loss != "none" else None).with_weights(weights), x)
+
+
+def test_default_tunings_are_used():
+    p = build("position/arm alone")
+    for loss in ("huber", "cauchy", "tukey"):
+        compare(p.with_loss(loss), p.start)
+
+
+@pytest.mark.parametrize("name", ["position/arm, instrument on the base", "pose/arm, targets eliminated", "lengths/free poses"])
+def test_priors_pull_in_the_tangent(name):
+    p = build(name)
+    table = p.table.with_priors({n: 0.01 * (i + 1) for i, n in enumerate(p.free) if i % 2 == 0})
+    rng = np.random.default_rng(2)
+    p = p.with_table(table)
+    near = p.retract(p.start, rng.normal(scale=1e-6, size=(1, p.n)))
+    compare(p, near)
+    silent = replace(p, priors=False)
+    compare(silent, near)
+    assert silent.normal(near).cost[0] < p.normal(near).cost[0]
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_chunks_do_not_matter(name, monkeypatch):
+    p = build(name).with_loss("huber")
+    x = p.retract(np.repeat(p.start, 3, axis=0), np.random.default_rng(0).normal(scale=1e-2, size=(3, p.n)))
+    whole = p.normal(x)
+    for chunk in (1, 40, 400):
+        monkeypatch.setattr(problem_module, "CHUNK", chunk)
+        parts = p.normal(x)
+        for field in ("cost", "g", "a", "gl", "al", "asl"):
+            want = getattr(whole, field)
+            np.testing.assert_allclose(getattr(parts, field), want, atol=1e-12 * np.abs(want).max(initial=1), err_msg=f"{field}, {chunk}")
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_a_batch_is_its_singles(name):
+    p = build(name)
+    rng = np.random.default_rng(0)
+    local = rng.normal(scale=1e-2, size=(4, p.blocks, p.block_size)) if p.blocks else None
+    x = p.retract(np.repeat(p.start, 4, axis=0), rng.normal(scale=1e-2, size=(4, p.n)), local)
+    batch = p.with_weights(rng.uniform(size=(4, p.units)))
+    together = batch.normal(x)
+    for b in range(4):
+        alone = batch.normal(x[[b]], np.array([b]))
+        for field in ("cost", "g", "a", "gl", "al", "asl"):
+            want = getattr(alone, field)[0]
+            np.testing.assert_allclose(getattr(together, field)[b], want, atol=1e-12 * np.abs(want).max(initial=1), err_msg=field)
+        single = p.with_weights(batch.weights[b]).normal(x[[b]])
+        np.testing.assert_allclose(single.cost[0], together.cost[b], rtol=1e-12)
+    several = p.residuals(x)
+    for r, one in zip(several, p.residuals(x[2]), strict=True):
+        np.testing.assert_allclose(r.value[2], one.value, rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_linearize_takes_units_and_weights(name):
+    p = build(name)
+    everything, one = p.linearize(p.start), p.linearize(p.start, np.array([1]))
+    rows = everything.unit == 1
+    np.testing.assert_array_equal(one.r, everything.r[rows])
+    np.testing.assert_array_equal(one.j, everything.j[rows])
+    weights = np.ones(p.units)
+    weights[1] = 0
+    np.testing.assert_array_equal(p.with_weights(weights).linearize(p.start).r, everything.r[~rows])
+    heavy = p.with_weights(4 * np.ones(p.units)).linearize(p.start)
+    np.testing.assert_allclose(heavy.r, 2 * everything.r, rtol=1e-14)
+    np.testing.assert_allclose(heavy.j, 2 * everything.j, rtol=1e-14)

@@ -1,0 +1,65 @@
+"""Least-squares problems from plain functions, so that solvers are tested without a robot."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robocal.estimate.problem import Problem
+from robocal.parameters import Parameter, Table
+
+
+class Plain:
+    """A term from fn(x) -> r (m, d) and jac(x) -> J (m, d, P), x (P,); `local` adds a linear local block of l columns."""
+
+    group, kind, parts = "plain", "plain", ((0, 1, "m"),)
+
+    def __init__(self, fn, jac, shape, *, sigma=1.0, unit=None, local=None, block=None):
+        m, d = shape
+        self.fn, self.jac = fn, jac
+        self.scale = np.ascontiguousarray(1.0 / np.broadcast_to(np.asarray(sigma, float), (m, d)))
+        self.unit = np.arange(m) if unit is None else np.asarray(unit)
+        self.local = np.full(m, -1) if local is None else np.asarray(local)
+        self.block = np.zeros((m, d, 0)) if block is None else np.asarray(block, float)
+        self.columns = np.empty(0, dtype=np.int64)
+        self.rows = self.columns
+
+    def bind(self, column_of):
+        other = object.__new__(Plain)
+        other.__dict__.update(self.__dict__)
+        other.rows = np.flatnonzero(column_of >= 0)
+        other.columns = column_of[other.rows]
+        other.size = len(column_of)
+        return other
+
+    def evaluate(self, x, which, first, rows):
+        part = slice(first, first + rows)
+        n, size = self.size, self.block.shape[2]
+        r, j = [], []
+        for row in x:
+            value = np.array(self.fn(row[:n]), float)[part]
+            if size:
+                blocks = row[n:].reshape(-1, size)
+                value = value + np.einsum("mdl,ml->md", self.block[part], blocks[self.local[part]])
+            r.append(value)
+            j.append(np.asarray(self.jac(row[:n]), float)[part][:, :, self.rows])
+        jl = np.repeat(self.block[None, part], len(x), axis=0)
+        return np.array(r), np.ascontiguousarray(j), jl
+
+
+def plain_problem(terms, start, *, units=None, blocks=0, block_size=0, names=None, local_start=None, **more):
+    """A problem over parameters b1 ... bP that start at `start`; `more` holds per-parameter lists: prior, lower, upper, expected."""
+    terms = terms if isinstance(terms, (list, tuple)) else [terms]
+    names = names or [f"b{i + 1}" for i in range(len(start))]
+    rows = [
+        Parameter(name, float(v), "1", True, **{k: w[i] for k, w in more.items()})
+        for i, (name, v) in enumerate(zip(names, start, strict=True))
+    ]
+    units = max(int(t.unit.max()) + 1 for t in terms) if units is None else units
+    given = np.zeros(blocks * block_size) if local_start is None else np.asarray(local_start, float).ravel()
+    return Problem(Table(tuple(rows)), tuple(terms), tuple(names), blocks=blocks, block_size=block_size, units=units, local_start=given)
+
+
+def linear(a, y, **more):
+    """The term r = A x - y, row by row; a (m, P), y (m,)."""
+    a, y = np.asarray(a, float), np.asarray(y, float)
+    return Plain(lambda x: (a @ x - y)[:, None], lambda x: a[:, None, :], (len(y), 1), **more)

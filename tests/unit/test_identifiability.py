@@ -1,0 +1,193 @@
+"""What the data can tell: rank relative to noise, ties, combinations by name, elimination, observability, posterior."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from measure.scenarios import SCENARIOS, build
+from unit.plain_terms import Plain, linear, plain_problem
+
+from robocal.estimate.identifiability import SEEN, analyse, block_columns, eliminate, observability, triangle
+
+
+def seen_to(share, n=3):
+    """A problem whose last parameter is seen to `share` times its expected error of 0.01 (in sigma), the others well."""
+    a = np.eye(n) * 1e4
+    a[n - 1, n - 1] = share / 0.01
+    return plain_problem(linear(a, np.zeros(n)), np.zeros(n), expected=[0.01] * n)
+
+
+@pytest.mark.parametrize(("share", "kept"), [(1e-3, False), (0.9 * SEEN, False), (1.1 * SEEN, True), (10.0, True)])
+def test_what_is_seen_is_relative_to_noise(share, kept):
+    found = analyse(seen_to(share), np.zeros(3))
+    assert ("b3" in found.kept) is kept and ("b3" in found.dropped) is not kept
+    assert found.rank == 2 + kept and found.structural_rank == 3
+    assert found.singular_values[-1] == pytest.approx(share) and found.names == ("b1", "b2", "b3")
+
+
+def test_noise_divides_and_priors_and_always_keep():
+    p = seen_to(10.0)
+    assert analyse(p, np.zeros(3), noise=20.0).dropped == ("b3",)
+    assert analyse(p, np.zeros(3), noise=20.0, always=["b3"]).dropped == ()
+    stated = p.with_table(p.table.with_priors({"b3": 0.01}))
+    assert analyse(stated, np.zeros(3), noise=20.0).kept == ("b1", "b2", "b3")
+    assert analyse(seen_to(3.0), np.zeros(3), seen=4.0).dropped == ("b3",)
+
+
+def test_a_better_guess_makes_the_same_data_say_less():
+    tight = seen_to(10.0)
+    tight = tight.with_table(tight.table.__class__(tuple(r.__class__(**{**r.__dict__, "expected": 1e-4}) for r in tight.table.rows)))
+    assert analyse(tight, np.zeros(3)).dropped == ("b1", "b2", "b3") or analyse(tight, np.zeros(3)).rank < 3
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 0, 2)])
+def test_equal_columns_go_to_the_first(rng, order):
+    column, other = rng.normal(size=(2, 20))
+    a = 1e3 * np.column_stack([column, column, other])[:, order]
+    found = analyse(plain_problem(linear(a, np.zeros(20)), np.zeros(3), expected=[1.0] * 3), np.zeros(3))
+    twins = [i for i in range(3) if order[i] != 2]
+    assert found.dropped == (f"b{twins[1] + 1}",)
+    (combination,) = found.combinations
+    assert combination.partners == ((f"b{twins[0] + 1}", pytest.approx(1.0)),)
+    assert combination.text == f"b{twins[1] + 1} cannot be told from b{twins[0] + 1}"
+
+
+def test_combinations_give_the_right_numbers(rng):
+    """b4 = 2 b1 - 3 b2 in effect, in SI, whatever the expected errors are."""
+    a = 1e4 * rng.normal(size=(30, 3))
+    a = np.column_stack([a, 2 * a[:, 0] - 3 * a[:, 1], np.zeros(30)])
+    p = plain_problem(linear(a, np.zeros(30)), np.zeros(5), expected=[0.1, 0.05, 1.0, 0.01, 1.0])
+    found = analyse(p, np.zeros(5))
+    assert found.dropped == ("b4", "b5") and found.rank == 3 == found.structural_rank
+    by = {c.name: c for c in found.combinations}
+    assert dict(by["b4"].partners) == {"b1": pytest.approx(2), "b2": pytest.approx(-3)}
+    assert by["b5"].partners == () and "no effect" in by["b5"].text
+    # Most visible first.
+    effect = [abs(f) * np.linalg.norm(a[:, int(n[1]) - 1]) for n, f in by["b4"].partners]
+    assert effect == sorted(effect, reverse=True)
+
+
+def test_many_partners_are_counted(rng):
+    a = 1e4 * rng.normal(size=(30, 8))
+    a = np.column_stack([a, a.sum(axis=1)])
+    found = analyse(plain_problem(linear(a, np.zeros(30)), np.zeros(9), expected=[1.0] * 8 + [0.1]), np.zeros(9))
+    assert found.dropped == ("b9",) and len(found.combinations[0].partners) == 8
+    assert found.combinations[0].text.endswith("and 2 more")
+
+
+def test_fewer_rows_than_parameters(rng):
+    found = analyse(plain_problem(linear(1e4 * rng.normal(size=(2, 5)), np.zeros(2)), np.zeros(5)), np.zeros(5))
+    assert found.rank == 2 and len(found.kept) == 2 and len(found.dropped) == 3
+
+
+def test_nothing_free():
+    found = analyse(seen_to(1.0).with_free(()), np.zeros(3))
+    assert found.rank == 0 and found.kept == () and found.condition == float("inf") and found.indices["O1"] == 0
+    assert found.posterior.shape == (0, 0)
+
+
+def test_observability_is_the_textbooks(rng):
+    values = np.sort(rng.uniform(0.1, 5, 4))[::-1]
+    o = observability(values, 25)
+    assert o["O1"] == pytest.approx(np.prod(values) ** (1 / 4) / 5)
+    assert o["O2"] == pytest.approx(values.min() / values.max()) and o["O3"] == pytest.approx(values.min())
+    assert o["O4"] == pytest.approx(values.min() ** 2 / values.max())
+    assert o["O5"] == pytest.approx(1 / (1 / values).sum())
+    assert set(observability(np.array([1.0, 0.0]), 5).values()) == {0.0}
+    a = rng.normal(size=(12, 3)) * 1e3
+    p = plain_problem(linear(a, np.zeros(12)), np.zeros(3), expected=[0.1, 0.2, 0.3])
+    found = analyse(p, np.zeros(3))
+    direct = np.linalg.svd(a * [0.1, 0.2, 0.3], compute_uv=False)
+    assert found.indices == {k: pytest.approx(v) for k, v in observability(direct, 12).items()}
+    assert found.condition == pytest.approx(direct[0] / direct[-1])
+
+
+def test_posterior_is_expected_error_updated_by_data(rng):
+    a, s = rng.normal(size=(12, 4)), np.array([0.5, 1.0, 2.0, 0.1])
+    a[:, 3] = 0
+    found = analyse(plain_problem(linear(a, np.zeros(12)), np.zeros(4), expected=list(s)), np.zeros(4))
+    np.testing.assert_allclose(found.posterior, np.linalg.inv(a.T @ a + np.diag(1 / s**2)), atol=1e-12)
+    np.testing.assert_allclose(found.share, 1 - np.diag(found.posterior) / s**2, atol=1e-12)
+    assert found.share[3] == pytest.approx(0, abs=1e-12)
+
+
+def test_posterior_stays_positive_for_noise_free_data(rng):
+    """sigma = 1e-12 m against metres: squaring the singular values would leave negative variances."""
+    a = rng.normal(size=(20, 4))
+    a[:, 3] = a[:, :3].sum(axis=1)
+    found = analyse(plain_problem(linear(a, np.zeros(20), sigma=1e-12), np.zeros(4), expected=[1.0] * 4), np.zeros(4))
+    variance = np.diag(found.posterior)
+    assert (variance > 0).all() and (found.share >= 0).all() and (found.share <= 1).all()
+    # Only the direction (1, 1, 1, -1) / 2 is unknown: a quarter of the expected variance each.
+    np.testing.assert_allclose(variance, 0.25, rtol=1e-6)
+
+
+def test_triangle_in_chunks_keeps_the_squares(rng):
+    j = rng.normal(size=(500, 7))
+    for chunk in (3, 50, 499, 20_000):
+        r = triangle(j, chunk)
+        assert r.shape == (7, 7) and np.allclose(np.tril(r, -1), 0)
+        np.testing.assert_allclose(r.T @ r, j.T @ j, atol=1e-11)
+    wide = triangle(j[:3])
+    assert wide.shape == (7, 7)
+    np.testing.assert_allclose(wide.T @ wide, j[:3].T @ j[:3], atol=1e-12)
+    assert triangle(np.zeros((0, 2))).shape == (2, 2)
+
+
+# --- local blocks -----------------------------------------------------------------------------------------------------------
+
+
+def schur(lin, size):
+    """Information of the shared columns with the local ones profiled out, by pseudo-inverse."""
+    a = lin.j.T @ lin.j
+    for b in np.unique(lin.local[lin.local >= 0]):
+        rows = lin.local == b
+        j, jl = lin.j[rows], lin.jl[rows]
+        a = a - j.T @ jl @ np.linalg.pinv(jl.T @ jl, rcond=1e-12) @ jl.T @ j
+    return a
+
+
+@pytest.mark.parametrize("name", [n for n in SCENARIOS if "eliminated" in n or "free poses" in n])
+def test_eliminate_equals_the_dense_schur_complement(name):
+    p = build(name)
+    lin = p.linearize(p.start)
+    reduced = eliminate(lin, p.block_size)
+    expected = schur(lin, p.block_size)
+    np.testing.assert_allclose(reduced.T @ reduced, expected, atol=1e-8 * max(np.abs(lin.j.T @ lin.j).max(initial=0), 1))
+
+
+def blocks_of(rng, ranks, each=8, size=6):
+    """One block per entry of `ranks`, whose columns span only that many directions, and rows without a block."""
+    count = len(ranks)
+    m = count * each + 3
+    local = np.concatenate([np.repeat(np.arange(count), each), [-1, -1, -1]])
+    block = np.zeros((m, 1, size))
+    for b, rank in enumerate(ranks):
+        block[local == b, 0] = rng.normal(size=(each, rank)) @ rng.normal(size=(rank, size))
+    a = rng.normal(size=(m, 1, 4))
+    term = Plain(lambda x: a @ x, lambda x: a, (m, 1), local=local, block=block, unit=np.maximum(local, 0))
+    return plain_problem(term, np.zeros(4), blocks=count, block_size=size)
+
+
+@pytest.mark.parametrize("ranks", [(6, 6, 6), (6, 3, 1), (2, 2), (5,)])
+def test_a_block_takes_away_only_its_own_rank(rng, ranks):
+    """A pose seen through one point has rank 3: it must not eat six rows."""
+    p = blocks_of(rng, ranks)
+    lin = p.linearize(p.start)
+    assert block_columns(lin, 6) == sum(ranks)
+    reduced = eliminate(lin, 6)
+    np.testing.assert_allclose(reduced.T @ reduced, schur(lin, 6), atol=1e-8)
+    assert len(reduced) == len(lin.r) - sum(ranks)
+
+
+def test_blocks_with_fewer_rows_than_columns(rng):
+    p = blocks_of(rng, (3, 4), each=4)
+    lin = p.linearize(p.start)
+    assert block_columns(lin, 6) == 7
+    np.testing.assert_allclose(eliminate(lin, 6).T @ eliminate(lin, 6), schur(lin, 6), atol=1e-8)
+
+
+def test_without_blocks_nothing_is_eliminated(rng):
+    p = plain_problem(linear(rng.normal(size=(5, 2)), np.zeros(5)), np.zeros(2))
+    lin = p.linearize(p.start)
+    assert eliminate(lin, 0) is lin.j and block_columns(lin, 0) == 0
