@@ -1,6 +1,6 @@
 """One fit: how large the noise is, what can be seen above it, and the parameters.
 
-    1 noise    everything that is free, each column held softly by its expected error (MAP): what remains is the noise
+    1 noise    everything that is free, each column held softly at ten times its expected error: what remains is the noise
     2 select   the columns that are seen above that noise; the others stay where they are
     3 fit      those columns alone, without the soft hold, first with the noise of step 1, then with their own
 
@@ -34,6 +34,9 @@ Ints = NDArray[np.int64]
 Watch = Callable[[dict[str, object]], None]
 Tau = dict[tuple[str, str], float]
 SOFT_ROUNDS = 8
+# How much wider than the expected error the soft hold is: it must keep unseen directions from running away, and must not
+# pass errors that are merely larger than expected for noise.
+HOLD = 10.0
 RESTARTS = 8
 
 
@@ -119,7 +122,7 @@ def _noise(
     for _ in range(SOFT_ROUNDS):
         _, made = posed(tau)
         table = made.table.with_values(start[0, : len(made.table)])
-        table = table.with_priors({n: table[n].scale for n in made.free})
+        table = table.with_priors({n: HOLD * float(s) for n, s in zip(made.free, made.scales, strict=True)})
         soft = replace(made.with_table(table), priors=True)
         x = least_squares(soft, x).x
         # A column counts as far as the data, not the hold, decide it.

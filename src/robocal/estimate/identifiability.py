@@ -37,6 +37,7 @@ Array = NDArray[np.float64]
 SEEN = 1.0
 # Exactly dependent to first order, in units of the largest singular value of the column-normalised matrix.
 STRUCTURAL = 1e-9
+ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -174,12 +175,14 @@ def analyse(
     scaled = r * scale / noise
     _, values, vt = np.linalg.svd(scaled) if n else (None, np.zeros(0), np.zeros((0, 0)))
     norms = np.linalg.norm(scaled, axis=0)
-    unit = scaled / np.where(norms > 0, norms, 1.0)
+    # A column that is nothing but rounding counts as zero.
+    unit = scaled / np.where(norms > ROUNDING * norms.max(initial=0.0), norms, np.inf)
     ones = _singular(unit)
     structural = int((ones > STRUCTURAL * max(ones.max(initial=0.0), 1e-300)).sum())
     _, info = problem.prior
     sure = {i for i in range(n) if info[i] > 0 or names[i] in always}
-    kept, left = _pivot(scaled, seen)
+    # Without noise everything is above it; then only what rounding lets through counts.
+    kept, left = _pivot(scaled, max(seen, STRUCTURAL * norms.max(initial=0.0)))
     kept += [i for i in left if i in sure]
     left = [i for i in left if i not in sure]
     kept.sort()

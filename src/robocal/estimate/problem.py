@@ -115,8 +115,9 @@ class Problem:
 
     @cached_property
     def scales(self) -> Array:
-        """The error expected of every free column without data, (n,)."""
-        return np.array([self.table[name].scale for name in self.free])
+        """The error expected of every free column without data, (n,); a stated prior says it, unless priors are off."""
+        rows = [self.table[name] for name in self.free]
+        return np.array([(p if self.priors else replace(p, prior=None)).scale for p in rows])
 
     def with_free(self, names: Sequence[str]) -> Problem:
         """The same rows with other free columns (in table order)."""
