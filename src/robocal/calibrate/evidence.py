@@ -76,24 +76,30 @@ def errors(residuals: Sequence[Residuals], unit: str) -> tuple[Array, Ints]:
     return np.concatenate(values, axis=-1), np.concatenate(units)
 
 
-def leave_one_out(problem: Problem, x: Array, units: Ints, unit: str = "m", chunk: int = 256) -> Array:
+def leave_one_out(
+    problem: Problem, x: Array, units: Ints, unit: str = "m", chunk: int = 256, label: Ints | None = None
+) -> Array:
     """The error of every observation when its own configuration is left out of the fit: exact, non-linear, one batch.
 
-    Returns (N,) in the order of `errors`, NaN for configurations outside `units`.
+    Configurations with the same `label` (U,), repeats of one place, are left out together. Returns (N,) in the order of
+    `errors`, NaN for configurations outside `units`.
     """
+    label = np.arange(problem.units) if label is None else label
     out: Array | None = None
-    for first in range(0, len(units), chunk):
-        some = units[first : first + chunk]
+    every = np.unique(label[units])
+    for first in range(0, len(every), chunk):
+        some = every[first : first + chunk]
         weights = np.zeros((len(some), problem.units))
-        weights[:, units] = 1.0
-        weights[np.arange(len(some)), some] = 0.0
+        weights[:, units] = label[units] != some[:, None]
         solution = least_squares(problem.with_weights(weights), np.repeat(np.atleast_2d(x), len(some), axis=0))
         value, at = errors(problem.residuals(solution.x), unit)
         value = np.atleast_2d(value)
         if out is None:
             out = np.full(value.shape[1], np.nan)
+        mine = np.isin(at, units)
         for b, u in enumerate(some):
-            out[at == u] = value[b, at == u]
+            rows = mine & (label[at] == u)
+            out[rows] = value[b, rows]
     return np.zeros(0) if out is None else out
 
 

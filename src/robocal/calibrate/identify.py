@@ -21,7 +21,7 @@ from robocal.calibrate.evidence import Statistic, Verdict, constant_errors, erro
 from robocal.calibrate.fit import Fit, fit, unit_weights
 from robocal.calibrate.identification import Identification, Options, Stages
 from robocal.calibrate.results import parameter_results, prediction_band, row_table
-from robocal.calibrate.split import stratified
+from robocal.calibrate.split import places, stratified
 from robocal.calibrate.warn import data_warnings
 from robocal.errors import ModelError
 from robocal.estimate.identifiability import analyse
@@ -66,12 +66,13 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     """Identifies a model from data; see the module for the steps. Raises ModelError when nothing is free or nothing
     was measured."""
     options = options or Options()
-    count = len(data.configurations)
-    if not data.observations or not count:
+    if not data.observations or not len(data.configurations):
         raise ModelError("the data set holds no measurement")
+    label = places(data.configurations)
+    count = int(label.max()) + 1
     fraction = options.hold_out if options.hold_out is not None else (0.2 if count >= FEW else 0.0)
     fit_units, held = stratified(data.configurations, fraction, options.seed)
-    everyone = np.arange(count)
+    everyone = np.arange(len(label))
     base_problem, base_x = baseline(model, data, fit_units, watch)
     part = fit(model, data, fit_units, options, base_x, watch)
     whole = part
@@ -80,11 +81,13 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
         whole = fit(model, data, everyone, options, all_x, watch)
     wanted = options.leave_one_out if options.leave_one_out is not None else count <= MANY
     wanted = wanted and count > 2 and options.method in ("lm", "gauss-newton")
-    loo = _leave_one_out(model, base_problem, base_x, whole, everyone, watch) if wanted else {}
+    loo = _leave_one_out(model, base_problem, base_x, whole, everyone, label, watch) if wanted else {}
     stages = tuple(
         s for u in UNITS if (s := _stages(data, base_problem, base_x, part, fit_units, held, loo, u)) is not None
     )
     verdict = _verdict(data, base_problem, base_x, part, fit_units, held, loo, options)
+    if verdict.status == "improved":
+        verdict = _second_thoughts(model, base_problem, part, bool(len(held)), verdict)
     u = uncertainty(whole.problem, whole.solution.x, estimated=any(g.stated is None for g in whole.groups))
     values = whole.solution.x[0]
     names = whole.problem.table.names
@@ -121,7 +124,7 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
 
 
 def _leave_one_out(
-    model: Chain, base: Problem, base_x: Array, whole: Fit, units: Ints, watch: Watch | None
+    model: Chain, base: Problem, base_x: Array, whole: Fit, units: Ints, label: Ints, watch: Watch | None
 ) -> dict[str, tuple[Array, Array]]:
     """Errors (baseline, identified) with every configuration left out once, by unit."""
     if watch:
@@ -132,8 +135,10 @@ def _leave_one_out(
     for unit in UNITS:
         if any(u == unit for t in base.terms for _, _, u in t.parts):
             out[unit] = (
-                leave_one_out(noisy, base_x, units, unit) if frames else errors(base.residuals(base_x), unit)[0],
-                leave_one_out(whole.problem, whole.solution.x, units, unit),
+                leave_one_out(noisy, base_x, units, unit, label=label)
+                if frames
+                else errors(base.residuals(base_x), unit)[0],
+                leave_one_out(whole.problem, whole.solution.x, units, unit, label=label),
             )
     return out
 
@@ -167,6 +172,20 @@ def _stages(
     )
 
 
+def _second_thoughts(model: Chain, base: Problem, part: Fit, held_out: bool, verdict: Verdict) -> Verdict:
+    """An improvement that cannot be one: nothing of the robot was fitted, or leaving a configuration out leaves too little to fit."""
+    problem = part.problem
+    if not set(problem.free) - set(frame_names(model, base)):
+        return Verdict("not_improved", ("nothing of the robot itself is seen in these data", *verdict.reasons))
+    rows = sum(np.bincount(t.unit, minlength=problem.units) * t.scale.shape[1] for t in problem.terms)
+    left, sought = int(np.sum(rows) - np.max(rows)), problem.n - int((problem.prior[1] > 0).sum())
+    # What is left would be met exactly, and the left-out configuration by what was known of it before.
+    if not held_out and left <= sought:
+        words = f"too few measurements: without one configuration {left} numbers are left for {sought} parameters"
+        return Verdict("not_improved", (words, *verdict.reasons))
+    return verdict
+
+
 def _constant(data: DataSet, fit_units: Ints, held: Ints) -> Array | None:
     """What predicting the mean would miss, where positions were measured by one instrument; None otherwise."""
     found = [o for o in data.observations if o.kind in ("position", "pose")]
@@ -177,7 +196,8 @@ def _constant(data: DataSet, fit_units: Ints, held: Ints) -> Array | None:
         or (found[0].target is not None and len(np.unique(found[0].target)) > 1)
     ):
         return None
-    return constant_errors(found[0].value[:, :3], found[0].configuration, fit_units, held)
+    label = places(data.configurations)
+    return constant_errors(found[0].value[:, :3], label[found[0].configuration], label[fit_units], label[held])
 
 
 def _verdict(
@@ -208,7 +228,7 @@ def _verdict(
         before[chosen],
         after[chosen],
         _constant(data, fit_units, held) if unit == "m" else None,
-        at[chosen],
+        places(data.configurations)[at[chosen]],
         rank=part.identifiability.rank,
         # One step of linear least squares is all that was asked for.
         converged=part.solution.reasons[0].converged or options.method == "lse",
