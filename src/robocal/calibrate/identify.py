@@ -192,11 +192,12 @@ def _constant(data: DataSet, fit_units: Ints, held: Ints) -> Array | None:
     if (
         len(found) != 1
         or found[0].value.ndim != 2
-        or len(np.unique(found[0].configuration)) < 2
         or (found[0].target is not None and len(np.unique(found[0].target)) > 1)
     ):
         return None
     label = places(data.configurations)
+    if len(np.unique(label)) < 2:
+        return None
     return constant_errors(found[0].value[:, :3], label[found[0].configuration], label[fit_units], label[held])
 
 
@@ -210,6 +211,8 @@ def _verdict(
     loo: dict[str, tuple[Array, Array]],
     options: Options,
 ) -> Verdict:
+    if len(np.unique(places(data.configurations))) < 2:
+        return Verdict("refused", ("all configurations are equal: this shows repeatability, not geometry",))
     unit = next(u for u in UNITS if any(u == v for t in base.terms for _, _, v in t.parts))
     before, at = errors(base.residuals(base_x), unit)
     after, _ = errors(part.problem.residuals(part.solution.x), unit)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from robocal.estimate.problem import Problem
 from robocal.measure.base import Rows, kind_of
@@ -133,8 +133,8 @@ def _exceeds(whitened: Array, dof: float, level: float, resistant: bool) -> bool
     """Whether whitened residuals are significantly larger than one."""
     if resistant:
         # The median of n squares scatters by 2.33 / sqrt(n) of itself, the mean by 1.41 / sqrt(n).
-        return bool(_spread(whitened, dof, True) ** 2 > 1 + stats.norm.isf(level) * 2.33 / np.sqrt(dof))
-    return bool(whitened @ whitened > stats.chi2.isf(level, dof))
+        return bool(_spread(whitened, dof, True) ** 2 > 1 - special.ndtri(level) * 2.33 / np.sqrt(dof))
+    return bool(whitened @ whitened > special.chdtri(dof, level))
 
 
 def _solve(value: Array, sigma: Array, dof: float, resistant: bool) -> float:

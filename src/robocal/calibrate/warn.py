@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, parallel_axes
@@ -76,7 +76,7 @@ def _outliers(data: DataSet, fit: Fit) -> list[str]:
     for group, parts in rows.items():
         total = sum(len(w) for w, _, _ in parts)
         far = [
-            (float(w[i]), int(u[i])) for w, u, d in parts for i in np.flatnonzero(w > stats.chi2.isf(0.01 / total, d))
+            (float(w[i]), int(u[i])) for w, u, d in parts for i in np.flatnonzero(w > special.chdtri(d, 0.01 / total))
         ]
         if far:
             worst = data.configurations.ids[max(far)[1]]
