@@ -71,7 +71,9 @@ def forward_kinematics():
     ):
         wall, cpu = _times(call, runs=3)
         rows.append({"what": what, "poses": len(q), "wall_s": wall, "cpu_s": cpu})
-    rows.append({"what": "peak memory of this process", "gib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20})
+    rows.append(
+        {"what": "peak memory of this process", "gib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20}
+    )
     return rows
 
 
@@ -111,7 +113,8 @@ from robocal_worker import arm_of
 n = len(j.q)
 free = (True,) * 6
 pose = Observations("pose", np.arange(n), np.zeros((n, 6)), np.ones((n, 6)), Frame("a", (1.0, 0, 0, 0, 0, 0), free))
-hand = Observations("pose", np.arange(n), np.zeros((n, 6)), np.ones((n, 6)), Frame("b", (1.0, 0, 0, 0, 0, 0), free, "tool"),
+hand = Observations("pose", np.arange(n), np.zeros((n, 6)), np.ones((n, 6)), Frame("b", (1.0, 0, 0, 0, 0, 0), free,
+"tool"),
                     (Frame("c", (0.0,) * 6, free, "base"),), np.zeros(n, int))
 p = problem(arm_of(jobs.nominal()), DataSet(Configurations(tuple(map(str, range(n))), j.q), (pose, hand)))
 p.retract(p.start, np.full((1, p.n), 1e-3)); p.normal(p.start)
@@ -126,7 +129,9 @@ def compilation():
     with tempfile.TemporaryDirectory() as cache:
         env = os.environ | {"ROBOCAL_CACHE_DIR": cache}
         for what in ("cold, all kernels", "warm, from the cache"):
-            done = subprocess.run([sys.executable, "-c", COLD, here], env=env, capture_output=True, text=True, check=True)
+            done = subprocess.run(
+                [sys.executable, "-c", COLD, here], env=env, capture_output=True, text=True, check=True
+            )
             rows.append({"what": what, "wall_s": float(done.stdout.split()[-1])})
     return rows
 

@@ -21,8 +21,9 @@ def numeric_jacobian(
 ) -> Array:
     """d fn / d x by central differences of fourth order, shape of fn(x) + (n,).
 
-    (8 (f(h) - f(-h)) - (f(2h) - f(-2h))) / 12 h: the error is of order h^4 + eps / h, about 1e-12 for functions of order one.
-    `add` moves x by a tangent step, `subtract` gives the tangent difference of two values; both are plain for vectors.
+    (8 (f(h) - f(-h)) - (f(2h) - f(-2h))) / 12 h: the error is of order h^4 + eps / h, about 1e-12 for functions of
+    order one. `add` moves x by a tangent step, `subtract` gives the tangent difference of two values; both are plain
+    for vectors.
     """
     x = np.asarray(x, float)
     columns = []
@@ -45,10 +46,12 @@ def check_jacobian(
     add: Callable[[Array, Array], Array] = np.add,
     subtract: Callable[[Array, Array], ArrayLike] = np.subtract,
 ) -> None:
-    """Asserts that jac(x), shape of fn(x) + (n,), is the derivative of fn at x, and that no column could be wrong unseen.
+    """Asserts that jac(x), shape of fn(x) + (n,), is the derivative of fn at x, and that no column could be wrong
+    unseen.
 
-    The error of a column is relative to the largest entry of J. Then every column is spoilt in turn (scaled by 1.001, or, where it is zero,
-    set to a thousandth of the largest entry), and the same comparison must refuse it: so a test that cannot fail fails here.
+    The error of a column is relative to the largest entry of J. Then every column is spoilt in turn (scaled by 1.001,
+    or, where it is zero, set to a thousandth of the largest entry), and the same comparison must refuse it: so a test
+    that cannot fail fails here.
     """
     given, truth = (
         np.asarray(jac(np.asarray(x, float)), float),

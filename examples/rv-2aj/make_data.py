@@ -1,8 +1,9 @@
 """Simulates the measurements of this folder: python make_data.py [FOLDER].
 
-The robot is the nominal one with the errors of Table 1 of Flitti and Segai. What the paper leaves open is chosen here: a grid of 7 by 8
-points in x and y, the elbow up, and the hand swinging from 20 degrees behind the vertical to 20 degrees before it from the first
-pose to the last. With that the error before calibration is 2.11 to 4.19 mm; the paper says 2 to 4 mm.
+The robot is the nominal one with the errors of Table 1 of Flitti and Segai. What the paper leaves open is chosen
+here: a grid of 7 by 8 points in x and y, the elbow up, and the hand swinging from 20 degrees behind the vertical to
+20 degrees before it from the first pose to the last. With that the error before calibration is 2.11 to 4.19 mm; the
+paper says 2 to 4 mm.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ def real_robot() -> Chain:
 
 
 def reach(x: np.ndarray, y: np.ndarray, z: float, tilt: np.ndarray) -> np.ndarray:
-    """Joint values (m, 5) that bring the wrist centre to (x, y, z); `tilt` (m,) is how far the hand leans from the vertical."""
+    """Joint values (m, 5) that bring the wrist centre to (x, y, z); `tilt` (m,) is how far the hand leans from the
+    vertical."""
     out, up = np.hypot(x, y), z - SHOULDER
     elbow = np.arccos((out**2 + up**2 - UPPER**2 - FORE**2) / (2 * UPPER * FORE))
     shoulder = np.arctan2(out, up) - np.arctan2(FORE * np.sin(elbow), UPPER + FORE * np.cos(elbow))

@@ -1,12 +1,12 @@
 """Every exception that robocal raises on purpose; each carries its data.
 
-    RobocalError
-    ├── InputError          something that a person gave us is wrong (exit status 2)
-    │   ├── FileError       a file cannot be read or written
-    │   ├── FormatError     a file was read, but its content is not what it should be
-    │   └── ModelError      a robot, parameter or option that makes no sense
-    ├── MissingExtra        an optional dependency is not installed
-    └── Cancelled           a watcher asked a long function to stop (exit status 130)
+RobocalError
+├── InputError          something that a person gave us is wrong (exit status 2)
+│   ├── FileError       a file cannot be read or written
+│   ├── FormatError     a file was read, but its content is not what it should be
+│   └── ModelError      a robot, parameter or option that makes no sense
+├── MissingExtra        an optional dependency is not installed
+└── Cancelled           a watcher asked a long function to stop (exit status 130)
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""The walls: every machine, sensor and estimator that the house must carry, through one Problem and one Levenberg-Marquardt."""
+"""The walls: every machine, sensor and estimator that the house must carry, through one Problem and one
+Levenberg-Marquardt."""
 
 from __future__ import annotations
 
@@ -148,10 +149,7 @@ def hand_eye(rng, m=60):
     robot = arm()
     truth = perturbed(robot, rng)
     camera = frame("hand", (0.03, 0.01, 0.02, 0.05, -0.04, 0.8), mount="tool")
-    tags = [
-        frame(f"tag{i}", (0.2 + 0.1 * i, 0.1 * (i - 1), -0.4, 0.1, 0.05 * i, 0.02), mount="base")
-        for i in range(3)
-    ]
+    tags = [frame(f"tag{i}", (0.2 + 0.1 * i, 0.1 * (i - 1), -0.4, 0.1, 0.05 * i, 0.02), mount="base") for i in range(3)]
     q = joints(rng, m, 0.35) + np.array([0, 0.2, 0.9, 1.9, 0])  # looking down
     k = 4 * m * 3
     obs = replace(
@@ -164,7 +162,8 @@ def hand_eye(rng, m=60):
 
 def test_camera_on_arm_with_unknown_markers_shared_or_eliminated(rng):
     robot, truth, camera, tags, data, q = hand_eye(rng)
-    # A camera alone cannot tell scale from a hand-held map: the tags' size does; base and tool are absorbed by the frames.
+    # A camera alone cannot tell scale from a hand-held map: the tags' size does; base and tool are absorbed by the
+    # frames.
     start = with_frames(data, [moved(f, rng, 0.01) for f in [camera, *tags]])
     free = [f"hand.{s}" for s in FRAME] + ["j3.d", "j4.d", "j3.theta", "j4.theta", "j3.alpha", "j4.alpha"]
     shared = problem(robot, start, free=[*free, *(f"tag{i}.{s}" for i in range(3) for s in FRAME)])
@@ -212,7 +211,8 @@ def test_same_pixels_on_a_cable_platform_with_free_poses_and_lengths(rng):
     assert s.reasons[0].converged
     dof = sum(t.scale.size for t in p.terms) - p.n - 6 * m
     assert 0.8 < 2 * s.cost[0] / dof < 1.2
-    # Anchors scatter as far as the information says, local poses eliminated, and the corrected robot measures new lengths better.
+    # Anchors scatter as far as the information says, local poses eliminated, and the corrected robot measures new
+    # lengths better.
     names = robot.table.free
     error = s.x[0, [p.table.index[n] for n in names]] - np.array([truth.table[n].value for n in names])
     lin = p.linearize(s.x)

@@ -16,7 +16,8 @@ HOME = (0.4, 0.1, 0.6, 0.2, 0.5, -0.3)
 
 
 def rows(convention, types, rng):
-    """A generic row for each letter of `types` (R, P or F): every key non-zero, lengths 0.1 to 0.5 m, angles 0.3 to 1.2 rad."""
+    """A generic row for each letter of `types` (R, P or F): every key non-zero, lengths 0.1 to 0.5 m, angles 0.3 to
+    1.2 rad."""
     out = []
     for letter in types:
         kind = {"R": "revolute", "P": "prismatic", "F": "fixed"}[letter]

@@ -34,7 +34,8 @@ def test_an_unknown_arm_is_named():
 
 
 def test_rv_2aj_public_point():
-    """The manufacturer's own answer for one posture of the flange, printed to 1e-4 mm for joints printed to 1e-4 deg."""
+    """The manufacturer's own answer for one posture of the flange, printed to 1e-4 mm for joints printed to 1e-4
+    deg."""
     robot = catalog.get("rv-2aj")
     flange = robot.with_values({"tool.z": robot.meta["flange"][2]})
     q = np.array([-107.7560, 32.1796, 104.1809, 42.9295, 66.1123]) * DEG
@@ -54,7 +55,8 @@ def test_ur10_against_another_program(shared_data):
 
 
 def ball_in_sockets(robot, folder):
-    """Least squares of p_i + R_i b = s_k over two sockets: ball b (3,), sockets (2, 3), rms distance; linear, so it needs no start."""
+    """Least squares of p_i + R_i b = s_k over two sockets: ball b (3,), sockets (2, 3), rms distance; linear, so it
+    needs no start."""
     rows, values = [], []
     for k in (0, 1):
         for t in robot.pose(np.loadtxt(folder / f"hole_{k}.csv", delimiter=",")):
@@ -69,7 +71,8 @@ def ball_in_sockets(robot, folder):
 
 @pytest.mark.parametrize("place", ["front", "left_back", "raised_left"])
 def test_iiwa_keeps_a_ball_in_its_socket(shared_data, place):
-    """About thirty real postures per socket hold one point within 0.7 mm, and the sockets 50 mm apart: the nominal table is right."""
+    """About thirty real postures per socket hold one point within 0.7 mm, and the sockets 50 mm apart: the nominal
+    table is right."""
     ball, sockets, rms = ball_in_sockets(catalog.get("iiwa-14"), shared_data / "sockets" / "kuka_14" / place)
     assert rms < 0.7e-3
     assert abs(np.linalg.norm(sockets[0] - sockets[1]) - 0.05) < 2e-4
@@ -95,7 +98,8 @@ def test_panda_agrees_with_its_controller(shared_data):
 
 
 def test_irb_120_home_and_senses():
-    """At zero the flange is at x = 374, z = 630 mm and looks ahead; joints 2, 3 and 5 lower or advance it, as the product manual draws."""
+    """At zero the flange is at x = 374, z = 630 mm and looks ahead; joints 2, 3 and 5 lower or advance it, as the
+    product manual draws."""
     robot = catalog.get("irb-120")
     home = robot.pose(np.zeros(6))[0]
     np.testing.assert_allclose(home[:3, 3], [0.374, 0, 0.630], atol=1e-12)

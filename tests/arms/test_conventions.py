@@ -89,7 +89,7 @@ def test_urdf_origin_comes_back_where_roll_and_yaw_are_one(pitch):
     np.testing.assert_allclose(again.pose([0.3]), robot.pose([0.3]), atol=1e-12)
 
 
-# --- one robot, many descriptions -------------------------------------------------------------------------------------------
+# --- one robot, many descriptions -----------------------------------------------------------------------------------
 
 MDH = [  # alpha, a, theta, d, type: an arm with parallel, skew and crossing axes and a slide
     (0.0, 0.1, 0.0, 0.4, "revolute"),
@@ -182,7 +182,7 @@ def test_an_aligned_axis_is_a_plain_element():
     np.testing.assert_allclose(robot.pose([0.3, 0, 0])[0], moved("ry", -0.3), atol=1e-15)
 
 
-# --- what a convention declares ---------------------------------------------------------------------------------------------
+# --- what a convention declares -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("convention", NAMES)

@@ -29,7 +29,8 @@ def law(types):
 
 
 def assert_rank(robot, types, rng, expected, kept=1e-5):
-    """Exactly `expected` singular values stand clear of rounding: the next one is a gap of at least five decades below."""
+    """Exactly `expected` singular values stand clear of rounding: the next one is a gap of at least five decades
+    below."""
     s = singular_values(robot, types, rng)
     assert s[expected - 1] > kept, (expected, s)
     assert len(s) == expected or s[expected] < 1e-10, (expected, s)
@@ -92,7 +93,8 @@ def test_parallel_and_nearly_parallel_axes(convention, tilt, rng):
 
 @pytest.mark.parametrize(("convention", "seen"), [("dh", 19), ("mdh", 19), ("khalil", 19), ("s-model", 19)])
 def test_what_parallel_axes_hide_from_an_incomplete_model(convention, seen, rng):
-    """Each of the three parallel pairs hides one tilt, so 4 x 4 + 6 - 3 = 19 are left: a model without beta is not complete."""
+    """Each of the three parallel pairs hides one tilt, so 4 x 4 + 6 - 3 = 19 are left: a model without beta is not
+    complete."""
     assert_rank(straight(convention, "RRRR", 0.0, rng), "RRRR", rng, seen)
 
 

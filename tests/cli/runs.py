@@ -1,4 +1,5 @@
-"""Running the command line from tests, in this process or in one of its own, and the small arm that most of them calibrate."""
+"""Running the command line from tests, in this process or in one of its own, and the small arm that most of them
+calibrate."""
 
 from __future__ import annotations
 
@@ -79,11 +80,15 @@ def finished(started: subprocess.Popen[str]) -> Ran:
     return Ran(started.returncode, out or "", err or "")
 
 
-def small(folder: Path, *, poses: int = 30, noise: float = 5e-5, frame: bool = True, seed: int = 3, error: float = 1.0) -> dict[str, str]:
+def small(
+    folder: Path, *, poses: int = 30, noise: float = 5e-5, frame: bool = True, seed: int = 3, error: float = 1.0
+) -> dict[str, str]:
     """Writes robot.yaml, truth.yaml, data.csv and data.yaml of the small arm; returns their texts."""
     robot = parse_robot(Source(Path("robot.yaml"), ROBOT, "0" * 64))
     rng = np.random.default_rng(seed)
-    geometry = Errors(values=tuple((n, robot.chain.table[n].value + error * rng.normal(0, 1e-3)) for n in robot.chain.table.free))
+    geometry = Errors(
+        values=tuple((n, robot.chain.table[n].value + error * rng.normal(0, 1e-3)) for n in robot.chain.table.free)
+    )
     truth = true_chain(robot.chain, Errors(0.0, 0.0, geometry.values), rng)
     low, high = robot.chain.limits.T
     # Degrees with few digits, so that files stay short.

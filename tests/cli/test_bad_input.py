@@ -42,7 +42,9 @@ def cell(row: int, column: int, text: str) -> Edit:
 
 def drop_column(folder: Path) -> None:
     lines = (folder / "data.csv").read_text(encoding="utf-8").splitlines()
-    (folder / "data.csv").write_text("\n".join([lines[0], *(",".join(li.split(",")[:-1]) for li in lines[1:])]), encoding="utf-8")
+    (folder / "data.csv").write_text(
+        "\n".join([lines[0], *(",".join(li.split(",")[:-1]) for li in lines[1:])]), encoding="utf-8"
+    )
 
 
 def scale(columns: range, factor: float, header: tuple[str, str] | None = None) -> Edit:
@@ -60,14 +62,15 @@ def scale(columns: range, factor: float, header: tuple[str, str] | None = None) 
 
 
 BOMB = b"robocal: 1\na: &a [x, x, x, x]\nb: &b [*a, *a, *a, *a]\nc: [*b, *b, *b, *b]\n"
-JOINTS, POSITIONS = range(1, 4), range(4, 7)
+FREE = "[j2.alpha, j2.d, j2.theta, j3.alpha, j3.d, j3.theta]"
+JOINTS = range(1, 4)
 CASES: dict[str, tuple[Edit, tuple[str, ...]]] = {
     "missing file": (lambda f: (f / "data.csv").unlink(), ("data.csv", "no such file")),
     "empty file": (write("data.csv", b""), ("data.csv", "empty")),
     "empty robot": (write("robot.yaml", b"\n\n"), ("robot.yaml", "empty")),
     "wrong encoding": (write("data.yaml", "robocal: 1\nsource: étalonnage\n".encode("latin-1")), ("data.yaml", "row 2", "UTF-8")),
     "utf-16": (write("robot.yaml", "robocal: 1".encode("utf-16")), ("robot.yaml", "UTF-16")),
-    "unknown key": (replace("robot.yaml", "tool:", "tooll:"), ("robot.yaml", "row 11", "tooll", "did you mean 'tool'")),
+    "unknown key": (replace("robot.yaml", "tool:", "tooll:"), ("robot.yaml", "row 10", "tooll", "did you mean 'tool'")),
     "unknown key of a joint": (replace("robot.yaml", "theta: -90", "thetta: -90"), ("joints[1].thetta", "did you mean 'theta'")),
     "unknown convention": (replace("robot.yaml", "khalil-hayati", "kahlil-hayati"), ("convention", "did you mean 'khalil-hayati'")),
     "unknown unit": (replace("robot.yaml", "length: mm", "length: mmm"), ("units.length", "mmm", "did you mean 'mm'")),
@@ -95,7 +98,7 @@ CASES: dict[str, tuple[Edit, tuple[str, ...]]] = {
     "a folder": (lambda f: ((f / "data.csv").unlink(), (f / "data.csv").mkdir()), ("data.csv", "folder")),
     "no rows": (write("data.csv", b"configuration,j1 [deg],j2 [deg],j3 [deg],x [mm],y [mm],z [mm],sx [mm],sy [mm],sz [mm]\n"), ("rows",)),
     "nothing free": (
-        lambda f: (replace("robot.yaml", "[j2.alpha, j2.d, j2.theta, j3.alpha, j3.d, j3.theta]", "[]")(f), replace("data.yaml", "free: true", "free: false")(f)),
+        lambda f: (replace("robot.yaml", FREE, "[]")(f), replace("data.yaml", "free: true", "free: false")(f)),
         ("free",),
     ),
     "another schema": (replace("robot.yaml", "robocal: 1", "robocal: 2"), ("robocal", "schema")),
@@ -114,14 +117,17 @@ def test_bad_files_are_answered(case: Path, name: str) -> None:
         robocal("check", "robot.yaml", "data.yaml").assert_refused(*words)
 
 
-URDF = """<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
-<joint name="j1" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
-<joint name="j2" type="revolute"><parent link="b"/><child link="c"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/>{extra}
-<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+URDF = """<robot name="r"><link name="a"/><link name="b"/><link name="c"/> <joint name="j1" type="revolute"><parent
+link="a"/><child link="b"/><axis xyz="0 0 1"/> <limit lower="-1" upper="1" effort="1" velocity="1"/></joint> <joint
+name="j2" type="revolute"><parent link="b"/><child link="c"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/>{extra} <limit
+lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
 URDFS = {
     "a missing link": (URDF.replace('<link name="c"/>', "").format(extra=""), ("c", "link")),
     "a loop": (URDF.replace('<child link="c"/>', '<child link="a"/>').format(extra=""), ("arm.urdf",)),
-    "xacro": ('<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name="m"/></robot>', ("xacro",)),
+    "xacro": (
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name="m"/></robot>',
+        ("xacro",),
+    ),
     "a mimic joint on the chain": (URDF.format(extra='<mimic joint="j1"/>'), ("mimic", "j2")),
     "not XML": ("<robot name='r'><link", ("arm.urdf",)),
 }
@@ -131,7 +137,9 @@ URDFS = {
 def test_bad_urdfs_are_answered(case: Path, name: str) -> None:
     text, words = URDFS[name]
     (case / "arm.urdf").write_text(text, encoding="utf-8")
-    robocal("identify", "arm.urdf", "data.yaml", "-o", "run", *(("--tip", "c") if "mimic" in name else ())).assert_refused(*words)
+    robocal(
+        "identify", "arm.urdf", "data.yaml", "-o", "run", *(("--tip", "c") if "mimic" in name else ())
+    ).assert_refused(*words)
     assert not (case / "run").exists()
 
 
@@ -162,6 +170,8 @@ def test_bad_words_are_answered(case: Path) -> None:
     robocal("identfy").assert_refused("identify")
     robocal("identify", "rv-2a", "data.yaml").assert_refused("rv-2aj")
     robocal("identify", "robot.yml", "data.yaml").assert_refused("robot.yml", "robot.yaml")
+    robocal("identify", "data.yaml", "robot.yaml").assert_refused("data.yaml", "not a robot", "the robot first")
+    robocal("identify", "robot.yaml", "robot.yaml").assert_refused("robot.yaml", "not a data file")
     robocal("demo", "trakcer").assert_refused("tracker")
     robocal("identify", "robot.yaml").assert_refused("DATA")
     robocal("export", "robot.yaml", "--format", "ymal").assert_refused("yaml")
@@ -173,7 +183,9 @@ def test_bad_words_are_answered(case: Path) -> None:
 def test_all_rows_equal_is_a_verdict(case: Path) -> None:
     lines = (case / "data.csv").read_text(encoding="utf-8").splitlines()
     row = lines[2].split(",", 1)[1]
-    (case / "data.csv").write_text("\n".join([*lines[:2], *(f"p{i},{row}" for i in range(30))]) + "\n", encoding="utf-8")
+    (case / "data.csv").write_text(
+        "\n".join([*lines[:2], *(f"p{i},{row}" for i in range(30))]) + "\n", encoding="utf-8"
+    )
     ran = robocal("identify", "robot.yaml", "data.yaml", "-o", "run")
     assert ran.status == 3, ran.err
     assert "all configurations are equal" in ran.out and "result.json" in files(case / "run")
@@ -184,7 +196,9 @@ def test_fewer_rows_than_parameters_is_a_verdict(case: Path, rows: int) -> None:
     lines = (case / "data.csv").read_text(encoding="utf-8").splitlines()
     (case / "data.csv").write_text("\n".join(lines[: 2 + rows]) + "\n", encoding="utf-8")
     ran = robocal("identify", "robot.yaml", "data.yaml", "-o", "run")
-    assert ran.status == 3, (rows, ran.out, ran.err)
+    # Twelve numbers or fewer for twelve parameters prove nothing; a few more may, when each is predicted from the
+    # others.
+    assert ran.status == 3 if rows <= 4 else ran.status in (0, 3), (rows, ran.out, ran.err)
     assert "few measurements" in ran.out and "result.json" in files(case / "run")
 
 

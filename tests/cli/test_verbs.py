@@ -16,7 +16,12 @@ from robocal.files.robot import read_robot
 def test_identify_writes_a_run_folder_and_says_so(case: Path) -> None:
     ran = robocal("identify", "robot.yaml", "data.yaml", "-o", "run")
     assert ran.status == 0, ran.err
-    assert ran.out.index("IMPROVED") < ran.out.index("error [mm]") < ran.out.index("j2.alpha") < ran.out.index("Written to run")
+    assert (
+        ran.out.index("IMPROVED")
+        < ran.out.index("error [mm]")
+        < ran.out.index("j2.alpha")
+        < ran.out.index("Written to run")
+    )
     assert files(case / "run") == {"result.json", "calibrated.yaml", "residuals.csv", "report.html"}
     result = read_result(case / "run" / "result.json")
     truth, found = read_robot("truth.yaml").chain, read_robot("run/calibrated.yaml").chain
@@ -25,7 +30,10 @@ def test_identify_writes_a_run_folder_and_says_so(case: Path) -> None:
     held = result.residuals.held_out
     assert held is not None and held.mean is not None and held.mean < 0.2
     assert [Path(i.file).name for i in result.provenance.inputs] == ["robot.yaml", "data.yaml", "data.csv"]
-    assert result.provenance.started.endswith("+00:00") and result.provenance.options == {"method": "lm", "loss": "none"}
+    assert result.provenance.started.endswith("+00:00") and result.provenance.options == {
+        "method": "lm",
+        "loss": "none",
+    }
 
 
 def test_json_is_the_result_and_nothing_else(case: Path) -> None:
@@ -58,18 +66,24 @@ def test_a_robust_loss_survives_an_outlier(case: Path, loss: str) -> None:
     cells[4] = str(float(cells[4]) + 30.0)
     lines[8] = ",".join(cells)
     (case / "data.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    plain, robust = (robocal("identify", "robot.yaml", "data.yaml", "--json", "--loss", w).document for w in ("none", loss))
+    plain, robust = (
+        robocal("identify", "robot.yaml", "data.yaml", "--json", "--loss", w).document for w in ("none", loss)
+    )
     truth = read_robot("truth.yaml")
+
     def off(document):  # largest wrong length, mm
         return max(
             abs(p["identified"] - truth.unit_of(p["name"]).from_si(truth.chain.table[p["name"]].value))
             for p in document["parameters"] if p["name"] in ("j2.d", "j3.d")
         )  # fmt: skip
+
     assert off(robust) < 0.2 < off(plain)
 
 
 def test_free_fix_prior(case: Path) -> None:
-    ran = robocal("identify", "robot.yaml", "data.yaml", "--json", "--free", "theta,d", "--fix", "j1", "--prior", "length=0.001")
+    ran = robocal(
+        "identify", "robot.yaml", "data.yaml", "--json", "--free", "theta,d", "--fix", "j1", "--prior", "length=0.001"
+    )
     status = {p["name"]: p["status"] for p in ran.document["parameters"]}
     assert status["j2.alpha"] == status["j1.theta"] == status["tool.x"] == "fixed"
     assert status["j2.theta"] != "fixed" and status["j2.d"] == "prior"
@@ -93,19 +107,38 @@ def test_several_data_files_share_frames_by_name(case: Path) -> None:
         (case / f"{name}.yaml").write_text(text.replace("data.csv", f"{name}.csv"), encoding="utf-8")
     both = robocal("identify", "robot.yaml", "one.yaml", "two.yaml", "--json")
     assert both.status == 0, both.err
-    assert sum(p["name"].endswith(".rz") and not p["name"].startswith("tool") for p in both.document["parameters"]) == 2  # base, tracker
+    assert (
+        sum(p["name"].endswith(".rz") and not p["name"].startswith("tool") for p in both.document["parameters"]) == 2
+    )  # base, tracker
 
 
 def test_validate_measures_other_data_only(case: Path) -> None:
     robocal("identify", "robot.yaml", "data.yaml", "-o", "run")
-    robocal("simulate", "truth.yaml", "--length-error", 0, "--angle-error", 0, "-n", 25, "--noise", 0.05, "--seed", 9, "-o", "other")
+    robocal(
+        "simulate",
+        "truth.yaml",
+        "--length-error",
+        0,
+        "--angle-error",
+        0,
+        "-n",
+        25,
+        "--noise",
+        0.05,
+        "--seed",
+        9,
+        "-o",
+        "other",
+    )
     ran = robocal("validate", "run", "other/data.yaml", "--against", "robot.yaml", "--json", "-o", "validation")
     assert ran.status == 0, ran.err
     found = ran.document
     assert found["errors"]["this"]["mean"] < 0.2 < found["errors"]["against"]["mean"]
     assert found["errors"]["this"]["profiled"] and len(found["profiled"]) == 6 and len(found["poses"]) == 25
     assert found["gain"]["low"] > 0
-    assert json.loads((case / "validation" / "validation.json").read_text(encoding="utf-8"))["errors"] == found["errors"]
+    assert (
+        json.loads((case / "validation" / "validation.json").read_text(encoding="utf-8"))["errors"] == found["errors"]
+    )
     again = robocal("validate", "run", "data.yaml")
     assert again.status == 3 and "proves nothing" in again.out
 
@@ -119,7 +152,11 @@ def test_validate_refuses_to_judge_with_too_little(case: Path) -> None:
 
 def test_check_says_what_will_be_dropped(case: Path) -> None:
     ran = robocal("check", "robot.yaml", "data.yaml", "--json")
-    assert ran.status == 0 and ran.document["identifiability"]["n_free"] == 12 and ran.document["instruments"][0]["rows"] == 30
+    assert (
+        ran.status == 0
+        and ran.document["identifiability"]["n_free"] == 12
+        and ran.document["instruments"][0]["rows"] == 30
+    )
     robot = (case / "robot.yaml").read_text(encoding="utf-8").replace("[j2.alpha, j2.d,", "[j1.r, j2.alpha, j2.d,")
     (case / "more.yaml").write_text(robot, encoding="utf-8")
     told = robocal("check", "more.yaml", "data.yaml")
@@ -129,7 +166,12 @@ def test_check_says_what_will_be_dropped(case: Path) -> None:
 
 
 def test_check_knows_parallel_axes(case: Path) -> None:
-    text = (case / "robot.yaml").read_text(encoding="utf-8").replace("alpha: 20", "alpha: 0").replace("khalil-hayati", "khalil")
+    text = (
+        (case / "robot.yaml")
+        .read_text(encoding="utf-8")
+        .replace("alpha: 20", "alpha: 0")
+        .replace("khalil-hayati", "khalil")
+    )
     (case / "parallel.yaml").write_text(text, encoding="utf-8")
     assert "parallel axes" in robocal("check", "parallel.yaml").out
 
@@ -163,8 +205,14 @@ def test_export_every_form(case: Path) -> None:
 
 
 def test_simulate_then_identify_recovers_a_set_value(case: Path) -> None:
-    ran = robocal("simulate", "robot.yaml", "--set", "j3.d=251.25", "--length-error", 0, "--angle-error", 0, "-o", "sim", "--json")
-    assert ran.status == 0 and ran.document["simulated"] and "SIMULATED" in (case / "sim" / "data.csv").read_text(encoding="utf-8")
+    ran = robocal(
+        "simulate", "robot.yaml", "--set", "j3.d=251.25", "--length-error", 0, "--angle-error", 0, "-o", "sim", "--json"
+    )
+    assert (
+        ran.status == 0
+        and ran.document["simulated"]
+        and "SIMULATED" in (case / "sim" / "data.csv").read_text(encoding="utf-8")
+    )
     found = robocal("identify", "sim/robot.yaml", "sim/data.yaml", "--json").document
     value = next(p for p in found["parameters"] if p["name"] == "j3.d")
     assert abs(value["identified"] - 251.25) < 5 * value["sigma"] < 1

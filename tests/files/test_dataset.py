@@ -169,14 +169,15 @@ def test_a_pose_in_one_matrix(tmp_path):
     np.testing.assert_allclose(read(tmp_path, data, table).dataset.observations[0].value, P, atol=1e-12)
 
 
-# --- frames, targets, configurations ----------------------------------------------------------------------------------------
+# --- frames, targets, configurations --------------------------------------------------------------------------------
 
 
 def test_frames_and_targets(tmp_path):
     data = DATA.replace(
         "{name: tracker, free: true}", "{name: cam, xyz: [1, 2, 3], rpy: [0, 0, 90], mount: tool, free: [x, rz]}"
     )
-    data += "units: {length: cm, angle: deg}\ntargets: {smr1: {xyz: [0, 0, 10], free: true}, smr2: {}, smr3: {xyz: [1, 0, 0]}}\ntarget: ball\n"
+    data += "units: {length: cm, angle: deg}\ntarget: ball\n"
+    data += "targets: {smr1: {xyz: [0, 0, 10], free: true}, smr2: {}, smr3: {xyz: [1, 0, 0]}}\n"
     table = TABLE.replace("T [degC]", "T [degC],ball")
     for number, row in enumerate(["20", "20.5", "21", "22"]):
         table = table.replace(f"0.03,{row}\n", f"0.03,{row},smr{(2, 1, 3, 2)[number]}\n")
@@ -250,7 +251,8 @@ def test_degrees_for_radians_is_a_suspicion(tmp_path):
 
 
 def test_radians_for_degrees_is_a_suspicion(tmp_path):
-    table = "q1 [deg],q2 [deg],q3 [mm],x [mm],y [mm],z [mm]\n0,0.1,100,400,0,700\n0.5,0.3,50,300,0,650\n1,-0.5,0,200,1,600\n1.4,-0.2,2,100,1,500"
+    table = "q1 [deg],q2 [deg],q3 [mm],x [mm],y [mm],z [mm]\n"
+    table += "0,0.1,100,400,0,700\n0.5,0.3,50,300,0,650\n1,-0.5,0,200,1,600\n1.4,-0.2,2,100,1,500"
     put(tmp_path, table=table)
     reading = read_dataset(tmp_path / "table.csv", ARM)
     (doubt,) = reading.suspicions
@@ -278,7 +280,7 @@ def test_another_length_unit_is_a_suspicion_of_that_file_only(tmp_path, stated, 
     np.testing.assert_allclose([o.value for o in joined.observations], [P, P])
 
 
-# --- written and read back --------------------------------------------------------------------------------------------------
+# --- written and read back ------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("kind", ["position", "pose"])

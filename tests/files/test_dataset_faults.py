@@ -29,11 +29,19 @@ def german(text):
         ("unit: mm", "unit: mmm", ["row 5", "position.unit", "unknown unit", "did you mean 'mm'"]),
         ("unit: mm", "unit: deg", ["row 5", "position.unit", "a length"]),
         (", unit: mm", "", ["row 5", "column x", "position.unit", "unit is missing"]),
-        ("[q1, q2, q3]", "[q1, q2]", ["row 4", "joints.columns", "wrong number of joint columns", "found 2", "3 for small"]),
+        (
+            "[q1, q2, q3]",
+            "[q1, q2]",
+            ["row 4", "joints.columns", "wrong number of joint columns", "found 2", "3 for small"],
+        ),
         ("[q1, q2, q3]", "[q1, q2, qq3]", ["table.csv", "column qq3", "no such column", "did you mean 'q3'"]),
         ("[q1, q2, q3]", "[q1, q2, 30]", ["table.csv", "column 30", "0 to 10"]),
         ("[q1, q2, q3]", "[q1, q2, true]", ["joints.columns", "not columns"]),
-        ("[q1, q2, q3]}", "[q1, q2, q3], unit: rad}", ["table.csv", "column q1", "header states another unit", "'deg'", "expected rad"]),
+        (
+            "[q1, q2, q3]}",
+            "[q1, q2, q3], unit: rad}",
+            ["table.csv", "column q1", "header states another unit", "'deg'", "expected rad"],
+        ),
         ("[q1, q2, q3]}", "[q1, q2, q3], unit: [deg, deg]}", ["joints.unit", "wrong number of units"]),
         ("[q1, q2, q3]}", "[q1, q2, q3], unit: [deg, deg, deg]}", ["joints.unit", "a length"]),
         ("[x, y, z]", "[x, y]", ["row 5", "position.columns", "found 2"]),
@@ -50,12 +58,16 @@ def german(text):
         ("position:", "csv: {decimal: x}\nposition:", ["csv.decimal", "'x'"]),
         ("position:", "targets: {a: {}, b: {}}\nposition:", ["key target", "several targets"]),
         ("position:", "targets: {j1: {}}\nposition:", ["targets.j1", "name is taken"]),
-        ("position:", "targets: {p1: {}}\ntarget: name\nposition:", ["table.csv", "row 4", "column name", "unknown target", "'p2'", "did you mean 'p1'"]),
+        (
+            "position:",
+            "targets: {p1: {}}\ntarget: name\nposition:",
+            ["table.csv", "row 4", "column name", "unknown target", "'p2'", "did you mean 'p1'"],
+        ),
         ("kind: position", "kind: pose", ["key orientation", "missing"]),
         ("kind: position", "kind: [position]", ["key kind"]),
         ("file: table.csv", "file: [table.csv, 3]", ["key file", "not a file name"]),
     ],
-)  # fmt: skip
+)
 def test_faults_of_the_data_file(tmp_path, old, new, words):
     assert old in DATA
     with pytest.raises(InputError) as info:
@@ -158,19 +170,43 @@ def test_headers_that_do_not_say_enough(tmp_path):
 @pytest.mark.parametrize(
     ("words", "row", "pattern"),
     [
-        ("columns: [a, b, c, d], form: quaternion_xyzw", "1,1,1,1", r"row 3, column a: not a unit quaternion; found 2\.0"),
-        ("columns: [a, b, c, d], form: quaternion", "0,0,0,1", "orientation.form: unknown form; .*did you mean 'quaternion_"),
-        ("columns: [a, b, c], form: quaternion_xyzw", "0,0,0,1", "orientation.columns: wrong number of columns; found 3; expected 4"),
-        ("columns: [a, b, c], form: euler, unit: deg, frame: intrinsic", "0,0,0,1", "orientation.order: a key is missing"),
+        (
+            "columns: [a, b, c, d], form: quaternion_xyzw",
+            "1,1,1,1",
+            r"row 3, column a: not a unit quaternion; found 2\.0",
+        ),
+        (
+            "columns: [a, b, c, d], form: quaternion",
+            "0,0,0,1",
+            "orientation.form: unknown form; .*did you mean 'quaternion_",
+        ),
+        (
+            "columns: [a, b, c], form: quaternion_xyzw",
+            "0,0,0,1",
+            "orientation.columns: wrong number of columns; found 3; expected 4",
+        ),
+        (
+            "columns: [a, b, c], form: euler, unit: deg, frame: intrinsic",
+            "0,0,0,1",
+            "orientation.order: a key is missing",
+        ),
         ("columns: [a, b, c], form: euler, unit: deg, order: XYZ", "0,0,0,1", "orientation.frame: a key is missing"),
-        ("columns: [a, b, c], form: euler, unit: deg, order: XXY, frame: intrinsic", "0,0,0,1", "orientation.order: not an order of axes; found 'XXY'"),
+        (
+            "columns: [a, b, c], form: euler, unit: deg, order: XXY, frame: intrinsic",
+            "0,0,0,1",
+            "orientation.order: not an order of axes; found 'XXY'",
+        ),
         ("columns: [a, b, c], form: rotation_vector", "0,0,0,1", "the unit is missing"),
         ("columns: [a, b, c], form: rotation_vector, unit: mm", "0,0,0,1", "an angle is needed"),
-        ("columns: [a, b, c], form: rotation_vector, unit: deg, sigma: 1", "0,0,0,1", "position.sigma: only one of two standard deviations"),
+        (
+            "columns: [a, b, c], form: rotation_vector, unit: deg, sigma: 1",
+            "0,0,0,1",
+            "position.sigma: only one of two standard deviations",
+        ),
         ("columns: [a, a, a, b, b, b, c, c, c], form: matrix", "1,0,0,0", "row 2, column a: not a rotation matrix"),
         ("columns: [d, a, a, a, b, a, a, a, d], form: matrix", "0,-1,0,1", r"row 2, column d: a reflection"),
     ],
-)  # fmt: skip
+)
 def test_faults_of_orientations(tmp_path, words, row, pattern):
     data = f"robocal: 1\nkind: pose\nfile: table.csv\nposition: {{columns: [x, y, z], unit: m}}\norientation: {{{words}}}\n"
     first = "0,1,0,1" if "reflection" not in pattern else row

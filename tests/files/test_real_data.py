@@ -59,7 +59,8 @@ targets: {camera: {free: true}}
 
 
 def relative_turns(pose):
-    """Angles between the first pose and the others: the same for robot and instrument, wherever the instrument stands."""
+    """Angles between the first pose and the others: the same for robot and instrument, wherever the instrument
+    stands."""
     return np.linalg.norm(so3.log((se3.inverse(pose[:1]) @ pose)[:, :3, :3]), axis=1)
 
 

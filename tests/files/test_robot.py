@@ -31,7 +31,8 @@ joints:
     d: 250     # printed
 base: {free: false}             # the robot's own base
 tool: {xyz: [0, 0, 72], free: true}
-calibrate: {free: [beta, alpha, d, theta, r], fixed: [j2.beta], prior: {length: 1.0, angle: 0.1, j3.d: 2}, bounds: {j1.r: [290, 310]}}
+calibrate: {free: [beta, alpha, d, theta, r], fixed: [j2.beta], prior: {length: 1.0, angle: 0.1, j3.d: 2}, bounds:
+{j1.r: [290, 310]}}
 source: a printed table
 """
 
@@ -191,7 +192,7 @@ def test_open_robot_prefers_a_file(tmp_path, monkeypatch):
         open_robot("nothing.yaml")
 
 
-# --- every valid robot round-trips ------------------------------------------------------------------------------------------
+# --- every valid robot round-trips ----------------------------------------------------------------------------------
 
 NUMBERS = st.floats(-3, 3).map(lambda v: round(v, 6))
 VECTORS = st.lists(NUMBERS, min_size=3, max_size=3)

@@ -12,10 +12,23 @@ from robocal.files.units import UNITS, Units, parse_unit
 
 @pytest.mark.parametrize(
     ("name", "value", "si"),
-    [("mm", 1500.0, 1.5), ("cm", 150.0, 1.5), ("um", 1.5e6, 1.5), ("inch", 1.0, 0.0254), ("deg", 180.0, math.pi), ("mrad", 1.0, 1e-3),
-     ("arcsec", 3600.0, math.pi / 180), ("degC", 20.0, 293.15), ("N m", 2.0, 2.0), ("mm/K", 1.0, 1e-3), ("deg/(N m)", 180.0, math.pi),
-     ("deg/s", 180.0, math.pi), ("µm", 1.0, 1e-6), ("°", 180.0, math.pi)],
-)  # fmt: skip
+    [
+        ("mm", 1500.0, 1.5),
+        ("cm", 150.0, 1.5),
+        ("um", 1.5e6, 1.5),
+        ("inch", 1.0, 0.0254),
+        ("deg", 180.0, math.pi),
+        ("mrad", 1.0, 1e-3),
+        ("arcsec", 3600.0, math.pi / 180),
+        ("degC", 20.0, 293.15),
+        ("N m", 2.0, 2.0),
+        ("mm/K", 1.0, 1e-3),
+        ("deg/(N m)", 180.0, math.pi),
+        ("deg/s", 180.0, math.pi),
+        ("µm", 1.0, 1e-6),
+        ("°", 180.0, math.pi),
+    ],
+)
 def test_to_si_and_back(name, value, si):
     unit = parse_unit(name)
     assert unit.to_si(value) == pytest.approx(si, rel=1e-14)
@@ -24,9 +37,17 @@ def test_to_si_and_back(name, value, si):
 
 @pytest.mark.parametrize(
     ("name", "si", "words"),
-    [("mmm", "m", ["unknown unit", "'mmm'", "'mm'"]), ("degrees C", "rad", ["unknown unit", "degree"]), ("deg", "m", ["a length", "mm"]),
-     ("", "rad", ["missing", "deg"]), (None, "m", ["missing"]), (3, "m", ["missing"]), ("m/foo", None, ["unknown unit"]), ("/", None, ["unknown"])],
-)  # fmt: skip
+    [
+        ("mmm", "m", ["unknown unit", "'mmm'", "'mm'"]),
+        ("degrees C", "rad", ["unknown unit", "degree"]),
+        ("deg", "m", ["a length", "mm"]),
+        ("", "rad", ["missing", "deg"]),
+        (None, "m", ["missing"]),
+        (3, "m", ["missing"]),
+        ("m/foo", None, ["unknown unit"]),
+        ("/", None, ["unknown"]),
+    ],
+)
 def test_bad_unit(name, si, words):
     with pytest.raises(FormatError) as info:
         parse_unit(name, si, file="robot.yaml", row=3)

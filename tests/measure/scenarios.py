@@ -1,4 +1,5 @@
-"""Every kind of measurement on every carrier that it can ride on: small problems away from any special point, everything free."""
+"""Every kind of measurement on every carrier that it can ride on: small problems away from any special point,
+everything free."""
 
 from __future__ import annotations
 
@@ -23,21 +24,37 @@ TAGS = tuple(Frame(f"tag{i}", (0.3 + 0.1 * i, -0.2 * i, -0.9, 0.1, 0.2, 0.3 * i)
 
 
 def arm():
-    rows = [{"r": 0.3}, {"alpha": -90 * DEG, "theta": -90 * DEG}, {"d": 0.25, "beta": 0.02}, {"d": 0.16, "theta": 90 * DEG}]
-    return chain("small", "khalil-hayati", rows, base=(0.1, 0, 0.2, 0.1, 0.2, -0.1), tool=(0.02, 0.01, 0.1, 0.3, -0.2, 0.1))
+    rows = [
+        {"r": 0.3},
+        {"alpha": -90 * DEG, "theta": -90 * DEG},
+        {"d": 0.25, "beta": 0.02},
+        {"d": 0.16, "theta": 90 * DEG},
+    ]
+    return chain(
+        "small", "khalil-hayati", rows, base=(0.1, 0, 0.2, 0.1, 0.2, -0.1), tool=(0.02, 0.01, 0.1, 0.3, -0.2, 0.1)
+    )
 
 
 def platform():
     rng = np.random.default_rng(5)
     corners = np.array([(x, y, 2.5) for x in (-2.0, 2.0) for y in (-1.5, 1.5)])
-    return cable_robot("four", corners, rng.normal(scale=0.15, size=(4, 3)), np.full(4, 0.3), free=("ax", "ay", "az", "bx", "by", "bz", "l0"))
+    return cable_robot(
+        "four",
+        corners,
+        rng.normal(scale=0.15, size=(4, 3)),
+        np.full(4, 0.3),
+        free=("ax", "ay", "az", "bx", "by", "bz", "l0"),
+    )
 
 
 def configurations(machine, rng, m):
     ids = tuple(f"c{i}" for i in range(m))
     if hasattr(machine, "joints"):
         return Configurations(ids, rng.uniform(-0.6, 0.6, (m, len(machine.joints))) + 0.1)
-    return Configurations(ids, start=np.concatenate([rng.normal(scale=0.4, size=(m, 3)) + [0, 0, 1], rng.normal(scale=0.4, size=(m, 3))], 1))
+    return Configurations(
+        ids,
+        start=np.concatenate([rng.normal(scale=0.4, size=(m, 3)) + [0, 0, 1], rng.normal(scale=0.4, size=(m, 3))], 1),
+    )
 
 
 def observations(kind, m, sigma, frame=None, targets=(), each=1, **more):
@@ -58,7 +75,11 @@ def made(machine, obs, rng, m, *, local_targets=(), free=None, error=0.05):
     moved = []
     for o in data.observations:
         size = error * (100 if o.kind == "pixels" else 3 if o.kind == "pose" else 1)
-        moved.append(o.__class__(**{**o.__dict__, "value": kind_of(o).disturb(o.value, rng.normal(scale=size, size=o.value.shape))}))
+        moved.append(
+            o.__class__(
+                **{**o.__dict__, "value": kind_of(o).disturb(o.value, rng.normal(scale=size, size=o.value.shape))}
+            )
+        )
     built = problem(machine, DataSet(where, tuple(moved)), local_targets=local_targets)
     wanted = [n for n in built.table.names if not n.endswith(".gain")] if free is None else free
     return built.with_free(wanted)
@@ -67,7 +88,16 @@ def made(machine, obs, rng, m, *, local_targets=(), free=None, error=0.05):
 def pixels(m, frame, targets):
     square = 0.06 * np.array([[-1.0, 1, 0], [1, 1, 0], [1, -1, 0.3], [-1, -1, 0]])
     point = np.tile(square, (m * len(targets), 1))
-    return observations("pixels", m, 0.1, frame, targets, 4, extra={"point": point}, options={"camera": "lens", "intrinsics": CAMERA, "free": ()})
+    return observations(
+        "pixels",
+        m,
+        0.1,
+        frame,
+        targets,
+        4,
+        extra={"point": point},
+        options={"camera": "lens", "intrinsics": CAMERA, "free": ()},
+    )
 
 
 def carriers_of(kind, sigma):
@@ -88,7 +118,9 @@ def carriers_of(kind, sigma):
 def distance(rng):
     sockets = tuple(Frame(f"socket{i}", tuple(rng.normal(size=6)), (True,) * 6) for i in range(2))
     obs = observations("distance", 2, 1e-3, options={"ends": sockets}, group="bar")
-    return made(arm(), [obs], rng, 2, free=[f"socket{i}.{s}" for i in range(2) for s in ("x", "y", "z", "rx", "ry", "rz")])
+    return made(
+        arm(), [obs], rng, 2, free=[f"socket{i}.{s}" for i in range(2) for s in ("x", "y", "z", "rx", "ry", "rz")]
+    )
 
 
 def lengths(rng):
@@ -98,13 +130,19 @@ def lengths(rng):
 
 
 def lens(names):
-    return [f"{n}.{s}" for n in names for s in ("x", "y", "z", "rx", "ry", "rz")] + [f"lens.{s}" for s in ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")]
+    return [f"{n}.{s}" for n in names for s in ("x", "y", "z", "rx", "ry", "rz")] + [
+        f"lens.{s}" for s in ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+    ]
 
 
 def mixed(rng):
     """Two instruments and three kinds in one problem."""
     m = 3
-    obs = [observations("position", m, 1e-3, TRACKER, (BALL,)), pixels(m, EYE, (BALL,)), observations("pose", m, 1e-3, TRACKER)]
+    obs = [
+        observations("position", m, 1e-3, TRACKER, (BALL,)),
+        pixels(m, EYE, (BALL,)),
+        observations("pose", m, 1e-3, TRACKER),
+    ]
     return made(arm(), obs, rng, m)
 
 
@@ -115,7 +153,9 @@ SCENARIOS = {
     "lengths/free poses": lengths,
     "pixels/arm, camera on the base": lambda rng: made(arm(), [pixels(3, EYE, (BALL,))], rng, 3),
     "pixels/arm, camera in hand": lambda rng: made(arm(), [pixels(3, HAND, TAGS)], rng, 3),
-    "pixels/arm, markers eliminated": lambda rng: made(arm(), [pixels(3, HAND, TAGS)], rng, 3, local_targets=("tag0", "tag1")),
+    "pixels/arm, markers eliminated": lambda rng: made(
+        arm(), [pixels(3, HAND, TAGS)], rng, 3, local_targets=("tag0", "tag1")
+    ),
     "pixels/free poses": lambda rng: made(platform(), [pixels(3, HAND, TAGS)], rng, 3, free=lens(["hand", "tag0"])),
     "mixed": mixed,
 }

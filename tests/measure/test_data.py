@@ -21,20 +21,28 @@ def positions(rng, m=5, frame=TRACKER, targets=(BALL,), **columns):
 
 def bar(m=1):
     ends = (Frame("s0", (0, 0, 0, 0, 0, 0), (True,) * 3 + (False,) * 3), Frame("s1", (0.1, 0, 0, 0, 0, 0)))
-    obs = Observations("distance", np.arange(m), np.full((m, 1), 0.1), np.full((m, 1), 1e-5), options={"ends": ends}, group="bar")
+    obs = Observations(
+        "distance", np.arange(m), np.full((m, 1), 0.1), np.full((m, 1), 1e-5), options={"ends": ends}, group="bar"
+    )
     return DataSet(Configurations(tuple(f"bar{i}" for i in range(m))), (obs,))
 
 
 def test_take_keeps_rows_with_their_configurations(rng):
     data = positions(rng, temperature=np.arange(5.0))
-    data = DataSet(data.configurations, (*data.observations, replace(data.observations[0].take(np.array([4])), rows=np.array([9]))))
+    data = DataSet(
+        data.configurations, (*data.observations, replace(data.observations[0].take(np.array([4])), rows=np.array([9])))
+    )
     part = data.take(np.array([3, 1]))
-    assert part.configurations.ids == ("c3", "c1") and len(part.observations) == 1, "an instrument that saw nothing is gone"
+    assert part.configurations.ids == ("c3", "c1") and len(part.observations) == 1, (
+        "an instrument that saw nothing is gone"
+    )
     np.testing.assert_array_equal(part.configurations.columns["temperature"], [3, 1])
     np.testing.assert_array_equal(part.observations[0].configuration, [1, 0])
     np.testing.assert_array_equal(part.observations[0].value, data.observations[0].value[[1, 3]])
     whole = problem(arm(), data).residuals(problem(arm(), data).start)[0].value
-    np.testing.assert_allclose(problem(arm(), part).residuals(problem(arm(), part).start)[0].value, whole[[1, 3]], atol=1e-15)
+    np.testing.assert_allclose(
+        problem(arm(), part).residuals(problem(arm(), part).start)[0].value, whole[[1, 3]], atol=1e-15
+    )
 
 
 def test_join_keeps_configurations_apart_and_marks_what_is_missing(rng):
@@ -42,7 +50,10 @@ def test_join_keeps_configurations_apart_and_marks_what_is_missing(rng):
     both = a + b
     assert len(both.configurations) == 8 and len(both.observations) == 2
     np.testing.assert_array_equal(both.observations[1].configuration, [5, 6, 7])
-    assert np.isnan(both.configurations.columns["temperature"][5:]).all() and np.isnan(both.configurations.columns["payload"][:5]).all()
+    assert (
+        np.isnan(both.configurations.columns["temperature"][5:]).all()
+        and np.isnan(both.configurations.columns["payload"][:5]).all()
+    )
     x = problem(arm(), both).start
     parts = [r.value for d in (a, b) for r in problem(arm(), d).residuals(x)]
     for r, expected in zip(problem(arm(), both).residuals(x), parts, strict=True):
@@ -150,7 +161,9 @@ def test_synthesise_adds_the_stated_noise_and_only_that(rng):
     x = p.start.copy()
     x[0, p.table.index["tracker.x"]] += 0.5
     moved = synthesise(arm(), exact, x=x)
-    np.testing.assert_allclose(moved.observations[0].value - exact.observations[0].value, [[0.5, 0, 0]] * 400, atol=1e-12)
+    np.testing.assert_allclose(
+        moved.observations[0].value - exact.observations[0].value, [[0.5, 0, 0]] * 400, atol=1e-12
+    )
 
 
 def test_pose_noise_turns_about_the_instruments_axes(rng):
@@ -168,7 +181,11 @@ def test_truth_is_found_with_shared_and_eliminated_targets(rng, local):
     where = configurations(arm(), rng, 12)
     truth = arm().with_values({"j3.d": 0.252, "j2.alpha": -np.pi / 2 + 0.003})
     data = synthesise(truth, DataSet(where, (pixels(12, HAND, TAGS),)))
-    free = ["j3.d", "j2.alpha", *([] if local else [f"tag{i}.{s}" for i in range(2) for s in ("x", "y", "z", "rx", "ry", "rz")])]
+    free = [
+        "j3.d",
+        "j2.alpha",
+        *([] if local else [f"tag{i}.{s}" for i in range(2) for s in ("x", "y", "z", "rx", "ry", "rz")]),
+    ]
     p = problem(arm(), data, free=free, local_targets=names)
     s = least_squares(p)
     assert s.x[0, p.table.index["j3.d"]] == pytest.approx(0.252, abs=1e-7)
@@ -177,5 +194,9 @@ def test_truth_is_found_with_shared_and_eliminated_targets(rng, local):
 
 def test_labels_and_lengths(rng):
     obs = observations("position", 3, 1e-3, TRACKER)
-    assert obs.label == "tracker" and replace(obs, group="smr").label == "smr" and replace(obs, frame=None).label == "position"
+    assert (
+        obs.label == "tracker"
+        and replace(obs, group="smr").label == "smr"
+        and replace(obs, frame=None).label == "position"
+    )
     assert len(obs) == 3 and len(made(arm(), [obs, pixels(3, EYE, (BALL,))], rng, 3).terms) == 2

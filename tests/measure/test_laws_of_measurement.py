@@ -1,4 +1,5 @@
-"""The laws of every measurement: its Jacobian is the derivative of its residual, and `normal` is `linearize` squared."""
+"""The laws of every measurement: its Jacobian is the derivative of its residual, and `normal` is `linearize`
+squared."""
 
 from __future__ import annotations
 
@@ -9,14 +10,14 @@ import pytest
 from arms.arm_samples import NAMES
 from arms.arm_samples import arm as sample_arm
 from laws import check_jacobian
+from measure.scenarios import SCENARIOS, build, made, observations
 
 from robocal.estimate import problem as problem_module
 from robocal.estimate.problem import TUNING
+from robocal.estimate.least_squares import least_squares
 from robocal.geometry import so3
 from robocal.measure import kinds  # noqa: F401  (registers every kind)
 from robocal.measure.base import KINDS
-
-from measure.scenarios import SCENARIOS, build, made, observations
 
 CONVENTIONS = [(c, k) for c in NAMES for k in ("position", "pose")]
 
@@ -116,7 +117,9 @@ def compare(p, x):
     cost, g, a = expected_normal(p, x)
     size = np.abs(a).max()
     np.testing.assert_allclose(got.cost[0], cost, rtol=1e-11)
-    np.testing.assert_allclose(np.concatenate([got.g[0], got.gl[0].ravel()]), g, rtol=1e-8, atol=1e-11 * np.abs(g).max())
+    np.testing.assert_allclose(
+        np.concatenate([got.g[0], got.gl[0].ravel()]), g, rtol=1e-8, atol=1e-11 * np.abs(g).max()
+    )
     np.testing.assert_allclose(np.tril(got.a[0]), np.tril(a[:n, :n]), atol=1e-12 * size)
     assert not np.triu(got.a[0], 1).any()
     for b in range(p.blocks):
@@ -144,7 +147,9 @@ def test_default_tunings_are_used():
         compare(p.with_loss(loss), p.start)
 
 
-@pytest.mark.parametrize("name", ["position/arm, instrument on the base", "pose/arm, targets eliminated", "lengths/free poses"])
+@pytest.mark.parametrize(
+    "name", ["position/arm, instrument on the base", "pose/arm, targets eliminated", "lengths/free poses"]
+)
 def test_priors_pull_in_the_tangent(name):
     p = build(name)
     table = p.table.with_priors({n: 0.01 * (i + 1) for i, n in enumerate(p.free) if i % 2 == 0})
@@ -167,7 +172,9 @@ def test_chunks_do_not_matter(name, monkeypatch):
         parts = p.normal(x)
         for field in ("cost", "g", "a", "gl", "al", "asl"):
             want = getattr(whole, field)
-            np.testing.assert_allclose(getattr(parts, field), want, atol=1e-12 * np.abs(want).max(initial=1), err_msg=f"{field}, {chunk}")
+            np.testing.assert_allclose(
+                getattr(parts, field), want, atol=1e-12 * np.abs(want).max(initial=1), err_msg=f"{field}, {chunk}"
+            )
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
@@ -182,7 +189,9 @@ def test_a_batch_is_its_singles(name):
         alone = batch.normal(x[[b]], np.array([b]))
         for field in ("cost", "g", "a", "gl", "al", "asl"):
             want = getattr(alone, field)[0]
-            np.testing.assert_allclose(getattr(together, field)[b], want, atol=1e-12 * np.abs(want).max(initial=1), err_msg=field)
+            np.testing.assert_allclose(
+                getattr(together, field)[b], want, atol=1e-12 * np.abs(want).max(initial=1), err_msg=field
+            )
         single = p.with_weights(batch.weights[b]).normal(x[[b]])
         np.testing.assert_allclose(single.cost[0], together.cost[b], rtol=1e-12)
     several = p.residuals(x)
@@ -203,3 +212,24 @@ def test_linearize_takes_units_and_weights(name):
     heavy = p.with_weights(4 * np.ones(p.units)).linearize(p.start)
     np.testing.assert_allclose(heavy.r, 2 * everything.r, rtol=1e-14)
     np.testing.assert_allclose(heavy.j, 2 * everything.j, rtol=1e-14)
+
+
+def test_an_uneven_prior_on_a_turn_is_minimised(rng):
+    """One axis held a hundred times tighter than the others, far from the start: the gradient is that of the cost."""
+    p = build("pose/arm, instrument on the base")
+    names = [f"tracker.{s}" for s in ("rx", "ry", "rz")]
+    p = (
+        p.with_free(names)
+        .with_table(p.table.with_priors(dict(zip(names, (1e-3, 0.1, 0.3), strict=True))))
+        .with_weights(1e-4 * np.ones(p.units))
+    )
+    x = p.retract(p.start, np.array([[0.4, -0.3, 0.5]]))
+
+    def cost(step):
+        return p.normal(p.retract(x, step[None])).cost
+
+    check_jacobian(cost, lambda step: p.normal(p.retract(x, step[None])).g, np.zeros(3), tolerance=1e-7)
+    s = least_squares(p, x, cost_tolerance=1e-18)
+    assert s.reasons[0].converged
+    around = p.retract(np.repeat(s.x, 60, axis=0), rng.normal(scale=1e-4, size=(60, 3)))
+    assert (p.normal(around).cost >= s.cost).all()

@@ -1,4 +1,5 @@
-"""UR10 and laser tracker (Landgraf et al., 2021): robot and data as in examples/ur10-tracker, the published CSV read as it is."""
+"""UR10 and laser tracker (Landgraf et al., 2021): robot and data as in examples/ur10-tracker, the published CSV read
+as it is."""
 
 from __future__ import annotations
 

@@ -28,7 +28,8 @@ def statistic(values: Any, profiled: bool = False) -> dict[str, Any] | None:
 def errors(
     rng: np.random.Generator, m: int, held: int, before: float, after: float, angle: bool
 ) -> dict[str, list[Any]]:
-    """Columns of residuals.csv: smooth errors of the nominal model, noise after it, the last `held` rows in a random order held out."""
+    """Columns of residuals.csv: smooth errors of the nominal model, noise after it, the last `held` rows in a random
+    order held out."""
     at = np.column_stack([rng.uniform(-250, 420, m), rng.uniform(-380, 380, m), rng.uniform(120, 760, m)])
     u = at / 400
     swirl = np.column_stack(

@@ -1,4 +1,5 @@
-"""The page: whole, well formed, right about what is missing, safe against what names may contain, and the same every time."""
+"""The page: whole, well formed, right about what is missing, safe against what names may contain, and the same every
+time."""
 
 from __future__ import annotations
 

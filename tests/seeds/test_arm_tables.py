@@ -1,7 +1,7 @@
 """Golden values of a thesis on arm calibration: printed positions, printed Jacobians, ranks (cm, cm per rad, degrees).
 
-The printed tables hold misprints; how many entries agree, and how closely, was established once in double precision and is asserted here
-from both sides, so that a model that fits more or fewer of them fails.
+The printed tables hold misprints; how many entries agree, and how closely, was established once in double precision
+and is asserted here from both sides, so that a model that fits more or fewer of them fails.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ def degrees(tables, name):
 
 
 def beyond_zero(tables, name):
-    """Model angles of chapters 5 and 6: the printed ones less the position zero, first and last column (theta0, theta7) dropped."""
+    """Model angles of chapters 5 and 6: the printed ones less the position zero, first and last column (theta0,
+    theta7) dropped."""
     return (degrees(tables, name) - np.deg2rad(tables["configs_deg"]["ch5_zero_table5_2"]))[:, 1:7]
 
 

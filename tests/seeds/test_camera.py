@@ -1,4 +1,5 @@
-"""Chapter 5 of the thesis: ten real camera measurements. Small linear residuals hide large real ones, and nothing is gained."""
+"""Chapter 5 of the thesis: ten real camera measurements. Small linear residuals hide large real ones, and nothing is
+gained."""
 
 from __future__ import annotations
 
@@ -8,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from robocal.calibrate.evidence import errors, leave_one_out
 from robocal.calibrate.identify import identify
+from robocal.estimate.least_squares import least_squares
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
 from robocal.measure.base import problem
@@ -52,6 +55,23 @@ def test_one_linear_step_promises_what_it_does_not_keep(example, theta3, linear,
     after = made.residuals(made.retract(made.start, step[None]))[0].value / CM
     assert np.sqrt(np.mean((lin.r + lin.j @ step) ** 2)) == pytest.approx(linear, abs=0.01)
     assert np.sqrt(np.mean(after**2)) == pytest.approx(real, abs=0.1)
+
+
+def test_a_fit_that_is_free_to_bend_predicts_nothing(example):
+    """Priors of 30 cm and 1 rad: a good fit of ten poses, lengths that are a metre off, and unseen poses missed
+    threefold."""
+    robot, data = example
+    table = robot.table.with_priors({n: 0.3 if robot.table[n].unit == "m" else 1.0 for n in robot.table.free})
+    obs = replace(data.observations[0], frame=None)
+    made = problem(replace(robot, table=table), replace(data, observations=(obs,)))
+    solution = least_squares(made, max_iterations=1000)
+    fitted = errors(made.residuals(solution.x), "m")[0].mean() / CM
+    unseen = leave_one_out(made, solution.x, np.arange(10)).mean() / CM
+    moved = max(abs(solution.x[0, made.table.index[n]] - table[n].value) for n in table.free if table[n].unit == "m")
+    print(f"fitted {fitted:.1f} cm, unseen {unseen:.1f} cm, a length moved by {moved / CM:.0f} cm")
+    assert 2.0 < fitted < 3.0
+    assert unseen > 2 * fitted
+    assert moved > 50 * CM
 
 
 def test_refused(example):

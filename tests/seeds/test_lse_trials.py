@@ -1,8 +1,9 @@
-"""The least-squares trials of the thesis (Attia and Ammari, 2019): what they set out to find, what exploded, what does not.
+"""The least-squares trials of the thesis (Attia and Ammari, 2019): what they set out to find, what exploded, what does
+not.
 
 Y' of 6.29 is exact. 6.35, 6.38 and 6.39 are rounded to 0.01 cm or worse, and 6.38 has lost one of its 21 numbers: 21
-rounded numbers cannot be met by a model of rank 15. What a method can reach is therefore tried on Y' computed from the
-thesis' own errors; the printed ones are met as far as they are printed.
+rounded numbers cannot be met by a model of rank 15. What a method can reach is therefore tried on Y' computed from
+the thesis' own errors; the printed ones are met as far as they are printed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""The RV-2AJ paper (Flitti and Segai): its figures in its own way, and what an honest identification says of the same data."""
+"""The RV-2AJ paper (Flitti and Segai): its figures in its own way, and what an honest identification says of the same
+data."""
 
 from __future__ import annotations
 
@@ -98,7 +99,8 @@ def test_3600_points_of_the_verification(paper):
 
 
 def test_the_papers_way_stands_on_the_last_digit(exact):
-    """Joint values rounded to a millionth of a degree, far below any encoder: the first pseudo-inverse step throws the arm by metres."""
+    """Joint values rounded to a millionth of a degree, far below any encoder: the first pseudo-inverse step throws the
+    arm by metres."""
     q = np.deg2rad(np.round(np.rad2deg(exact.configurations.joints), 6))
     obs = replace(exact.observations[0], value=TRUTH.pose(q)[:, :3, 3])
     made = problem(

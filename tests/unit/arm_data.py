@@ -11,7 +11,19 @@ from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
 DEG = np.pi / 180
-FREE = ("j2.alpha", "j2.theta", "j2.d", "j3.alpha", "j3.theta", "j3.d", "j3.beta", "j4.alpha", "j4.theta", "j4.d", "j5.theta")
+FREE = (
+    "j2.alpha",
+    "j2.theta",
+    "j2.d",
+    "j3.alpha",
+    "j3.theta",
+    "j3.d",
+    "j3.beta",
+    "j4.alpha",
+    "j4.theta",
+    "j4.d",
+    "j5.theta",
+)
 TOOL = ("tool.x", "tool.y", "tool.z")
 TRACKER = Frame("tracker", (1.0, 2.0, 0.3, 0.1, 0.2, 1.0), (True,) * 6)
 SIX = ("x", "y", "z", "rx", "ry", "rz")
@@ -44,12 +56,28 @@ def observe(kind, m, sigma, frame=TRACKER, targets=(), target=None):
     return Observations(kind, np.arange(m), np.zeros((m, d)), np.full((m, d), sigma), frame, tuple(targets), target)
 
 
-def measured(m=60, *, seed=3, kind="position", sigma=2e-5, truth=None, frame=TRACKER, targets=(), target=None, stated=True, noise=1.0, known=False, q=None):
+def measured(
+    m=60,
+    *,
+    seed=3,
+    kind="position",
+    sigma=2e-5,
+    truth=None,
+    frame=TRACKER,
+    targets=(),
+    target=None,
+    stated=True,
+    noise=1.0,
+    known=False,
+    q=None,
+):
     """What the instrument recorded, its frame and targets forgotten unless `known`."""
     rng = np.random.default_rng(seed)
     q = rng.uniform(-1, 1, (m, 5)) if q is None else q
     where = Configurations(tuple(f"p{i}" for i in range(m)), q)
-    data = synthesise(truth or true_arm(), DataSet(where, (observe(kind, m, sigma, frame, targets, target),)), rng, noise=noise)
+    data = synthesise(
+        truth or true_arm(), DataSet(where, (observe(kind, m, sigma, frame, targets, target),)), rng, noise=noise
+    )
     obs = data.observations[0]
     if not known:
         obs = replace(obs, frame=blank(frame) if frame else None, targets=tuple(blank(t) for t in targets))

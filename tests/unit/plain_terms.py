@@ -9,7 +9,8 @@ from robocal.parameters import Parameter, Table
 
 
 class Plain:
-    """A term from fn(x) -> r (m, d) and jac(x) -> J (m, d, P), x (P,); `local` adds a linear local block of l columns."""
+    """A term from fn(x) -> r (m, d) and jac(x) -> J (m, d, P), x (P,); `local` adds a linear local block of l
+    columns."""
 
     group, kind, parts = "plain", "plain", ((0, 1, "m"),)
 
@@ -47,7 +48,8 @@ class Plain:
 
 
 def plain_problem(terms, start, *, units=None, blocks=0, block_size=0, names=None, local_start=None, **more):
-    """A problem over parameters b1 ... bP that start at `start`; `more` holds per-parameter lists: prior, lower, upper, expected."""
+    """A problem over parameters b1 ... bP that start at `start`; `more` holds per-parameter lists: prior, lower,
+    upper, expected."""
     terms = terms if isinstance(terms, (list, tuple)) else [terms]
     names = names or [f"b{i + 1}" for i in range(len(start))]
     rows = [
@@ -56,7 +58,15 @@ def plain_problem(terms, start, *, units=None, blocks=0, block_size=0, names=Non
     ]
     units = max(int(t.unit.max()) + 1 for t in terms) if units is None else units
     given = np.zeros(blocks * block_size) if local_start is None else np.asarray(local_start, float).ravel()
-    return Problem(Table(tuple(rows)), tuple(terms), tuple(names), blocks=blocks, block_size=block_size, units=units, local_start=given)
+    return Problem(
+        Table(tuple(rows)),
+        tuple(terms),
+        tuple(names),
+        blocks=blocks,
+        block_size=block_size,
+        units=units,
+        local_start=given,
+    )
 
 
 def linear(a, y, **more):

@@ -38,10 +38,12 @@ def test_projection_written_out(rng):
 
 
 def test_projection_jacobians(rng):
+    scale = np.array([1e3, 1e3, 1e3, 1e3, 1, 1, 1, 1, 1])
     for p in points(rng):
         check_jacobian(lambda x: project(x, LENS)[0], lambda x: project(x, LENS)[1], p)
-        scale = np.array([1e3, 1e3, 1e3, 1e3, 1, 1, 1, 1, 1])
-        check_jacobian(lambda z, p=p: project(p, z * scale)[0], lambda z, p=p: project(p, z * scale)[2] * scale, LENS / scale)
+        check_jacobian(
+            lambda z, p=p: project(p, z * scale)[0], lambda z, p=p: project(p, z * scale)[2] * scale, LENS / scale
+        )
 
 
 def test_projection_broadcasts(rng):
@@ -52,7 +54,9 @@ def test_projection_broadcasts(rng):
 
 
 def rig(rng):
-    return cable_robot("r", rng.normal(size=(4, 3)) + [0, 0, 3], 0.2 * rng.normal(size=(4, 3)), np.arange(4) / 10, free=("l0", "bx"))
+    return cable_robot(
+        "r", rng.normal(size=(4, 3)) + [0, 0, 3], 0.2 * rng.normal(size=(4, 3)), np.arange(4) / 10, free=("l0", "bx")
+    )
 
 
 def test_cable_robot_names_every_number(rng):
@@ -81,5 +85,13 @@ def test_length_jacobians(rng):
         out[:3, :3] = so3.exp(d[3:]) @ pose[:3, :3]
         return out[None, None]
 
-    check_jacobian(lambda d: lengths(stepped(d), numbers[None])[0][0, 0], lambda d: lengths(stepped(d), numbers[None])[1][0, 0], np.zeros(6))
-    check_jacobian(lambda c: lengths(stepped(np.zeros(6)), c[None])[0][0, 0], lambda c: lengths(stepped(np.zeros(6)), c[None])[2][0, 0], numbers)
+    check_jacobian(
+        lambda d: lengths(stepped(d), numbers[None])[0][0, 0],
+        lambda d: lengths(stepped(d), numbers[None])[1][0, 0],
+        np.zeros(6),
+    )
+    check_jacobian(
+        lambda c: lengths(stepped(np.zeros(6)), c[None])[0][0, 0],
+        lambda c: lengths(stepped(np.zeros(6)), c[None])[2][0, 0],
+        numbers,
+    )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from unit.arm_data import measured
 from unit.arm_data import arm as five
+from unit.arm_data import measured
 from unit.plain_terms import Plain, linear, plain_problem
 
 from robocal.calibrate.evidence import Statistic, bootstrap_gain, constant_errors, errors, judge, leave_one_out
@@ -127,7 +127,11 @@ GOOD, BAD, FAR = np.full(20, 1e-4), np.full(20, 1e-3), np.full(20, 0.5)
         (lambda: verdict(BAD, GOOD, FAR, rank=0), "refused", "no parameter at all"),
         (lambda: verdict(BAD, np.append(GOOD[1:], np.nan), FAR), "refused", "cannot be evaluated"),
         (lambda: verdict(FAR, BAD, BAD), "refused", "no gain over predicting the mean: 1 mm on unseen poses, 1 mm"),
-        (lambda: verdict(FAR, 8e3 * GOOD, 1e4 * GOOD, stated=1e-3), "refused", "cannot explain the data: 36% of the variance"),
+        (
+            lambda: verdict(FAR, 8e3 * GOOD, 1e4 * GOOD, stated=1e-3),
+            "refused",
+            "cannot explain the data: 36% of the variance",
+        ),
         (lambda: verdict(FAR, 8e3 * GOOD, 1e4 * GOOD), "refused", "cannot explain the data"),
         (lambda: verdict(FAR, 8e3 * GOOD, 1e4 * GOOD, stated=1.0), "not_improved", "significantly"),
         (lambda: verdict(FAR, 7e3 * GOOD, 1e4 * GOOD), "not_improved", "significantly"),
@@ -150,7 +154,8 @@ def test_a_gain_within_its_scatter_is_no_gain(rng):
 
 
 def test_a_frame_seen_once_does_not_vouch_for_itself(rng):
-    """Left out with its only configuration it stays where it was fitted: that error is the fit's, and must be known as such."""
+    """Left out with its only configuration it stays where it was fitted: that error is the fit's, and must be known as
+    such."""
     a = np.zeros((6, 2))
     a[:5, 0], a[5, 1] = 1.0, 1.0
     y = np.append(rng.normal(size=5), 7.0)
@@ -159,3 +164,16 @@ def test_a_frame_seen_once_does_not_vouch_for_itself(rng):
     assert s.x[0, 1] == pytest.approx(7.0, abs=1e-4)
     found = leave_one_out(p, s.x, np.arange(6))
     assert found[5] < 1e-3  # profiled
+
+
+@pytest.mark.parametrize(
+    ("count", "status"), [(1, "not_improved"), (4, "not_improved"), (5, "improved"), (20, "improved")]
+)
+def test_few_configurations_prove_nothing(count, status):
+    """Gains of one sign leave a bootstrap no doubt, however few they are: two of two happen by chance one time in
+    four."""
+    n = 40
+    v = judge(
+        np.full(n, 1e-3), np.full(n, 1e-4), None, np.arange(n) % count, rank=5, converged=True, seed=0, kind="held out"
+    )
+    assert v.status == status and ("prove nothing" in v.reasons[0]) is (status == "not_improved")

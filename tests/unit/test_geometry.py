@@ -18,8 +18,30 @@ number = st.floats(-3, 3, allow_nan=False)
 vector3 = st.tuples(number, number, number).map(np.array)
 twist6 = st.tuples(vector3, vector3).map(np.concatenate)
 # Angles where formulas change branch: zero, the series' limits, pi from both sides.
-ANGLES = (0.0, 1e-300, 1e-15, 1e-9, 9.9e-7, 1.01e-6, 9.9e-5, 1.01e-4, 9.9e-4, 1.01e-3, 0.3, 2.0, np.pi - 1e-5, np.pi - 1e-9)
-AXES = [np.eye(3)[0], -np.eye(3)[1], np.eye(3)[2], np.array([1, 1, 1]) / np.sqrt(3), np.array([0.6, 0, -0.8]), np.array([-1, 2, 2]) / 3]
+ANGLES = (
+    0.0,
+    1e-300,
+    1e-15,
+    1e-9,
+    9.9e-7,
+    1.01e-6,
+    9.9e-5,
+    1.01e-4,
+    9.9e-4,
+    1.01e-3,
+    0.3,
+    2.0,
+    np.pi - 1e-5,
+    np.pi - 1e-9,
+)
+AXES = [
+    np.eye(3)[0],
+    -np.eye(3)[1],
+    np.eye(3)[2],
+    np.array([1, 1, 1]) / np.sqrt(3),
+    np.array([0.6, 0, -0.8]),
+    np.array([-1, 2, 2]) / 3,
+]
 
 
 def within_pi(w):
@@ -77,7 +99,12 @@ def test_log_is_scipys(w):
     r = so3.exp(w)
     found, expected = so3.log(r), within_pi(w)
     # Beside a half turn both signs of the axis are right.
-    assert min(np.abs(found - expected).max(), np.abs(found + expected).max() if np.linalg.norm(expected) > 3.1 else np.inf) < 1e-7
+    assert (
+        min(
+            np.abs(found - expected).max(), np.abs(found + expected).max() if np.linalg.norm(expected) > 3.1 else np.inf
+        )
+        < 1e-7
+    )
     assert np.linalg.norm(found) <= np.pi + 1e-12
 
 
@@ -87,7 +114,13 @@ def test_left_jacobian(axis, angle):
     w = angle * axis
     away = so3.exp(w).T
     check_jacobian(lambda v: so3.log(so3.exp(v) @ away), so3.left_jacobian, w, tolerance=1e-7, step=1e-3)
-    check_jacobian(lambda d: so3.log(so3.exp(d) @ so3.exp(w)), lambda d: so3.left_jacobian_inverse(w), np.zeros(3), tolerance=1e-7, step=1e-3)
+    check_jacobian(
+        lambda d: so3.log(so3.exp(d) @ so3.exp(w)),
+        lambda d: so3.left_jacobian_inverse(w),
+        np.zeros(3),
+        tolerance=1e-7,
+        step=1e-3,
+    )
 
 
 @pytest.mark.parametrize("angle", ANGLES)
@@ -156,7 +189,7 @@ def test_plane_fit(rng):
     assert np.abs(fits.plane(rng.normal(size=(3, 3)))[2]).max() < 1e-14
 
 
-# --- kernels and their twins ------------------------------------------------------------------------------------------------
+# --- kernels and their twins ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("angle", [*ANGLES, np.pi])
@@ -174,7 +207,9 @@ def test_every_branch_of_the_logarithm(rng):
     """Turns near pi about random axes take the branches of x, y and z; small ones that of w."""
     v = np.empty(3)
     taken = set()
-    for w in np.concatenate([rng.normal(size=(50, 3)), 3.1 * AXES[5] * np.ones((1, 1)), 3.1 * np.eye(3), -3.1 * np.eye(3)]):
+    for w in np.concatenate(
+        [rng.normal(size=(50, 3)), 3.1 * AXES[5] * np.ones((1, 1)), 3.1 * np.eye(3), -3.1 * np.eye(3)]
+    ):
         r = so3.exp(w)
         taken.add("w" if np.trace(r) > 0 else "xyz"[int(np.argmax(np.diag(r)))])
         vector_from_rotation(r, v)
@@ -189,7 +224,9 @@ def test_turn_vectors_steps_on_the_group(rng):
     at, columns = np.array([1, 5]), np.array([[0, 2, 4], [-1, 3, -1]])
     turn_vectors(values, at, step, columns)
     for b in range(4):
-        np.testing.assert_allclose(so3.exp(values[b, 1:4]), so3.exp(step[b, [0, 2, 4]]) @ so3.exp(before[b, 1:4]), atol=1e-13)
+        np.testing.assert_allclose(
+            so3.exp(values[b, 1:4]), so3.exp(step[b, [0, 2, 4]]) @ so3.exp(before[b, 1:4]), atol=1e-13
+        )
         held = np.array([0, step[b, 3], 0])
         np.testing.assert_allclose(so3.exp(values[b, 5:8]), so3.exp(held) @ so3.exp(before[b, 5:8]), atol=1e-13)
     np.testing.assert_array_equal(values[:, [0, 4, 8]], before[:, [0, 4, 8]])

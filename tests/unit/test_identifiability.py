@@ -11,7 +11,8 @@ from robocal.estimate.identifiability import SEEN, analyse, block_columns, elimi
 
 
 def seen_to(share, n=3):
-    """A problem whose last parameter is seen to `share` times its expected error of 0.01 (in sigma), the others well."""
+    """A problem whose last parameter is seen to `share` times its expected error of 0.01 (in sigma), the others
+    well."""
     a = np.eye(n) * 1e4
     a[n - 1, n - 1] = share / 0.01
     return plain_problem(linear(a, np.zeros(n)), np.zeros(n), expected=[0.01] * n)
@@ -36,7 +37,9 @@ def test_noise_divides_and_priors_and_always_keep():
 
 def test_a_better_guess_makes_the_same_data_say_less():
     tight = seen_to(10.0)
-    tight = tight.with_table(tight.table.__class__(tuple(r.__class__(**{**r.__dict__, "expected": 1e-4}) for r in tight.table.rows)))
+    tight = tight.with_table(
+        tight.table.__class__(tuple(r.__class__(**{**r.__dict__, "expected": 1e-4}) for r in tight.table.rows))
+    )
     assert analyse(tight, np.zeros(3)).dropped == ("b1", "b2", "b3") or analyse(tight, np.zeros(3)).rank < 3
 
 
@@ -153,7 +156,9 @@ def test_eliminate_equals_the_dense_schur_complement(name):
     lin = p.linearize(p.start)
     reduced = eliminate(lin, p.block_size)
     expected = schur(lin, p.block_size)
-    np.testing.assert_allclose(reduced.T @ reduced, expected, atol=1e-8 * max(np.abs(lin.j.T @ lin.j).max(initial=0), 1))
+    np.testing.assert_allclose(
+        reduced.T @ reduced, expected, atol=1e-8 * max(np.abs(lin.j.T @ lin.j).max(initial=0), 1)
+    )
 
 
 def blocks_of(rng, ranks, each=8, size=6):

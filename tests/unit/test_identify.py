@@ -20,7 +20,8 @@ TRUTH = true_arm()
 
 
 def away(found, truth=TRUTH, m=200):
-    """Largest error of the tool's place relative to the others, where nothing was measured: frames are free, so rigidly aligned."""
+    """Largest error of the tool's place relative to the others, where nothing was measured: frames are free, so
+    rigidly aligned."""
     from robocal.geometry import fits
 
     q = np.random.default_rng(9).uniform(-1, 1, (m, 5))
@@ -57,7 +58,12 @@ def test_every_parameter_has_a_status_that_its_numbers_bear_out():
     robot = arm(free=(*default_free(arm()), "j4.d"))
     found = identify(robot, measured(60))
     by = {p.name: p for p in found.parameters}
-    assert list(by) == list(found.table.names) and {p.status for p in found.parameters} >= {"identified", "prior", "dropped", "fixed"} - {"prior"}
+    assert list(by) == list(found.table.names) and {p.status for p in found.parameters} >= {
+        "identified",
+        "prior",
+        "dropped",
+        "fixed",
+    } - {"prior"}
     for p in found.parameters:
         if p.status in ("identified", "prior"):
             assert p.sigma > 0 and p.sigma >= p.sigma_instrument * (1 - 1e-9) and 0 <= p.data_share <= 1
@@ -66,10 +72,14 @@ def test_every_parameter_has_a_status_that_its_numbers_bear_out():
             assert p.identified == p.nominal and p.sigma is None and p.note
         else:
             assert p.identified == p.nominal and p.sigma is None and p.data_share is None
-    assert by["tool.rx"].status == "dropped" and "no effect" in by["tool.rx"].note, "points do not see how the tool is turned"
+    assert by["tool.rx"].status == "dropped" and "no effect" in by["tool.rx"].note, (
+        "points do not see how the tool is turned"
+    )
     assert by["base.x"].status == "fixed" and by["tracker.x"].status == "identified"
     assert set(found.correlation_names) == {p.name for p in found.parameters if p.sigma is not None}
-    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), [by[n].sigma for n in found.correlation_names], rtol=1e-9)
+    np.testing.assert_allclose(
+        np.sqrt(np.diag(found.covariance)), [by[n].sigma for n in found.correlation_names], rtol=1e-9
+    )
     np.testing.assert_allclose(np.diag(found.correlation), 1)
 
 
@@ -77,7 +87,11 @@ def test_rows_tell_what_happened_to_every_measurement():
     found = identify(arm(), measured(40))
     rows = found.rows
     assert rows.before.shape == rows.after.shape == (40, 6) and np.isnan(rows.after[:, 3:]).all()
-    assert rows.configuration == tuple(f"p{i}" for i in range(40)) and set(rows.group) == {"tracker"} and set(rows.kind) == {"position"}
+    assert (
+        rows.configuration == tuple(f"p{i}" for i in range(40))
+        and set(rows.group) == {"tracker"}
+        and set(rows.kind) == {"position"}
+    )
     held = {c for c, h in zip(rows.configuration, rows.held, strict=True) if h}
     assert held == set(found.held_ids)
     np.testing.assert_allclose(rows.unseen[rows.held], np.linalg.norm(rows.after[rows.held, :3], axis=1))
@@ -96,7 +110,9 @@ def test_equal_configurations_are_refused():
     q = np.repeat([[0.1, 0.2, 0.3, 0.4, 0.5]], 30, axis=0)
     found = identify(arm(), measured(30, q=q))
     assert found.verdict.status == "refused" and any("all configurations are equal" in w for w in found.warnings)
-    known = identify(arm(free=("j5.theta",)), measured(30, q=q, frame=replace(TRACKER, free=(False,) * 6), truth=arm(), sigma=1.0))
+    known = identify(
+        arm(free=("j5.theta",)), measured(30, q=q, frame=replace(TRACKER, free=(False,) * 6), truth=arm(), sigma=1.0)
+    )
     assert known.identifiability.rank == 0 and known.verdict.status == "refused" and "equal" in known.verdict.reasons[0]
 
 
@@ -133,7 +149,10 @@ def test_a_perfect_robot_is_not_improved(seed):
 @pytest.mark.slow
 def test_a_perfect_robot_is_seldom_improved_by_chance():
     """The interval is two-sided 95 %, and a fit of noise loses on unseen poses: fewer than 2.5 % may pass."""
-    count = sum(identify(arm(), measured(50, truth=arm(), seed=s), Options(leave_one_out=False)).verdict.status == "improved" for s in range(200))
+    count = sum(
+        identify(arm(), measured(50, truth=arm(), seed=s), Options(leave_one_out=False)).verdict.status == "improved"
+        for s in range(200)
+    )
     print(f"{count} of 200, Monte Carlo error {np.sqrt(200 * 0.025):.1f}")
     assert count <= 5 + 3 * np.sqrt(5)
 
@@ -158,7 +177,9 @@ def test_keep_all_claims_nothing_that_is_not_seen():
     found = identify(arm(free=default_free(arm())), measured(60), Options(keep_all=True))
     by = {p.name: p for p in found.parameters}
     assert not any(p.status == "dropped" for p in found.parameters)
-    assert by["tool.rx"].status == "prior" and by["tool.rx"].sigma > 1e-4 and by["j3.d"].status in ("identified", "prior")
+    assert (
+        by["tool.rx"].status == "prior" and by["tool.rx"].sigma > 1e-4 and by["j3.d"].status in ("identified", "prior")
+    )
     assert found.verdict.status == "improved" and away(found) < 1e-4
 
 
@@ -201,20 +222,26 @@ def test_restarts_are_tried_when_the_first_fit_does_not_converge():
     assert any("further starts" in w for w in found.warnings)
 
 
-# --- instruments, targets, frames -------------------------------------------------------------------------------------------
+# --- instruments, targets, frames -----------------------------------------------------------------------------------
 
 
 def several(rng):
     """Two trackers with frames of their own, two reflectors, one of them turned away half of the time."""
     m = 50
     other = Frame("second", (-1.0, 1.5, 0.2, 0.3, -0.1, -2.0), (True,) * 6)
-    balls = (Frame("near", (0.0, 0, 0.05, 0, 0, 0), (True,) * 3 + (False,) * 3, "tool"), Frame("far", (0.08, 0.03, 0.15, 0, 0, 0), (True,) * 3 + (False,) * 3, "tool"))
+    balls = (
+        Frame("near", (0.0, 0, 0.05, 0, 0, 0), (True,) * 3 + (False,) * 3, "tool"),
+        Frame("far", (0.08, 0.03, 0.15, 0, 0, 0), (True,) * 3 + (False,) * 3, "tool"),
+    )
     where = Configurations(tuple(f"p{i}" for i in range(m)), rng.uniform(-1, 1, (m, 5)))
     first = observe("position", m, 2e-5, TRACKER, balls, rng.integers(0, 2, m))
     second = replace(observe("pose", m, 5e-5, other, (balls[1],), np.zeros(m, dtype=int)))
     truth = true_arm(robot=arm(free=FREE))
     data = synthesise(truth, DataSet(where, (first, second)), rng)
-    return truth, DataSet(where, tuple(replace(o, frame=blank(o.frame), targets=tuple(blank(t) for t in o.targets)) for o in data.observations))
+    return truth, DataSet(
+        where,
+        tuple(replace(o, frame=blank(o.frame), targets=tuple(blank(t) for t in o.targets)) for o in data.observations),
+    )
 
 
 def test_several_instruments_and_targets(rng):
@@ -229,14 +256,20 @@ def test_several_instruments_and_targets(rng):
     for o in data.observations:
         for c, t in zip(o.configuration, o.target, strict=True):
             by_kind[o.kind, f"p{c}"] = o.targets[t].name
-    assert all(by_kind[k, c] == t for k, c, t in zip(found.rows.kind, found.rows.configuration, found.rows.target, strict=True))
+    assert all(
+        by_kind[k, c] == t for k, c, t in zip(found.rows.kind, found.rows.configuration, found.rows.target, strict=True)
+    )
 
 
 def test_a_fixed_frame_is_believed():
     known = replace(TRACKER, free=(False,) * 6)
     found = identify(arm(), measured(60, frame=known))
     by = {p.name: p for p in found.parameters}
-    assert found.verdict.status == "improved" and by["tracker.rx"].status == "fixed" and by["tracker.rx"].identified == TRACKER.value[3]
+    assert (
+        found.verdict.status == "improved"
+        and by["tracker.rx"].status == "fixed"
+        and by["tracker.rx"].identified == TRACKER.value[3]
+    )
     bare = identify(arm(), measured(60, frame=None))
     assert bare.verdict.status == "improved" and not any(p.name.startswith("tracker") for p in bare.parameters)
 
@@ -244,7 +277,9 @@ def test_a_fixed_frame_is_believed():
 def test_a_camera_alone_is_judged_in_pixels(rng):
     from measure.scenarios import CAMERA
 
-    tags = tuple(Frame(f"tag{i}", (0.25 + 0.12 * i, 0.1 * i - 0.1, -0.45, 0.1, 0.1 * i, 0.2), (True,) * 6) for i in range(3))
+    tags = tuple(
+        Frame(f"tag{i}", (0.25 + 0.12 * i, 0.1 * i - 0.1, -0.45, 0.1, 0.1 * i, 0.2), (True,) * 6) for i in range(3)
+    )
     hand = Frame("hand", (0.03, 0.01, 0.02, 0.05, -0.04, 0.8), (True,) * 6, "tool")
     m, square = 36, 0.05 * np.array([[-1.0, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]])
     q = rng.uniform(-0.3, 0.3, (m, 5)) + [0, 0.2, 0.9, 1.9, 0]
@@ -262,14 +297,20 @@ def test_a_camera_alone_is_judged_in_pixels(rng):
 
 
 def test_a_bar_without_joints_beside_a_tracker(rng):
-    """Data of two shapes in one identification: the held-out units, the band and the warnings must bear configurations without joints."""
+    """Data of two shapes in one identification: the held-out units, the band and the warnings must bear configurations
+    without joints."""
     ends = tuple(Frame(f"s{i}", (0.3 + 0.1 * i, 0, 0, 0, 0, 0), (True,) * 3 + (False,) * 3) for i in range(2))
-    bar = Observations("distance", np.arange(3), np.full((3, 1), 0.11), np.full((3, 1), 1e-5), options={"ends": ends}, group="bar")
+    bar = Observations(
+        "distance", np.arange(3), np.full((3, 1), 0.11), np.full((3, 1), 1e-5), options={"ends": ends}, group="bar"
+    )
     found = identify(arm(), measured(40) + DataSet(Configurations(("a", "b", "c")), (bar,)))
     assert found.verdict.status == "improved" and np.isfinite(found.band.mean)
     by = {p.name: p.identified for p in found.parameters}
     assert np.linalg.norm([by[f"s0.{a}"] - by[f"s1.{a}"] for a in "xyz"]) == pytest.approx(0.11, abs=1e-4)
-    columns = measured(20) + replace(measured(20, seed=4), configurations=replace(measured(20, seed=4).configurations, columns={"temperature": np.full(20, 20.0)}))
+    columns = measured(20) + replace(
+        measured(20, seed=4),
+        configurations=replace(measured(20, seed=4).configurations, columns={"temperature": np.full(20, 20.0)}),
+    )
     assert identify(arm(), columns).verdict.status == "improved"
 
 
@@ -292,7 +333,7 @@ def test_progress_is_told_and_may_be_stopped():
         identify(arm(), measured(30), watch=stop)
 
 
-# --- the promised accuracy --------------------------------------------------------------------------------------------------
+# --- the promised accuracy ------------------------------------------------------------------------------------------
 
 
 def band_ratio(count, m=40):
@@ -301,7 +342,9 @@ def band_ratio(count, m=40):
     errors, bands = [], []
     for seed in range(count):
         truth = true_arm(seed=seed, names=robot.table.free, robot=robot)
-        found = identify(robot, measured(m, seed=1000 + seed, truth=truth, sigma=1e-4), Options(hold_out=0.0, leave_one_out=False))
+        found = identify(
+            robot, measured(m, seed=1000 + seed, truth=truth, sigma=1e-4), Options(hold_out=0.0, leave_one_out=False)
+        )
         q = np.random.default_rng(seed).uniform(*robot.limits.T, (100, 5))
         from robocal.geometry import se3
 
@@ -335,7 +378,9 @@ def test_identified_parameters_scatter_as_told():
     inside, total = 0, 0
     for seed in range(250):
         truth = true_arm(seed=seed, names=robot.table.free, robot=robot)
-        found = identify(robot, measured(30, seed=seed, truth=truth, sigma=1e-4), Options(hold_out=0.0, leave_one_out=False))
+        found = identify(
+            robot, measured(30, seed=seed, truth=truth, sigma=1e-4), Options(hold_out=0.0, leave_one_out=False)
+        )
         for p in found.parameters:
             if p.status == "identified" and p.name in robot.table:
                 inside += abs(p.identified - truth.table[p.name].value) <= 1.96 * p.sigma

@@ -14,7 +14,9 @@ from robocal.estimate.uncertainty import uncertainty
 
 
 def with_priors(p, sigma=None):
-    return p.with_table(p.table.with_priors({n: float(p.scales[i]) if sigma is None else sigma for i, n in enumerate(p.free)}))
+    return p.with_table(
+        p.table.with_priors({n: float(p.scales[i]) if sigma is None else sigma for i, n in enumerate(p.free)})
+    )
 
 
 @pytest.mark.parametrize("passes", [1, 3])
@@ -84,7 +86,13 @@ def local_linear(rng, shared=3, m=4, size=6):
     block[:, :, 3:] = 0  # the last three would be turned on the group
     a, y = rng.normal(size=(rows, 1, shared)), rng.normal(size=(rows, 1))
     term = Plain(lambda x: a @ x - y, lambda x: a, (rows, 1), unit=unit, local=local, block=block)
-    return plain_problem(term, np.zeros(shared), blocks=m, block_size=size, prior=[0.7] * shared), a[:, 0], y[:, 0], block[:, 0], local
+    return (
+        plain_problem(term, np.zeros(shared), blocks=m, block_size=size, prior=[0.7] * shared),
+        a[:, 0],
+        y[:, 0],
+        block[:, 0],
+        local,
+    )
 
 
 def test_local_blocks_enter_and_leave_with_their_configuration(rng):
@@ -111,6 +119,8 @@ def test_a_block_seen_from_two_configurations_is_refused():
 def test_two_blocks_in_one_configuration_are_refused(rng):
     block = rng.normal(size=(4, 1, 6))
     a = rng.normal(size=(4, 1, 2))
-    term = Plain(lambda x: a @ x, lambda x: a, (4, 1), unit=np.zeros(4, dtype=int), local=np.array([0, 0, 1, 1]), block=block)
+    term = Plain(
+        lambda x: a @ x, lambda x: a, (4, 1), unit=np.zeros(4, dtype=int), local=np.array([0, 0, 1, 1]), block=block
+    )
     with pytest.raises(ModelError, match="one local block"):
         kalman(plain_problem(term, np.zeros(2), blocks=2, block_size=6))

@@ -205,7 +205,9 @@ def test_consistent_data_are_solved_to_rounding_and_called_converged(rng):
 
 def test_not_finite(rng):
     a = rng.normal(size=(6, 2))
-    p = plain_problem(Plain(lambda v: (a @ v)[:, None] + np.where(v[0] > 1, np.nan, 0.0), lambda v: a[:, None, :], (6, 1)), [2.0, 0.0])
+    p = plain_problem(
+        Plain(lambda v: (a @ v)[:, None] + np.where(v[0] > 1, np.nan, 0.0), lambda v: a[:, None, :], (6, 1)), [2.0, 0.0]
+    )
     for method in METHODS:
         s = least_squares(p, method=method)
         assert s.reasons == (Reason.NOT_FINITE,) and not s.reasons[0].converged
@@ -262,7 +264,11 @@ def test_nothing_free_is_solved_already(rng):
 
 
 def test_every_reason_has_words():
-    assert all(r.text for r in Reason) and {r for r in Reason if r.converged} == {Reason.COST, Reason.GRADIENT, Reason.STEP}
+    assert all(r.text for r in Reason) and {r for r in Reason if r.converged} == {
+        Reason.COST,
+        Reason.GRADIENT,
+        Reason.STEP,
+    }
 
 
 def test_an_unknown_method_and_an_unknown_name(rng):

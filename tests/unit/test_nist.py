@@ -136,7 +136,8 @@ def test_certified_values_are_those_of_the_data(name):
     assert rss == pytest.approx(SETS[name]["rss"][0], rel=1e-7, abs=1e-18)
 
 
-# From these starts the first undamped step leaps onto a plateau, so the solver is told to begin carefully, as MINPACK must be (its `factor`).
+# From these starts the first undamped step leaps onto a plateau, so the solver is told to begin carefully, as MINPACK
+# must be (its `factor`).
 CAREFUL = {("BoxBOD", "start1"): 100.0, ("MGH17", "start1"): 1e-3}
 # One valley that no damping of this solver leaves in time; MINPACK needs 284 steps.
 LOST = ("MGH10", "start1")

@@ -47,7 +47,9 @@ def test_frame_parameters():
     assert [r.name for r in rows] == [f"eye.{s}" for s in FRAME_SYMBOLS]
     assert [r.unit for r in rows] == ["m"] * 3 + ["rad"] * 3 and [r.turn for r in rows] == [False] * 3 + [True] * 3
     assert all(r.free for r in rows) and [r.scale for r in rows] == [TYPICAL["m"]] * 3 + [TYPICAL["rad"]] * 3
-    assert [TABLE[f"tool.{s}"].scale for s in FRAME_SYMBOLS] == [0.5] * 3 + [0.25] * 3 and TABLE["tool.x"].source == "drawing"
+    assert [TABLE[f"tool.{s}"].scale for s in FRAME_SYMBOLS] == [0.5] * 3 + [0.25] * 3 and TABLE[
+        "tool.x"
+    ].source == "drawing"
 
 
 def test_scale_is_the_prior_then_the_expected_then_the_typical_error():

@@ -1,4 +1,5 @@
-"""The compiled path against a plain NumPy twin: random element lists of every axis, with constants, shared parameters and columns."""
+"""The compiled path against a plain NumPy twin: random element lists of every axis, with constants, shared parameters
+and columns."""
 
 from __future__ import annotations
 
@@ -33,7 +34,11 @@ def random_path(rng, count):
         constant = float(rng.choice([0.0, rng.uniform(-1, 1)]))
         screw = tuple(rng.normal(size=6)) if axis == "screw" else (0.0,) * 6
         elements.append(Element(axis, tuple(terms), constant, screw))
-    elements += [frame_element("g"), Element("screw", (Term("p0"),), 0.1, (*rng.normal(size=3), 0, 0, 0)), frame_element("g")]
+    elements += [
+        frame_element("g"),
+        Element("screw", (Term("p0"),), 0.1, (*rng.normal(size=3), 0, 0, 0)),
+        frame_element("g"),
+    ]
     return elements, Table(tuple(rows))
 
 

@@ -38,7 +38,8 @@ def test_split_is_seeded(rng):
 
 
 def test_held_out_units_are_spread_over_the_space(rng):
-    """Eight corners of a cube, ten configurations at each: a fifth held out must come from all of them; plain drawing would miss some."""
+    """Eight corners of a cube, ten configurations at each: a fifth held out must come from all of them; plain drawing
+    would miss some."""
     corner = np.repeat(np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]), 10, axis=0).astype(float)
     where = Configurations(tuple(map(str, range(80))), corner + 0.01 * rng.normal(size=(80, 3)))
     for seed in range(5):
@@ -102,7 +103,11 @@ def test_a_sigma_that_is_too_small_is_enlarged_to_what_the_model_leaves():
     data = measured(200, sigma=1e-4)
     small = DataSet(data.configurations, (replace(data.observations[0], sigma=np.full((200, 3), 1e-5)),))
     (g,) = groups_of(small).groups
-    assert g.source == "stated, with model error added" and g.sigma == pytest.approx(1e-4, rel=0.1) and g.tau == pytest.approx(1e-4, rel=0.1)
+    assert (
+        g.source == "stated, with model error added"
+        and g.sigma == pytest.approx(1e-4, rel=0.1)
+        and g.tau == pytest.approx(1e-4, rel=0.1)
+    )
     large = DataSet(data.configurations, (replace(data.observations[0], sigma=np.full((200, 3), 1e-3)),))
     assert groups_of(large).groups[0].tau == 0, "a cautious sigma is never shrunk"
 
@@ -116,7 +121,9 @@ def test_unstated_sigma_is_estimated():
 def test_poses_have_a_group_in_metres_and_one_in_radians():
     data = measured(100, kind="pose", sigma=1e-4)
     obs = data.observations[0]
-    noisy = replace(obs, value=obs.value + np.random.default_rng(0).normal(size=obs.value.shape) * [0, 0, 0, 1e-3, 1e-3, 1e-3])
+    noisy = replace(
+        obs, value=obs.value + np.random.default_rng(0).normal(size=obs.value.shape) * [0, 0, 0, 1e-3, 1e-3, 1e-3]
+    )
     metres, radians = groups_of(DataSet(data.configurations, (noisy,))).groups
     assert (metres.unit, radians.unit) == ("m", "rad") and metres.n == radians.n == 300
     assert metres.tau == 0 and radians.tau == pytest.approx(1e-3, rel=0.15)

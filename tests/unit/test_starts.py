@@ -89,7 +89,9 @@ def test_pose_start_of_an_arm(target):
     first, second = closed_form(robot, data, data.observations[0], np.arange(12))
     np.testing.assert_allclose(se3.from_vector(values(first, "tracker")), T, atol=1e-8)
     wanted = target.value if target else (0.02, 0.01, 0.1, 0, 0, 0)
-    np.testing.assert_allclose(se3.from_vector(values(first, "ball" if target else "tool")), se3.from_vector(wanted), atol=1e-8)
+    np.testing.assert_allclose(
+        se3.from_vector(values(first, "ball" if target else "tool")), se3.from_vector(wanted), atol=1e-8
+    )
     if target is None:
         np.testing.assert_allclose(se3.from_vector(values(second, "tracker")), T, atol=1e-8)
 
@@ -97,7 +99,10 @@ def test_pose_start_of_an_arm(target):
 def test_camera_in_hand_that_measures_poses():
     """The classical hand-eye problem: eye in hand, both the camera and the board unknown."""
     robot = arm()
-    hand, board = Frame("hand", (0.03, 0.01, 0.02, 2.0, -1.0, 0.8), FREE6, "tool"), Frame("board", (0.5, 0.1, -0.4, 2.0, 0.5, 0.2), FREE6)
+    hand, board = (
+        Frame("hand", (0.03, 0.01, 0.02, 2.0, -1.0, 0.8), FREE6, "tool"),
+        Frame("board", (0.5, 0.1, -0.4, 2.0, 0.5, 0.2), FREE6),
+    )
     data = measured(12, kind="pose", truth=robot, noise=0, frame=hand, targets=(board,), target=np.zeros(12, dtype=int))
     (found,) = closed_form(robot, data, data.observations[0], np.arange(12))
     np.testing.assert_allclose(se3.from_vector(values(found, "hand")), se3.from_vector(hand.value), atol=1e-8)
@@ -106,7 +111,10 @@ def test_camera_in_hand_that_measures_poses():
 
 def test_the_most_frequent_target_starts_the_frame():
     robot = arm()
-    near, far = Frame("near", (0.0, 0, 0.05, 0, 0, 0), FREE6, "tool"), Frame("far", (0.1, 0.1, 0.2, 0, 0, 0), FREE6, "tool")
+    near, far = (
+        Frame("near", (0.0, 0, 0.05, 0, 0, 0), FREE6, "tool"),
+        Frame("far", (0.1, 0.1, 0.2, 0, 0, 0), FREE6, "tool"),
+    )
     index = np.array([0] * 5 + [1] * 25)
     data = measured(30, truth=robot, noise=0, targets=(near, far), target=index)
     first = closed_form(robot, data, data.observations[0], np.arange(30))[0]
@@ -125,7 +133,10 @@ def test_silence_where_nothing_is_known(rng):
     assert start(o=replace(obs, frame=replace(TRACKER, free=(False,) * 6))) == []
     assert start(d=replace(data, configurations=replace(data.configurations, joints=None))) == []
     assert start(u=units[:2]) == [], "two points turn about a line"
-    assert start(u=units[:0]) == [] and start(o=replace(obs, targets=(TRACKER,), target=np.zeros(20, int)), u=units[:0]) == []
+    assert (
+        start(u=units[:0]) == []
+        and start(o=replace(obs, targets=(TRACKER,), target=np.zeros(20, int)), u=units[:0]) == []
+    )
     fixed = replace(obs, targets=(Frame("peg"),), target=np.zeros(20, dtype=int))
     assert start(o=fixed) == [], "a peg on the base says nothing of the arm"
     q = data.configurations.joints.copy()
@@ -171,5 +182,7 @@ def test_a_frame_that_may_only_shift_keeps_its_turn():
 def test_frames_of_lists_instruments_and_targets():
     ball = Frame("ball", mount="tool")
     obs = Observations("position", np.arange(1), np.zeros((1, 3)), None, TRACKER, (ball,))
-    data = DataSet(Configurations(("a",), np.zeros((1, 5))), (obs, replace(obs, frame=None), replace(obs, frame=blank(TRACKER))))
+    data = DataSet(
+        Configurations(("a",), np.zeros((1, 5))), (obs, replace(obs, frame=None), replace(obs, frame=blank(TRACKER)))
+    )
     assert frames_of(data) == {"tracker": TRACKER, "ball": ball}

@@ -77,7 +77,12 @@ def test_local_blocks_cost_what_they_absorb(rng):
     local = np.repeat(np.arange(count), 3)
     block = rng.normal(size=(m, 1, 6))
     a = rng.normal(size=(m, 1, 2))
-    p = plain_problem(Plain(lambda x: a @ x, lambda x: a, (m, 1), local=local, block=block, unit=local), np.zeros(2), blocks=count, block_size=6)
+    p = plain_problem(
+        Plain(lambda x: a @ x, lambda x: a, (m, 1), local=local, block=block, unit=local),
+        np.zeros(2),
+        blocks=count,
+        block_size=6,
+    )
     u = uncertainty(p.with_free(()), p.start)
     assert u.dof == 0
     full = build("lengths/free poses")
@@ -108,7 +113,19 @@ def test_band_is_the_trace(rng):
 
 # --- Monte Carlo ------------------------------------------------------------------------------------------------------------
 
-FREE = ("j2.alpha", "j2.theta", "j3.d", "j3.beta", "j4.theta", "tracker.x", "tracker.y", "tracker.z", "tracker.rx", "tracker.ry", "tracker.rz")
+FREE = (
+    "j2.alpha",
+    "j2.theta",
+    "j3.d",
+    "j3.beta",
+    "j4.theta",
+    "tracker.x",
+    "tracker.y",
+    "tracker.z",
+    "tracker.rx",
+    "tracker.ry",
+    "tracker.rz",
+)
 
 
 def trials(count, m=12, sigma=5e-5, prior=None):

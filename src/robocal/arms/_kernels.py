@@ -59,12 +59,15 @@ def _value(e, constant, start, parameter, column, factor, theta, b, phi, bp, m):
 
 
 @kernel
-def path_kernel(elements, constants, screws, start, terms, factor, theta, phi, trig, entries, entry_factor, first, pose, jac):
+def path_kernel(
+    elements, constants, screws, start, terms, factor, theta, phi, trig, entries, entry_factor, first, pose, jac
+):
     """Fills pose (B, M, 4, 4) and jac (B, M, 3 or 6, k); rows of jac are (v, w) of the end frame in base coordinates.
 
     elements (E, 2): kind, varies with the row; terms (n, 2): parameter, column; entries (n, 5): element, component,
-    output column, phi column or -1, parameter or -1. Row m of the output reads row first + m of phi; trig (1 or B, M, C, 2)
-    holds cos phi and sin phi, so that an ordinary joint, v = v0 + q or v0 - q, needs no sine of its own in every iteration.
+    output column, phi column or -1, parameter or -1. Row m of the output reads row first + m of phi; trig (1 or B, M,
+    C, 2) holds cos phi and sin phi, so that an ordinary joint, v = v0 + q or v0 - q, needs no sine of its own in
+    every iteration.
     """
     batch, rows = pose.shape[0], pose.shape[1]
     high, width = jac.shape[2], jac.shape[3]

@@ -147,7 +147,9 @@ def compile_path(elements: Iterable[Element], table: Table) -> Program:
     for element in elements:
         if element.axis not in AXES:
             known = ", ".join(AXES)
-            raise ModelError("unknown axis of an element", found=element.axis, expected=known, suggestion=nearest(element.axis, AXES))
+            raise ModelError(
+                "unknown axis of an element", found=element.axis, expected=known, suggestion=nearest(element.axis, AXES)
+            )
         varies = False
         for term in element.terms:
             _ = table[term.parameter]
@@ -208,18 +210,28 @@ class Chain:
         """The same arm with other parameter values."""
         return replace(self, table=self.table.with_values(values))
 
-    def phi(self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None, program: Program | None = None) -> Array:
+    def phi(
+        self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None, program: Program | None = None
+    ) -> Array:
         """The columns (m, C) that a program reads: joint values (m, n) and named extras (m,)."""
         q = np.atleast_2d(np.asarray(joints, float))
         if q.shape[1] != len(self.joints):
-            raise ModelError("wrong number of joint values", found=q.shape[1], expected=f"{len(self.joints)} for {self.name}")
+            raise ModelError(
+                "wrong number of joint values", found=q.shape[1], expected=f"{len(self.joints)} for {self.name}"
+            )
         known = {name: q[:, i] for i, name in enumerate(self.joint_names)}
         known.update({k: np.broadcast_to(np.asarray(v, float), (len(q),)) for k, v in (extra or {}).items()})
         columns = (program or self.program).columns
         for column in columns:
             if column not in known:
-                raise ModelError("the model needs a column that the configurations lack", key=column, suggestion=nearest(column, known))
-        return np.ascontiguousarray(np.stack([known[c] for c in columns], axis=-1)) if columns else np.empty((len(q), 0))
+                raise ModelError(
+                    "the model needs a column that the configurations lack",
+                    key=column,
+                    suggestion=nearest(column, known),
+                )
+        return (
+            np.ascontiguousarray(np.stack([known[c] for c in columns], axis=-1)) if columns else np.empty((len(q), 0))
+        )
 
     def pose(self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None) -> Array:
         """Forward kinematics T_base_tool, (m, 4, 4), for joint values (m, n) in rad or m."""
@@ -229,7 +241,9 @@ class Chain:
     def jacobian(self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None) -> Array:
         """Geometric Jacobian (m, 6, n) of the tool: rows (v, w) in base coordinates, one column per joint."""
         entries = self.program.joint_entries(self.joint_names)
-        jac: Array = self.program.run(self.table.values[None], self.phi(joints, extra)[None], entries, len(self.joints))[1][0]
+        jac: Array = self.program.run(
+            self.table.values[None], self.phi(joints, extra)[None], entries, len(self.joints)
+        )[1][0]
         return jac
 
     def parameter_jacobian(
@@ -242,5 +256,7 @@ class Chain:
             _ = self.table[name]
             column_of[self.table.index[name]] = i
         entries = self.program.entries(column_of)
-        jac: Array = self.program.run(self.table.values[None], self.phi(joints, extra)[None], entries, len(wanted))[1][0]
+        jac: Array = self.program.run(self.table.values[None], self.phi(joints, extra)[None], entries, len(wanted))[1][
+            0
+        ]
         return jac

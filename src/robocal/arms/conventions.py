@@ -2,8 +2,9 @@
 
     T_base_tool(q) = frame(base) joint_1(q_1) ... joint_n(q_n) [frame(home)] frame(tool)
 
-`CONVENTIONS` lists them with their keys; `recipes.py` holds those that are tables of elementary transforms, `screws.py` those that place
-an axis in space. Every parameter is named `joint.symbol`; base and tool are frames `base.x` ... `tool.rz`.
+`CONVENTIONS` lists them with their keys; `recipes.py` holds those that are tables of elementary transforms,
+`screws.py` those that place an axis in space. Every parameter is named `joint.symbol`; base and tool are frames
+`base.x` ... `tool.rz`.
 """
 
 from __future__ import annotations
@@ -69,11 +70,12 @@ def chain(
     source: str = "",
     meta: Mapping[str, object] | None = None,
 ) -> Chain:
-    """An arm from its rows: base frame, joints, tool frame (frame vectors: x y z in m, rotation vector in rad); everything in SI and rad.
+    """An arm from its rows: base frame, joints, tool frame (frame vectors: x y z in m, rotation vector in rad);
+    everything in SI and rad.
 
-    A row gives `name`, `type` (revolute, prismatic, fixed), `limits` (lower, upper), `gain` and the convention's keys. `home` is the pose
-    of the flange with the arm at zero, for conventions whose rows are in base coordinates; `tool` comes behind it.
-    Raises ModelError, with the key, for anything unknown, missing, misshapen or not finite.
+    A row gives `name`, `type` (revolute, prismatic, fixed), `limits` (lower, upper), `gain` and the convention's
+    keys. `home` is the pose of the flange with the arm at zero, for conventions whose rows are in base coordinates;
+    `tool` comes behind it. Raises ModelError, with the key, for anything unknown, missing, misshapen or not finite.
     """
     rule = convention_of(convention)
     elements: list[Element] = [frame_element("base")]
@@ -112,7 +114,8 @@ def chain(
 
 
 def rows(chain: Chain) -> list[dict[str, object]]:
-    """The rows of a chain with the values of its table, in SI and rad: what `chain` was given, corrected. The inverse of `chain`.
+    """The rows of a chain with the values of its table, in SI and rad: what `chain` was given, corrected. The inverse
+    of `chain`.
 
     Raises ModelError when the chain was not written by a convention.
     """
@@ -136,16 +139,19 @@ def rows(chain: Chain) -> list[dict[str, object]]:
 
 
 def default_free(chain: Chain) -> tuple[str, ...]:
-    """The parameters that an identification frees unless told otherwise: the joints' geometry and the tool, in table order.
+    """The parameters that an identification frees unless told otherwise: the joints' geometry and the tool, in table
+    order.
 
-    Never gains, joint offsets that the geometry repeats, the home pose, or the base (an instrument's frame says the same).
+    Never gains, joint offsets that the geometry repeats, the home pose, or the base (an instrument's frame says the
+    same).
     """
     wanted = {*chain.geometric, *(n for n in chain.table.names if n.startswith("tool."))}
     return tuple(n for n in chain.table.names if n in wanted)
 
 
 def parallel_axes(chain: Chain, tolerance: float = 0.05) -> tuple[tuple[str, str], ...]:
-    """Pairs of consecutive joints whose axes are parallel within `tolerance` rad: where a model without Hayati's beta is incomplete.
+    """Pairs of consecutive joints whose axes are parallel within `tolerance` rad: where a model without Hayati's beta
+    is incomplete.
 
     The angle is atan2(|a x b|, |a . b|) between the axes at zero; it does not depend on the joint values.
     """

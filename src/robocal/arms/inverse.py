@@ -3,10 +3,11 @@
     min_q 1/2 |r(q)|^2   with   r = (p - p*, L log(R R*^T))   or   r = (p - p*, L (R a - d))   or   r = p - p*
     (J^T J + lam D) dq = -J^T r,   lower <= q <= upper
 
-L is the arm's reach, so that a radian weighs like a reach. lam follows the cost (Levenberg-Marquardt); a joint at its limit that would
-leave it is held. All targets step in lock step, the unsolved ones start again from other points of a fixed low-discrepancy sequence, so
-the answer is the same every time. Sources: Wampler, Manipulator inverse kinematic solutions based on vector formulations and damped
-least-squares methods (1986); Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method (2011).
+L is the arm's reach, so that a radian weighs like a reach. lam follows the cost (Levenberg-Marquardt); a joint at its
+limit that would leave it is held. All targets step in lock step, the unsolved ones start again from other points of a
+fixed low-discrepancy sequence, so the answer is the same every time. Sources: Wampler, Manipulator inverse kinematic
+solutions based on vector formulations and damped least-squares methods (1986); Sugihara, Solvability-unconcerned
+inverse kinematics by the Levenberg-Marquardt method (2011).
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ LONGEST = 0.5  # largest change of a joint in one step, in rad or m: beyond it t
 
 @dataclass(frozen=True)
 class Reached:
-    """Joint values (m, n), whether the tolerances are met (m,), and what is left: position (m,) in m, angle (m,) in rad."""
+    """Joint values (m, n), whether the tolerances are met (m,), and what is left: position (m,) in m, angle (m,) in
+    rad."""
 
     joints: Array
     success: NDArray[np.bool_]
@@ -51,8 +53,9 @@ def inverse_pose(
 ) -> Reached:
     """Joint values that bring the tool to T_base_tool (m, 4, 4), within the joint limits.
 
-    `start` (n,) or (m, n) is tried first, then the middle of the limits, then `restarts` others; `tolerance` is (m, rad); `extra` are named
-    columns (m,) or scalars. A target that is not reached keeps the best joint values found. Raises ModelError for wrong shapes.
+    `start` (n,) or (m, n) is tried first, then the middle of the limits, then `restarts` others; `tolerance` is (m,
+    rad); `extra` are named columns (m,) or scalars. A target that is not reached keeps the best joint values found.
+    Raises ModelError for wrong shapes.
     """
     t = np.asarray(poses, float)
     t = t[None] if t.ndim == 2 else t
@@ -75,10 +78,12 @@ def inverse_point(
     tolerance: tuple[float, float] = TOLERANCE,
     extra: Mapping[str, ArrayLike] | None = None,
 ) -> Reached:
-    """Joint values that bring the tool's origin to points (m, 3) in base coordinates and, if given, its axis along directions (m, 3).
+    """Joint values that bring the tool's origin to points (m, 3) in base coordinates and, if given, its axis along
+    directions (m, 3).
 
-    For arms with fewer than six joints, or where the turn about the tool does not matter. `tool_axis` (3,) is in tool coordinates.
-    The rest is as in `inverse_pose`. Raises ModelError for wrong shapes and for a direction of length zero.
+    For arms with fewer than six joints, or where the turn about the tool does not matter. `tool_axis` (3,) is in tool
+    coordinates. The rest is as in `inverse_pose`. Raises ModelError for wrong shapes and for a direction of length
+    zero.
     """
     p = np.atleast_2d(np.asarray(points, float))
     if p.ndim != 2 or p.shape[1] != 3:
@@ -194,7 +199,8 @@ def _search(
 def _descend(
     task: _Task, q: Array, which: Ints, iterations: int, tolerance: tuple[float, float]
 ) -> tuple[Array, Array, Array, Array]:
-    """Levenberg-Marquardt from q (k, n) for targets `which` (k,): q, cost, position error and angle, each with k rows."""
+    """Levenberg-Marquardt from q (k, n) for targets `which` (k,): q, cost, position error and angle, each with k
+    rows."""
     n = q.shape[1]
     r, j, position, angle = task.evaluate(q, which)
     cost = 0.5 * np.einsum("kd,kd->k", r, r)

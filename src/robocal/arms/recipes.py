@@ -1,10 +1,11 @@
-"""Conventions whose parameters are the values of elementary transforms: DH and its relatives, S-model, MCPC, and free lists of elements.
+"""Conventions whose parameters are the values of elementary transforms: DH and its relatives, S-model, MCPC, and free
+lists of elements.
 
-A recipe is an ordered list axis:symbol; the joint value adds to one symbol. Sources: Denavit and Hartenberg, A kinematic notation for
-lower-pair mechanisms (1955); Hayati, Robot arm geometric link parameter estimation (1983) for beta; Craig, Introduction to robotics
-(1986), and Khalil and Kleinfinger, A new geometric notation (1986), for the modified form; Stone, Kinematic modeling, identification, and
-control of robotic manipulators (1987), for the S-model; Zhuang, Wang and Roth, Error-model-based robot calibration using a modified CPC
-model (1993).
+A recipe is an ordered list axis:symbol; the joint value adds to one symbol. Sources: Denavit and Hartenberg, A
+kinematic notation for lower-pair mechanisms (1955); Hayati, Robot arm geometric link parameter estimation (1983) for
+beta; Craig, Introduction to robotics (1986), and Khalil and Kleinfinger, A new geometric notation (1986), for the
+modified form; Stone, Kinematic modeling, identification, and control of robotic manipulators (1987), for the S-model;
+Zhuang, Wang and Roth, Error-model-based robot calibration using a modified CPC model (1993).
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ MEANING = {
 
 @dataclass(frozen=True)
 class Recipe:
-    """Elementary transforms of one joint: (axis, symbol) in order; `revolute` and `prismatic` name the symbol that the joint drives."""
+    """Elementary transforms of one joint: (axis, symbol) in order; `revolute` and `prismatic` name the symbol that the
+    joint drives."""
 
     steps: tuple[tuple[str, str], ...]
     revolute: str
@@ -94,7 +96,7 @@ def recipe_convention(name: str, recipe: Recipe) -> Convention:
     )
 
 
-# --- a free list of elements ------------------------------------------------------------------------------------------------
+# --- a free list of elements ----------------------------------------------------------------------------------------
 
 STEP_KEYS = ("axis", "value", "symbol", "driven")
 
@@ -169,7 +171,8 @@ def _read_elements(row: Row, values: Mapping[str, float]) -> dict[str, object]:
 
 
 def elements_convention() -> Convention:
-    """Per joint a list of elementary transforms, each with a symbol and value of its own, one of them driven by the joint."""
+    """Per joint a list of elementary transforms, each with a symbol and value of its own, one of them driven by the
+    joint."""
     keys = (Key("elements", "steps", None, "the transforms in order; one without a symbol is a constant"),)
     return Convention(
         "elements", keys, _write_elements, "the driven element", "the driven element", False, "the product of the listed elements",

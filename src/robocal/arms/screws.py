@@ -1,16 +1,18 @@
 """Conventions that place a joint axis by direction and point: zero reference, POE, local POE, CPC, six offsets, URDF.
 
-The nominal axis stays constant; its error is written in a minimal local chart that is zero at the nominal axis and never singular:
+The nominal axis stays constant; its error is written in a minimal local chart that is zero at the nominal axis and
+never singular:
 
     exp(xi q)  ->  E exp(xi q) E^-1,    E = exp(tilt_u) exp(tilt_v) exp(shift_u) exp(shift_v)
 
-tilt_u, tilt_v turn the axis w about two directions u, v perpendicular to it (u x v = w) through its point; shift_u, shift_v move it along
-them. That is 4 numbers for a revolute joint and 2 (the tilts) for a prismatic one: 4R + 2P, and 6 for the tool. u is the projection of the
-coordinate axis that follows the largest component of w in x, y, z, x, ..., so an axis along z has u = x, v = y. `offset` is the joint's
-zero error; the chart and the tool can say the same, so it is held fixed unless named.
-Sources: Mooring, The effect of joint axis misalignment on robot positioning accuracy (1983), for the zero reference; Brockett, Robotic
-manipulators and the product of exponentials formula (1984); Chen, Yang, Tan and Yeo, Local POE model for robot kinematic calibration
-(2001); Zhuang, Roth and Hamano, A complete and parametrically continuous kinematic model for robot manipulators (1992).
+tilt_u, tilt_v turn the axis w about two directions u, v perpendicular to it (u x v = w) through its point; shift_u,
+shift_v move it along them. That is 4 numbers for a revolute joint and 2 (the tilts) for a prismatic one: 4R + 2P, and
+6 for the tool. u is the projection of the coordinate axis that follows the largest component of w in x, y, z, x, ...,
+so an axis along z has u = x, v = y. `offset` is the joint's zero error; the chart and the tool can say the same, so
+it is held fixed unless named. Sources: Mooring, The effect of joint axis misalignment on robot positioning accuracy
+(1983), for the zero reference; Brockett, Robotic manipulators and the product of exponentials formula (1984); Chen,
+Yang, Tan and Yeo, Local POE model for robot kinematic calibration (2001); Zhuang, Roth and Hamano, A complete and
+parametrically continuous kinematic model for robot manipulators (1992).
 """
 
 from __future__ import annotations
@@ -48,7 +50,8 @@ FRAME = (
 
 
 def chart(axis: Array) -> tuple[Array, Array]:
-    """The directions u, v with u x v = axis (3,), a unit vector: u is the projection of the coordinate axis after its largest component."""
+    """The directions u, v with u x v = axis (3,), a unit vector: u is the projection of the coordinate axis after its
+    largest component."""
     k = (int(np.argmax(np.abs(axis))) + 1) % 3
     u = np.eye(3)[k] - axis[k] * axis
     u /= np.linalg.norm(u)
@@ -106,7 +109,8 @@ def _poe(pen: Pen) -> None:
 
 
 def _turn_or_shift(pen: Pen, axis: Array, point: Array = ZERO) -> None:
-    """The joint's motion along its axis, as a plain coordinate element where the axis is one and passes through the origin."""
+    """The joint's motion along its axis, as a plain coordinate element where the axis is one and passes through the
+    origin."""
     turning = pen.kind == "revolute"
     along = [i for i in range(3) if abs(abs(axis[i]) - 1.0) < 1e-12]
     if along and not (turning and point.any()):
@@ -133,7 +137,8 @@ def _urdf(pen: Pen) -> None:
 
 
 def _read_urdf(row: Row, values: Mapping[str, float]) -> dict[str, object]:
-    """Origin as URDF writes it: xyz, and rpy with pitch in [-pi/2, pi/2] (yaw takes all of the turn where pitch is at the end)."""
+    """Origin as URDF writes it: xyz, and rpy with pitch in [-pi/2, pi/2] (yaw takes all of the turn where pitch is at
+    the end)."""
     r = so3.exp([values["rx"], values["ry"], values["rz"]])
     flat = math.hypot(r[0, 0], r[1, 0])
     pitch = math.atan2(-r[2, 0], flat)
@@ -147,7 +152,8 @@ def _read_urdf(row: Row, values: Mapping[str, float]) -> dict[str, object]:
 
 
 def _cpc(pen: Pen) -> None:
-    """Q_i V_i with V_i = R(b) Rx(tilt_x) Ry(tilt_y) Rz(beta) T(lx, ly, lz); R(b) is the smallest turn that takes z to b."""
+    """Q_i V_i with V_i = R(b) Rx(tilt_x) Ry(tilt_y) Rz(beta) T(lx, ly, lz); R(b) is the smallest turn that takes z to
+    b."""
     if pen.kind != "fixed":
         pen.drive("tz" if pen.kind == "prismatic" else "rz")
     b = pen.unit("b")

@@ -1,7 +1,9 @@
-"""How a convention writes one joint: the keys that a row may give, and the pen that turns them into elements and parameters.
+"""How a convention writes one joint: the keys that a row may give, and the pen that turns them into elements and
+parameters.
 
-A row is a mapping in SI and rad: `name`, `type` (revolute, prismatic, fixed), `limits` (lower, upper), `gain`, and the convention's
-own keys. Every element that a row writes is named `joint.symbol`; a fixed row moves with no joint and drives nothing.
+A row is a mapping in SI and rad: `name`, `type` (revolute, prismatic, fixed), `limits` (lower, upper), `gain`, and
+the convention's own keys. Every element that a row writes is named `joint.symbol`; a fixed row moves with no joint
+and drives nothing.
 """
 
 from __future__ import annotations
@@ -68,9 +70,10 @@ COMMON_KEYS = (
 class Convention:
     """A way to describe a joint.
 
-    `revolute` and `prismatic` name the key that the joint value is added to; `complete` says that every small geometric error of a
-    joint can be written, whatever the nominal geometry (parallel axes too); `home` says that rows are given in the base frame with the
-    arm at zero, so that the tool's pose there may be stated as a frame of its own. `read` gives a row back with the values of a table.
+    `revolute` and `prismatic` name the key that the joint value is added to; `complete` says that every small
+    geometric error of a joint can be written, whatever the nominal geometry (parallel axes too); `home` says that
+    rows are given in the base frame with the arm at zero, so that the tool's pose there may be stated as a frame of
+    its own. `read` gives a row back with the values of a table.
     """
 
     name: str
@@ -156,8 +159,8 @@ class Pen:
         driven: float = 0.0,
         held: bool = False,
     ) -> None:
-        """An element with a parameter of its own; `driven` is the sign with which the joint moves it too (0: not), `held` keeps it out of
-        the default free set.
+        """An element with a parameter of its own; `driven` is the sign with which the joint moves it too (0: not),
+        `held` keeps it out of the default free set.
         """
         name = f"{self.joint}.{symbol}"
         self.parameters.append(Parameter(name, value, UNIT[axis[0]] if unit is None else unit))
@@ -176,7 +179,8 @@ class Pen:
         self.elements.append(Element(axis, (term,), 0.0, tuple(float(s) for s in screw)))
 
     def drive(self, axis: str, screw: Sequence[float] | Array = (0.0,) * 6, sign: float = 1.0) -> None:
-        """The joint's own motion, with its zero error `offset` (held: it repeats what the geometry can say); nothing for a fixed row."""
+        """The joint's own motion, with its zero error `offset` (held: it repeats what the geometry can say); nothing
+        for a fixed row."""
         if self.kind != "fixed":
             unit = "m" if self.kind == "prismatic" else "rad"
             self.step(axis, "offset", self.number("offset"), screw, unit=unit, driven=sign, held=True)

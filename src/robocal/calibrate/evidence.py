@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 # Far outside the stated noise, in standard deviations.
 FAR = 3.0
+# A bootstrap of n gains that all have one sign never doubts them; by chance that happens once in 2^n.
+PROOF = 5
 # Errors in words: factor from SI, and unit.
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "px": (1.0, "px")}
 
@@ -81,8 +83,8 @@ def leave_one_out(
 ) -> Array:
     """The error of every observation when its own configuration is left out of the fit: exact, non-linear, one batch.
 
-    Configurations with the same `label` (U,), repeats of one place, are left out together. Returns (N,) in the order of
-    `errors`, NaN for configurations outside `units`.
+    Configurations with the same `label` (U,), repeats of one place, are left out together. Returns (N,) in the order
+    of `errors`, NaN for configurations outside `units`.
     """
     label = np.arange(problem.units) if label is None else label
     out: Array | None = None
@@ -178,6 +180,9 @@ def judge(
     span = f"{gain * factor:.4g} {word}, 95 % interval {low * factor:.4g} to {high * factor:.4g} {word} ({kind})"
     if not converged:
         return Verdict("not_improved", ("the iteration did not converge", f"reduction of the mean error {span}"))
+    if len(np.unique(units)) < PROOF:
+        few = f"fewer than {PROOF} unseen configurations prove nothing"
+        return Verdict("not_improved", (few, f"reduction of the mean error {span}"))
     if low > 0:
         return Verdict("improved", (f"the mean error on unseen poses falls by {span}",))
     return Verdict("not_improved", (f"the mean error on unseen poses does not fall significantly: {span}",))

@@ -1,6 +1,7 @@
 """One fit: how large the noise is, what can be seen above it, and the parameters.
 
-    1 noise    everything that is free, each column held softly at ten times its expected error: what remains is the noise
+    1 noise    everything that is free, each column held softly at ten times its expected error: what remains is the
+    noise
     2 select   the columns that are seen above that noise; the others stay where they are
     3 fit      those columns alone, without the soft hold, first with the noise of step 1, then with their own
 
@@ -34,7 +35,8 @@ Ints = NDArray[np.int64]
 Watch = Callable[[dict[str, object]], None]
 Tau = dict[tuple[str, str], float]
 SOFT_ROUNDS = 8
-# How much wider than the expected error the soft hold is: it must keep unseen directions from running away, and must not
+# How much wider than the expected error the soft hold is: it must keep unseen directions from running away, and must
+# not
 # pass errors that are merely larger than expected for noise.
 HOLD = 10.0
 RESTARTS = 8
@@ -112,7 +114,8 @@ def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Arr
 def _noise(
     posed: Callable[[Tau], tuple[DataSet, Problem]], stated: DataSet, units: Ints, start: Array
 ) -> tuple[Tau, Array]:
-    """tau of every group when everything free may explain the data, softly held at the start; and where that fit ended."""
+    """tau of every group when everything free may explain the data, softly held at the start; and where that fit
+    ended."""
     _, made = posed({})
     # The baseline has used up a degree of freedom for every number that it moved.
     moved = int((start[0, made.index] != made.start[0, made.index]).sum())

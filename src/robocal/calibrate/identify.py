@@ -173,7 +173,8 @@ def _stages(
 
 
 def _second_thoughts(model: Chain, base: Problem, part: Fit, held_out: bool, verdict: Verdict) -> Verdict:
-    """An improvement that cannot be one: nothing of the robot was fitted, or leaving a configuration out leaves too little to fit."""
+    """An improvement that cannot be one: nothing of the robot was fitted, or leaving a configuration out leaves too
+    little to fit."""
     problem = part.problem
     if not set(problem.free) - set(frame_names(model, base)):
         return Verdict("not_improved", ("nothing of the robot itself is seen in these data", *verdict.reasons))

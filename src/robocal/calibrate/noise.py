@@ -123,7 +123,8 @@ def assess(
 
 
 def _spread(value: Array, dof: float, resistant: bool) -> float:
-    """Standard deviation with dof degrees of freedom; resistant: from the median of squares, which outliers do not move."""
+    """Standard deviation with dof degrees of freedom; resistant: from the median of squares, which outliers do not
+    move."""
     if resistant:
         return float(np.sqrt(np.median(value**2) / MEDIAN * len(value) / dof))
     return float(np.sqrt(value @ value / dof))

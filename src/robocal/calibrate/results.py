@@ -88,7 +88,8 @@ def _number(source: dict[str, float], name: str) -> float | None:
 def row_table(
     data: DataSet, base: Problem, base_x: Array, part: Fit, held: Ints, loo: tuple[Array, Array] | None
 ) -> RowTable:
-    """One row per observation, in the order of the terms; `loo` are the leave-one-out errors in the order of `evidence.errors`."""
+    """One row per observation, in the order of the terms; `loo` are the leave-one-out errors in the order of
+    `evidence.errors`."""
     before, after = base.residuals(base_x), part.problem.residuals(part.solution.x)
     ids = np.array(data.configurations.ids, dtype=object)
     unit = np.concatenate([r.unit for r in before])

@@ -8,7 +8,8 @@ __all__ = ["main"]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one command and returns its exit status: 0 done, 2 wrong input, 3 not to be trusted, 130 stopped, 1 a fault of ours."""
+    """Runs one command and returns its exit status: 0 done, 2 wrong input, 3 not to be trusted, 130 stopped, 1 a fault
+    of ours."""
     try:
         from robocal.cli.guard import run
 

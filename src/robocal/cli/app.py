@@ -170,7 +170,8 @@ def validate(
 ) -> Task:
     """Measure the error of a robot model on data that it was not fitted to.
 
-    The robot stays as it is. Frames of instruments that the data leave free are fitted again; the figures are then labelled profiled.
+    The robot stays as it is. Frames of instruments that the data leave free are fitted again; the figures are then
+    labelled profiled.
 
     \b
     robocal validate run other.yaml --against robot.yaml

@@ -1,6 +1,7 @@
 """From whatever happens to one exit status and at most one message: nobody who uses robocal ever sees a traceback.
 
-0 done    2 the input is wrong, nothing written    3 it ran, but the result must not be trusted    130 Ctrl-C    1 a fault of ours
+0 done    2 the input is wrong, nothing written    3 it ran, but the result must not be trusted    130 Ctrl-C    1 a
+fault of ours
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from types import FrameType
@@ -18,7 +20,6 @@ from robocal.errors import Cancelled, InputError, MissingExtra
 __all__ = ["DONE", "FAULT", "INPUT", "STOPPED", "UNTRUSTED", "complain", "run", "stopped"]
 
 DONE, FAULT, INPUT, UNTRUSTED, STOPPED = 0, 1, 2, 3, 130
-ISSUES = "https://github.com/robocal/robocal/issues"
 _received: list[int] = []
 
 
@@ -30,7 +31,10 @@ def run(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         with suppress(AttributeError, ValueError, OSError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
-    with _signals():
+    with _signals(), warnings.catch_warnings():
+        if not debug:
+            # Overflow in a hopeless fit is for the verdict to say, not for a line of Python's on the terminal.
+            warnings.simplefilter("ignore")
         try:
             status = _dispatch(words)
             sys.stdout.flush()
@@ -63,14 +67,15 @@ def run(arguments: Sequence[str] | None = None) -> int:
                 return _stop()
             first = str(error).strip().splitlines()[0] if str(error).strip() else "no message"
             complain(f"a fault in robocal itself: {type(error).__name__}: {first[:200]}")
-            complain(f"please report it with the output of the same command and --debug: {ISSUES}", kind="note")
+            complain("please report it, with the output of the same command and --debug", kind="note")
             return FAULT
 
 
 def _dispatch(words: list[str]) -> int:
     """Lets typer read the words, then does what they say; typer's complaints become ours.
 
-    A verb only says what is to be done, and is done out here: inside, typer has its own ideas about Ctrl-C and closed pipes.
+    A verb only says what is to be done, and is done out here: inside, typer has its own ideas about Ctrl-C and closed
+    pipes.
     """
     import typer
 
@@ -152,7 +157,8 @@ def _stop() -> int:
 
 @contextmanager
 def _signals() -> Iterator[None]:
-    """Ctrl-C and SIGTERM raise KeyboardInterrupt, and are remembered: inside a callback of compiled code Python swallows exceptions."""
+    """Ctrl-C and SIGTERM raise KeyboardInterrupt, and are remembered: inside a callback of compiled code Python
+    swallows exceptions."""
     _received.clear()
     before: dict[int, Any] = {}
 

@@ -1,4 +1,5 @@
-"""An identification on the terminal: the verdict first, then errors, parameters, what cannot be told, warnings, and where the files are."""
+"""An identification on the terminal: the verdict first, then errors, parameters, what cannot be told, warnings, and
+where the files are."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ __all__ = ["errors_table", "figure", "indented", "show_outcome", "show_paths", "
 COLOURS = {"improved": "bold green", "not_improved": "bold yellow", "refused": "bold red"}
 MOST = 40
 STAGES = (
-    ("before", "before", "frames, tool fitted"),
+    ("before", "before", "frames fitted"),
     ("after", "after", "as fitted"),
     ("held_out_before", "held out, before", ""),
     ("held_out", "held out, after", "not used to fit"),
@@ -99,11 +100,13 @@ def errors_table(residuals: Any, title: str) -> Table | None:
     return made
 
 
-def show_outcome(terminal: Terminal, outcome: Outcome, *, brief: bool = False) -> None:
-    """The whole story of one identification, or only its verdict and errors."""
+def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
+    """The whole story of one identification."""
     if terminal.json:
         for warning in outcome.result.warnings:
-            terminal.warn(warning)
+            # A prediction is no warning; it is in the document.
+            if not warning.startswith("elsewhere in the "):
+                terminal.warn(warning)
         return
     result = outcome.result
     split = result.split
@@ -112,17 +115,19 @@ def show_outcome(terminal: Terminal, outcome: Outcome, *, brief: bool = False) -
         if split.held_out
         else f"{len(split.fit)} configurations"
     )
-    if not brief:
-        terminal.show(Text.assemble((result.robot.name, "bold"), f"   {result.method}; {facts}; {result.fit.reason}"))
+    terminal.show(Text.assemble((result.robot.name, "bold"), f"   {result.method}; {facts}; {result.fit.reason}"))
     terminal.show(verdict_line(result.verdict.status, result.verdict.reasons), Text(""))
     for residuals, title in ((result.residuals, "error"), (result.residuals.angle, "orientation")):
         made = errors_table(residuals, title) if residuals is not None else None
         if made is not None:
             terminal.show(made, Text(""))
-    if not brief:
-        terminal.show(*parameters(result), *hidden(result))
-        show_warnings(terminal, result.warnings)
+    terminal.show(*parameters(result), *hidden(result))
+    show_warnings(terminal, result.warnings)
     show_paths(terminal, outcome.written)
+    if not outcome.written:
+        terminal.show(
+            Text("Nothing was written; -o DIR keeps the result, the calibrated robot and a report.", style="dim")
+        )
 
 
 def parameters(result: Any) -> list[Any]:

@@ -1,6 +1,7 @@
 """What a person sees while and after a command runs: a progress bar on stderr, tables or one JSON document on stdout.
 
-The bar appears when something takes over two seconds and a person is looking; what it says comes from the events of long functions.
+The bar appears when something takes over two seconds and a person is looking; what it says comes from the events of
+long functions.
 """
 
 from __future__ import annotations
@@ -103,7 +104,8 @@ class Terminal:
 
 
 class Bar:
-    """A `watch` that shows a progress bar on stderr after two seconds, and stops the work when somebody asked for it."""
+    """A `watch` that shows a progress bar on stderr after two seconds, and stops the work when somebody asked for
+    it."""
 
     def __init__(self) -> None:
         self.text = "working"

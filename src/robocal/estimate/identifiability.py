@@ -2,11 +2,11 @@
 
 The whitened Jacobian is scaled column by column with the error expected of that parameter without data (or its stated
 prior), and divided by the noise as fitted. A singular value s of that matrix then says: the data know this
-combination to 1 / s of what was expected. A combination is *seen* when s exceeds SEEN = 1, so the decision is relative to
-the measurement noise and never to machine precision. Columns are kept by QR with pivoting on the same matrix; what is
-left over is dropped and stays at its nominal value. References: Pashkevich, Computer-aided generation of complete
-irreducible models (2011); Gautier and Khalil (1990) for base parameters; Borm and Menq (1991), Driels and Pathre
-(1990), Nahvi and Hollerbach (1996), Sun and Hollerbach (2008) for the observability indices.
+combination to 1 / s of what was expected. A combination is *seen* when s exceeds SEEN = 1, so the decision is
+relative to the measurement noise and never to machine precision. Columns are kept by QR with pivoting on the same
+matrix; what is left over is dropped and stays at its nominal value. References: Pashkevich, Computer-aided generation
+of complete irreducible models (2011); Gautier and Khalil (1990) for base parameters; Borm and Menq (1991), Driels and
+Pathre (1990), Nahvi and Hollerbach (1996), Sun and Hollerbach (2008) for the observability indices.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-# With s = 1 the expected error of a column and the standard deviation with which it would be estimated are equal: below,
+# With s = 1 the expected error of a column and the standard deviation with which it would be estimated are equal:
+# below,
 # freeing it adds more variance than the bias that it removes.
 SEEN = 1.0
 # Exactly dependent to first order, in units of the largest singular value of the column-normalised matrix.
@@ -86,7 +87,8 @@ def eliminate(lin: Linear, size: int) -> Array:
 
 
 def block_columns(lin: Linear, size: int) -> int:
-    """How many columns of local blocks the rows determine: the sum of the blocks' own ranks, what they cost in degrees of freedom."""
+    """How many columns of local blocks the rows determine: the sum of the blocks' own ranks, what they cost in degrees
+    of freedom."""
     return _without_blocks(lin, size)[1]
 
 

@@ -208,7 +208,20 @@ class Problem:
             out.cost += 0.5 * (d * d) @ info
             out.g += d * info
             out.a[:, np.arange(n), np.arange(n)] += info
+            self._priors_of_turns(d, info, out)
         return out
+
+    def _priors_of_turns(self, d: Array, info: Array, out: Normal) -> None:
+        """The tangent of a rotation is no vector: d(step) has the slope Jinv(d), which matters where the axes' priors differ."""
+        from robocal.geometry import so3
+
+        for c in self._turns[1]:
+            if (c < 0).any() or (info[c] == info[c[0]]).all():
+                continue  # held in part, or equal on all axes: Jinv^T d = d
+            slope = so3.left_jacobian_inverse(d[:, c])
+            out.g[:, c] += np.einsum("bij,bi->bj", slope, d[:, c] * info[c]) - d[:, c] * info[c]
+            exact = np.einsum("bij,i,bik->bjk", slope, info[c], slope) - np.diag(info[c])
+            out.a[:, c[:, None], c] += np.tril(exact)
 
     def _weight(self, which: Ints) -> Array:
         if self.weights is None:

@@ -76,7 +76,8 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False) -> Uncer
 
 
 def _reweighted(lin: Linear, problem: Problem) -> Linear:
-    """Columns times the root of the robust weight, residuals times the weight: what the fit set aside neither informs nor enlarges."""
+    """Columns times the root of the robust weight, residuals times the weight: what the fit set aside neither informs
+    nor enlarges."""
     from robocal.estimate._kernels import robust
 
     if problem.loss == "none" or not len(lin.r):
@@ -90,7 +91,8 @@ def _reweighted(lin: Linear, problem: Problem) -> Linear:
 
 
 def effective_columns(problem: Problem, x: Array) -> float:
-    """How many numbers the data determine, trace of (J^T J + P)^-1 J^T J: n without priors, fewer where a prior holds."""
+    """How many numbers the data determine, trace of (J^T J + P)^-1 J^T J: n without priors, fewer where a prior
+    holds."""
     n = problem.n
     _, info = problem.prior
     if not n or not info.any():

@@ -1,7 +1,7 @@
 """A CSV as a table of text cells whose every error names file, row and column.
 
-Rows are numbered as an editor numbers lines, from 1. Blank lines and lines that begin with `#` are skipped; quoted fields, CRLF, trailing
-separators and a byte-order mark are accepted. Headers may carry units in brackets: `q1 [deg]`.
+Rows are numbered as an editor numbers lines, from 1. Blank lines and lines that begin with `#` are skipped; quoted
+fields, CRLF, trailing separators and a byte-order mark are accepted. Headers may carry units in brackets: `q1 [deg]`.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ SEPARATORS = {";": "';'", "\t": "a tab", ",": "','", " ": "a space", "|": "'|'"}
 
 @dataclass(frozen=True)
 class CsvTable:
-    """Cells by row; `lines` are the line numbers of the rows; `names` are empty without a header; `units` those in the header, or None."""
+    """Cells by row; `lines` are the line numbers of the rows; `names` are empty without a header; `units` those in the
+    header, or None."""
 
     path: Path
     sha256: str
@@ -55,7 +56,8 @@ class CsvTable:
         return FormatError(message, file=self.path, row=line, column=column, **facts)
 
     def find(self, column: str | int) -> int:
-        """The index of a column by name (with or without its unit) or zero-based number. Raises FormatError naming the nearest."""
+        """The index of a column by name (with or without its unit) or zero-based number. Raises FormatError naming the
+        nearest."""
         if isinstance(column, int):
             if not 0 <= column < self.width:
                 raise self.fail(

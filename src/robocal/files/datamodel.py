@@ -83,7 +83,8 @@ def _form(value: Any) -> Any:
 
 
 class OrientationModel(ValueModel):
-    """An orientation: its form, and for Euler angles the order of axes and whether they turn along (intrinsic) or not (extrinsic)."""
+    """An orientation: its form, and for Euler angles the order of axes and whether they turn along (intrinsic) or not
+    (extrinsic)."""
 
     form: Annotated[str, BeforeValidator(_form)]
     order: Annotated[Any, BeforeValidator(_order)] = None

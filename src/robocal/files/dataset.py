@@ -65,7 +65,8 @@ class Reading:
 
 
 def read_datasets(paths: Sequence[str | os.PathLike[str]], chain: Chain, *, kind: str | None = None) -> Reading:
-    """Several data files for one identification; instruments that nobody named are kept apart. Raises as `read_dataset`."""
+    """Several data files for one identification; instruments that nobody named are kept apart. Raises as
+    `read_dataset`."""
     if not paths:
         raise FormatError("no data files are given", expected="at least one")
     total: Reading | None = None
@@ -87,8 +88,8 @@ def read_dataset(
 ) -> Reading:
     """Reads a data.yaml with its CSV files, or a CSV with units in its headers, for this arm.
 
-    `kind` overrides the file's (positions only, of a file of poses); `taken` are instrument names that a default must avoid.
-    Raises FileError or FormatError naming file, row and column or key.
+    `kind` overrides the file's (positions only, of a file of poses); `taken` are instrument names that a default must
+    avoid. Raises FileError or FormatError naming file, row and column or key.
     """
     place = Path(path)
     if place.suffix.lower() in (".yaml", ".yml"):

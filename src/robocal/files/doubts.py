@@ -1,6 +1,8 @@
-"""What is possible in a data set but looks wrong: joints outside their limits, repeats that differ, values that look like another unit.
+"""What is possible in a data set but looks wrong: joints outside their limits, repeats that differ, values that look
+like another unit.
 
-Nothing here is an error. A suspicion says which unit would make sense and can apply it, so that an identification can try.
+Nothing here is an error. A suspicion says which unit would make sense and can apply it, so that an identification can
+try.
 """
 
 from __future__ import annotations
@@ -23,7 +25,8 @@ TURN = 2 * math.pi
 
 @dataclass(frozen=True)
 class Suspicion:
-    """`part` (joints, position) of `source` is stated in `stated` but looks like `alternative`: its SI values times `factor`."""
+    """`part` (joints, position) of `source` is stated in `stated` but looks like `alternative`: its SI values times
+    `factor`."""
 
     part: str
     source: str
@@ -63,7 +66,8 @@ class Suspicion:
 def suspicions(
     obs: Observations, joints: Array, chain: Chain, angle: Unit, length: Unit | None
 ) -> tuple[Suspicion, ...]:
-    """Angles that look like the other of deg and rad, and positions that no arm of this size reaches or hardly leaves."""
+    """Angles that look like the other of deg and rad, and positions that no arm of this size reaches or hardly
+    leaves."""
     out = []
     turning = tuple(i for i, j in enumerate(chain.joints) if j.type != "prismatic")
     found = _angles(joints[:, turning], chain.limits[list(turning)], angle) if turning else None

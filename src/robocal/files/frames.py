@@ -31,7 +31,8 @@ def frame_vector(model: FrameModel | None, units: Units) -> tuple[float, ...]:
 def frame_changes(
     data: Mapping[str, Any], owner: str, vector: NDArray[np.float64], units: Units
 ) -> dict[Path_, float | str]:
-    """What to write so that frame `owner` of a document says `vector` (6,) in SI, in the words in which it is written."""
+    """What to write so that frame `owner` of a document says `vector` (6,) in SI, in the words in which it is
+    written."""
     given = data.get(owner)
     word = "rpy" if isinstance(given, dict) and given.get("rpy") is not None else "rotation_vector"
     turn = orientation.to_rpy(so3.exp(vector[3:])) if word == "rpy" else vector[3:]

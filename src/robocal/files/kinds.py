@@ -26,7 +26,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Values:
-    """One kind's numbers in SI: value (k, d), sigma (k, d) or None; the unit of lengths and angles in the file, for frames and reports."""
+    """One kind's numbers in SI: value (k, d), sigma (k, d) or None; the unit of lengths and angles in the file, for
+    frames and reports."""
 
     value: Array
     sigma: Array | None
@@ -54,8 +55,8 @@ def column_units(
     document: Document,
     at: Path_,
 ) -> list[Unit]:
-    """The unit of every column, from its header or as stated; `si` is the quantity of each. Raises FormatError when it is missing or
-    said twice and differently.
+    """The unit of every column, from its header or as stated; `si` is the quantity of each. Raises FormatError when
+    it is missing or said twice and differently.
     """
     out = []
     for i, column in enumerate(columns):
@@ -174,7 +175,8 @@ class PoseModel(PositionModel):
 
 
 def _rotations(model: OrientationModel, table: CsvTable, document: Document) -> tuple[Array, Array, Unit | None]:
-    """R (k, 3, 3); E (k, 3, 3) that takes standard deviations of the file's angles to small rotations; the angles' unit."""
+    """R (k, 3, 3); E (k, 3, 3) that takes standard deviations of the file's angles to small rotations; the angles'
+    unit."""
     columns = _matrix_columns(model, table)
     at: Path_ = ("orientation",)
     sizes = orientation.FORMS[model.form]

@@ -1,4 +1,5 @@
-"""Orientations as files write them, to rotations and back: matrix, quaternion, rotation vector, Euler angles, roll-pitch-yaw.
+"""Orientations as files write them, to rotations and back: matrix, quaternion, rotation vector, Euler angles,
+roll-pitch-yaw.
 
 Euler angles of order ABC: intrinsic R = R_A(a) R_B(b) R_C(c), each turn about the axes as turned so far; extrinsic
 R = R_C(c) R_B(b) R_A(a), each about the fixed axes. Roll-pitch-yaw is extrinsic XYZ.

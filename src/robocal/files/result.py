@@ -1,4 +1,5 @@
-"""result.json: what an identification found, with its evidence. The model here is the format; its JSON Schema is in the documentation.
+"""result.json: what an identification found, with its evidence. The model here is the format; its JSON Schema is in
+the documentation.
 
 Numbers are in the units that stand beside them. What does not exist is null; NaN and infinity are never written.
 """

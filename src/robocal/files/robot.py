@@ -1,7 +1,7 @@
 """A robot as a file describes it: robot.yaml, a URDF, or a name from the catalogue, to a chain in SI and back.
 
-Writing back changes numbers only: comments, order and layout of the original stay. What a format cannot say (a gain in a URDF) is
-listed in `left_out`, never dropped in silence.
+Writing back changes numbers only: comments, order and layout of the original stay. What a format cannot say (a gain
+in a URDF) is listed in `left_out`, never dropped in silence.
 """
 
 from __future__ import annotations
@@ -36,9 +36,11 @@ HEADER = "# Calibrated by robocal"
 
 @dataclass(frozen=True)
 class Robot:
-    """A chain with where it came from: `text` and `sha256` of the file, and the units in which it and its reports speak.
+    """A chain with where it came from: `text` and `sha256` of the file, and the units in which it and its reports
+    speak.
 
-    `format` is yaml or urdf; `path` is None for a catalogue robot, whose `text` was made; `root` and `tip` are the links of a URDF.
+    `format` is yaml or urdf; `path` is None for a catalogue robot, whose `text` was made; `root` and `tip` are the
+    links of a URDF.
     """
 
     chain: Chain
@@ -92,7 +94,8 @@ class RobotModel(Model):
 
 
 def open_robot(name: str | os.PathLike[str], *, base: str | None = None, tip: str | None = None) -> Robot:
-    """A robot from a file, or from the catalogue when no file has this name. Raises FileError, FormatError or ModelError."""
+    """A robot from a file, or from the catalogue when no file has this name. Raises FileError, FormatError or
+    ModelError."""
     place = Path(name)
     if place.exists() or place.suffix or len(place.parts) > 1:
         return read_robot(place, base=base, tip=tip)
@@ -100,11 +103,13 @@ def open_robot(name: str | os.PathLike[str], *, base: str | None = None, tip: st
 
     made = catalog.get(str(name))
     text = describe(made, Units())
-    return replace(parse_robot(Source(Path(f"{name}.yaml"), text, sha256(text.encode()).hexdigest())), path=None)
+    robot = parse_robot(Source(Path(f"{name}.yaml"), text, sha256(text.encode()).hexdigest()))
+    return replace(robot, path=None, chain=replace(robot.chain, meta={**made.meta, **robot.chain.meta}))
 
 
 def read_robot(path: str | os.PathLike[str], *, base: str | None = None, tip: str | None = None) -> Robot:
-    """Reads a robot.yaml, or a URDF (by suffix or content) from link `base` to link `tip`. Raises FileError or FormatError."""
+    """Reads a robot.yaml, or a URDF (by suffix or content) from link `base` to link `tip`. Raises FileError or
+    FormatError."""
     source = read_text(path)
     if source.path.suffix.lower() in (".urdf", ".xacro", ".xml") or source.text.lstrip().startswith("<"):
         from robocal.files.urdf import read_urdf
@@ -275,7 +280,8 @@ def render_robot(robot: Robot, values: Mapping[str, float]) -> tuple[str, tuple[
 
 
 def describe(arm: Chain, units: Units | None = None, *, comment: str = "", calibrate: bool = True) -> str:
-    """A robot.yaml for a chain that a convention wrote: what `open_robot` makes of a catalogue robot, and `robocal new` of a template."""
+    """A robot.yaml for a chain that a convention wrote: what `open_robot` makes of a catalogue robot, and `robocal
+    new` of a template."""
     units = units or Units()
     rule = CONVENTIONS[arm.convention]
     lines = [f"# {line}" for line in comment.splitlines()]

@@ -1,4 +1,5 @@
-"""Rows of a robot file, in its units, to rows of a convention in SI, and the numbers that a calibration changed back to where they stand.
+"""Rows of a robot file, in its units, to rows of a convention in SI, and the numbers that a calibration changed back
+to where they stand.
 
 What a key is (a length, an angle, a point, ...) is declared by the convention; nothing here knows a convention by name.
 """
@@ -122,7 +123,8 @@ def leaves(row: Mapping[str, object], rule: Convention, units: Units) -> Iterato
 def changes(
     old: Mapping[str, object], new: Mapping[str, object], given: Mapping[str, Any], rule: Convention, units: Units
 ) -> dict[Path_, float | str]:
-    """What to write into a row of the file (`given`) so that it says `new` (SI) instead of `old` (SI): only numbers that differ."""
+    """What to write into a row of the file (`given`) so that it says `new` (SI) instead of `old` (SI): only numbers
+    that differ."""
     before = {path: value for path, value, _ in leaves(old, rule, units)}
     out: dict[Path_, float | str] = {}
     for path, value, unit in leaves(new, rule, units):
@@ -146,7 +148,8 @@ def same(a: float, b: float) -> bool:
 
 
 def show_row(row: Mapping[str, object], rule: Convention, units: Units) -> str:
-    """A row in SI as one line of YAML in the file's units; zeros that are the default are left out unless they are all there is."""
+    """A row in SI as one line of YAML in the file's units; zeros that are the default are left out unless they are all
+    there is."""
     shown = {path: number(unit.from_si(value)) for path, value, unit in leaves(row, rule, units)}
     words = []
     for name, value in row.items():

@@ -1,4 +1,5 @@
-"""The run folder of one identification: result.json, the calibrated robot, residuals.csv, report.html; all of them, or none."""
+"""The run folder of one identification: result.json, the calibrated robot, residuals.csv, report.html; all of them, or
+none."""
 
 from __future__ import annotations
 
@@ -64,7 +65,8 @@ def write_run(
     *,
     robot_name: str = ROBOTS[0],
 ) -> tuple[Path, ...]:
-    """Writes a run folder; files of an earlier run that this one does not have are removed. Raises FileError, and then nothing changed."""
+    """Writes a run folder; files of an earlier run that this one does not have are removed. Raises FileError, and then
+    nothing changed."""
     files = {RESULT: result.to_json()}
     if robot_text is not None:
         files[robot_name] = robot_text

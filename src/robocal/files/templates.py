@@ -1,4 +1,5 @@
-"""Commented files to start from: a robot (of the catalogue, or of a convention with empty rows), its data file and a table."""
+"""Commented files to start from: a robot (of the catalogue, or of a convention with empty rows), its data file and a
+table."""
 
 from __future__ import annotations
 
@@ -41,9 +42,11 @@ csv: {{separator: ",", decimal: ".", header: true}}    # columns by name, or by 
 joints: {{columns: [{joints}], unit: {joint_unit}}}
 position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
 {orientation}frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
-# targets: {{smr1: {{xyz: [0, 0, 100], free: true}}}}    # where the measured point sits on the tool; without it the tool itself
+# targets: {{smr1: {{xyz: [0, 0, 100], free: true}}}}    # where the measured point sits on the tool; without it the
+# tool itself
 # target: {{column: target}}                           # which target a row sees, when there are several
-configuration: {{id: configuration}}    # also: temperature, payload, approach, time; rows with one id are one configuration
+configuration: {{id: configuration}}    # also: temperature, payload, approach, time; rows with one id are one
+configuration
 """
 ORIENTATION = {
     "position": "",
@@ -54,7 +57,8 @@ TABLE = "# Example rows, computed from the nominal robot: put your measurements 
 
 
 def convention_chain(convention: str, joints: int, name: str = "my robot") -> Chain:
-    """An arm of revolute joints whose rows name every key of a convention. Raises ModelError for an unknown convention."""
+    """An arm of revolute joints whose rows name every key of a convention. Raises ModelError for an unknown
+    convention."""
     rule = convention_of(convention)
     row = {
         key.name: EXAMPLES.get(key.quantity, 0.0) if key.required or key.quantity == "direction" else key.default

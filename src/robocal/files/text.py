@@ -1,7 +1,7 @@
 """Reading text safely and writing files whole: what every format here stands on.
 
-Nothing is ever half-written: bytes go to a temporary name in the same folder, reach the disk, and are renamed; when any step of several
-fails, or Ctrl-C arrives, the folder is as it was.
+Nothing is ever half-written: bytes go to a temporary name in the same folder, reach the disk, and are renamed; when
+any step of several fails, or Ctrl-C arrives, the folder is as it was.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ class Source:
 
 
 def read_bytes(path: str | os.PathLike[str], *, limit: int = FILE_LIMIT) -> bytes:
-    """The bytes of a file of at most `limit` bytes. Raises FileError when it is missing, a folder, unreadable, too big or empty."""
+    """The bytes of a file of at most `limit` bytes. Raises FileError when it is missing, a folder, unreadable, too big
+    or empty."""
     place = Path(path)
     try:
         if place.is_dir():
@@ -56,7 +57,8 @@ def read_bytes(path: str | os.PathLike[str], *, limit: int = FILE_LIMIT) -> byte
 
 
 def read_text(path: str | os.PathLike[str], *, limit: int = FILE_LIMIT) -> Source:
-    """A UTF-8 text file, with or without byte-order mark. Raises FileError for another encoding (which byte) or a line over 1 MB."""
+    """A UTF-8 text file, with or without byte-order mark. Raises FileError for another encoding (which byte) or a line
+    over 1 MB."""
     data = read_bytes(path, limit=limit)
     mark = "\ufeff" if data.startswith(b"\xef\xbb\xbf") else ""
     return Source(Path(path), decode(data, path), hashlib.sha256(data).hexdigest(), mark)
@@ -106,7 +108,8 @@ def write_bytes(path: str | os.PathLike[str], data: bytes) -> Path:
 
 
 def write_files(folder: str | os.PathLike[str], files: Mapping[str, bytes | str]) -> tuple[Path, ...]:
-    """Writes several files into a folder, all of them or none. Raises FileError; existing files of these names are replaced."""
+    """Writes several files into a folder, all of them or none. Raises FileError; existing files of these names are
+    replaced."""
     home = Path(folder)
     targets = tuple(home / name for name in files)
     made = _make_folder(home)

@@ -1,6 +1,7 @@
 """Units by name, to SI and back; inside robocal everything is in m, rad, s, kg, N, K.
 
-A compound such as `mm/K` or `deg/(N m)` is a product of known units: words before the first slash multiply, every word after one divides.
+A compound such as `mm/K` or `deg/(N m)` is a product of known units: words before the first slash multiply, every
+word after one divides.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ class Unit:
 
     @property
     def parts(self) -> float:
-        """How many of it make one SI unit, when that is a whole number, else 0: dividing by 1000 rounds once, 1e-3 is rounded already."""
+        """How many of it make one SI unit, when that is a whole number, else 0: dividing by 1000 rounds once, 1e-3 is
+        rounded already."""
         whole = round(1 / self.factor)
         return float(whole) if whole > 1 and abs(whole * self.factor - 1) < 1e-15 else 0.0
 
@@ -138,7 +140,8 @@ def parse_unit(
     column: str | int | None = None,
     key: str | None = None,
 ) -> Unit:
-    """The unit of this name, of quantity `si` when given. Raises FormatError naming the nearest, or the units that fit."""
+    """The unit of this name, of quantity `si` when given. Raises FormatError naming the nearest, or the units that
+    fit."""
     where = {"file": file, "row": row, "column": column, "key": key}
     fitting = [u.name for u in UNITS.values() if si is None or u.si == si]
     if not isinstance(name, str) or not name.strip():

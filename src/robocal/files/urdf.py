@@ -1,4 +1,5 @@
-"""URDF in and out: a path of links becomes a chain; on the way back only the changed origins are touched, every other byte survives."""
+"""URDF in and out: a path of links becomes a chain; on the way back only the changed origins are touched, every other
+byte survives."""
 
 from __future__ import annotations
 
@@ -44,7 +45,8 @@ class UrdfArm:
 
 
 def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None) -> UrdfArm:
-    """The chain from link `base` (default the root) to link `tip` (default the end of the longest chain). Raises FormatError."""
+    """The chain from link `base` (default the root) to link `tip` (default the end of the longest chain). Raises
+    FormatError."""
     root = parse_tree(source.text, source.path)
     check_xacro(root, source)
     if root.tag != "robot":

@@ -1,6 +1,7 @@
 """A URDF as a tree of elements, and its links and joints as a tree of links; every complaint names the line.
 
-The file is read by expat with document types refused, so no entity can expand. Positions of start tags are kept as byte offsets.
+The file is read by expat with document types refused, so no entity can expand. Positions of start tags are kept as
+byte offsets.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """YAML, read as data only and written back byte for byte but for the values that change.
 
-Tags, anchors, aliases, directives and several documents are refused: a robot needs none of them, and they are how a small file becomes a
-big one or runs code. Every value remembers its line.
+Tags, anchors, aliases, directives and several documents are refused: a robot needs none of them, and they are how a
+small file becomes a big one or runs code. Every value remembers its line.
 """
 
 from __future__ import annotations
@@ -75,7 +75,8 @@ def parse(source: Source) -> Document:
 
 
 def edit(text: str, changes: Mapping[Path_, float | str], path: object = None) -> str:
-    """The text with other numbers at some key paths; a key that is missing is added to its mapping. All other bytes survive.
+    """The text with other numbers at some key paths; a key that is missing is added to its mapping. All other bytes
+    survive.
 
     A key path that needs a mapping or list that is not there raises FormatError.
     """

@@ -15,7 +15,7 @@ from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot
 from robocal.geometry import fits
-from robocal.jobs.inputs import Watch, open_arm, read_inputs, robot_file
+from robocal.jobs.inputs import Watch, computable, open_arm, read_inputs, robot_file
 from robocal.measure.data import DataSet
 
 __all__ = ["Checked", "check"]
@@ -23,7 +23,8 @@ __all__ = ["Checked", "check"]
 
 @dataclass(frozen=True)
 class Checked:
-    """What was found: the robot, the instruments (one mapping each), what the data can tell at the nominal model, and warnings."""
+    """What was found: the robot, the instruments (one mapping each), what the data can tell at the nominal model, and
+    warnings."""
 
     robot: Robot
     data: DataSet | None
@@ -75,9 +76,10 @@ def check(
         return Checked(arm, None, (), arm.chain.table.free, None, None, False, warnings, (robot_file(arm, robot),))
     inputs = read_inputs(robot, data, base=base, tip=tip, watch=watch)
     chain, measured = inputs.robot.chain, inputs.data
-    problem, x = baseline(chain, measured, np.arange(len(measured.configurations)), watch)
-    free = problem.table.free
-    seen = analyse(problem.with_free(free), x) if free else None
+    with computable(robot, *data):
+        problem, x = baseline(chain, measured, np.arange(len(measured.configurations)), watch)
+        free = problem.table.free
+        seen = analyse(problem.with_free(free), x) if free else None
     lengths = [np.linalg.norm(r.value[:, a:b], axis=1) for r in problem.residuals(x) for a, b, u in r.parts if u == "m"]
     misfit = float(np.concatenate(lengths).mean()) if lengths else None
     assumed = any(o.sigma is None for o in measured.observations)

@@ -1,7 +1,7 @@
 """The verb `demo`: arms that a stranger can watch being calibrated, two simulated and one really measured.
 
-Every case is a function that yields what it finds, so that the story can be told while it happens, each with whether it came
-out as it should.
+Every case is a function that yields what it finds, so that the story can be told while it happens, each with whether
+it came out as it should.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ class Finding:
 
 @dataclass(frozen=True)
 class Case:
-    """A case by name: its title, the story before it starts, where the numbers come from, and the function that does it."""
+    """A case by name: its title, the story before it starts, where the numbers come from, and the function that does
+    it."""
 
     name: str
     title: str

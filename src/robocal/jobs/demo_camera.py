@@ -1,4 +1,5 @@
-"""Demo: ten real camera measurements of a small arm that carries the camera; they do not support a calibration, and it is refused."""
+"""Demo: ten real camera measurements of a small arm that carries the camera; they do not support a calibration, and it
+is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Demo: the Mitsubishi RV-2AJ of a published calibration, simulated: 56 points in one plane, and what one plane cannot tell."""
+"""Demo: the Mitsubishi RV-2AJ of a published calibration, simulated: 56 points in one plane, and what one plane cannot
+tell."""
 
 from __future__ import annotations
 

@@ -25,7 +25,8 @@ def example_folder(name: str) -> Path:
 
 
 def copy_example(name: str, folder: Path) -> None:
-    """Copies the files of an example that a person would edit (YAML, CSV, Markdown) into a folder, all or none. Raises FileError."""
+    """Copies the files of an example that a person would edit (YAML, CSV, Markdown) into a folder, all or none. Raises
+    FileError."""
     source = example_folder(name)
     chosen = [p for p in sorted(source.iterdir()) if p.is_file() and p.suffix in (".yaml", ".csv", ".md")]
     write_files(folder, {p.name: read_bytes(p) for p in chosen})

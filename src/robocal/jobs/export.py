@@ -45,7 +45,8 @@ def export(
     base: str | None = None,
     tip: str | None = None,
 ) -> Exported:
-    """The robot (a file, a catalogue name or a run folder) in another form. Raises InputError, also for a form that cannot hold it."""
+    """The robot (a file, a catalogue name or a run folder) in another form. Raises InputError, also for a form that
+    cannot hold it."""
     if form not in FORMATS:
         raise ModelError(
             "unknown format", key="--format", found=form, expected=", ".join(FORMATS), suggestion=nearest(form, FORMATS)
@@ -70,11 +71,12 @@ def export(
     return Exported(form, text, write_text(output, text), notes)
 
 
-# --- the parameter table ----------------------------------------------------------------------------------------------------
+# --- the parameter table --------------------------------------------------------------------------------------------
 
 
 def parameter_table(robot: Robot) -> list[list[str]]:
-    """Header and rows in the robot's units: one row per joint, then its base and tool; columns are the convention's keys."""
+    """Header and rows in the robot's units: one row per joint, then its base and tool; columns are the convention's
+    keys."""
     chain, units = robot.chain, robot.units
     rule = convention_of(chain.convention)
     if any(key.quantity == "steps" for key in rule.keys):
@@ -133,7 +135,8 @@ def _markdown(table: list[list[str]]) -> str:
 def joint_offsets(nominal: Chain, corrected: Mapping[str, float]) -> list[tuple[str, float]]:
     """What to add to every joint value (rad or m) before the nominal model, from corrected parameter values in SI.
 
-    The joint's element has the value factor * gain * q + offset; the offset's change, seen as a change of q, is divided by factor and gain.
+    The joint's element has the value factor * gain * q + offset; the offset's change, seen as a change of q, is
+    divided by factor and gain.
     """
     out = []
     for joint in nominal.joints:

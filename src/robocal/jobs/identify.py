@@ -11,9 +11,9 @@ from typing import Any
 
 from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify as solve
-from robocal.errors import ModelError, nearest
+from robocal.errors import FileError, ModelError, nearest
 from robocal.estimate.least_squares import METHODS
-from robocal.jobs.inputs import Inputs, Watch, choose, read_inputs
+from robocal.jobs.inputs import Inputs, Watch, choose, computable, read_inputs
 from robocal.jobs.outcome import Outcome, provenance, residual_columns, save, to_result
 
 __all__ = ["Choices", "identify", "identify_inputs"]
@@ -80,9 +80,12 @@ def identify(
     command: str = "",
     watch: Watch | None = None,
 ) -> Outcome:
-    """Identifies a robot from files; with `output`, writes the run folder. Raises InputError for whatever is wrong with them."""
+    """Identifies a robot from files; with `output`, writes the run folder. Raises InputError for whatever is wrong
+    with them."""
     choices = choices or Choices()
     _ = choices.options
+    if output is not None and output.exists() and not output.is_dir():
+        raise FileError("this is not a folder", file=output, expected="a folder for the run, or a new name")
     inputs = read_inputs(robot, data, base=choices.base, tip=choices.tip, watch=watch)
     return identify_inputs(inputs, choices, output=output, command=command, watch=watch)
 
@@ -99,7 +102,8 @@ def identify_inputs(
     choices = choices or Choices()
     started, clock = datetime.datetime.now(datetime.UTC), time.perf_counter()
     robot, data = choose(inputs.robot, inputs.data, free=choices.free, fix=choices.fix, prior=choices.prior)
-    found = solve(robot.chain, data, choices.options, watch)
+    with computable(*(i.file for i in inputs.files)):
+        found = solve(robot.chain, data, choices.options, watch)
     stamp = started.isoformat(timespec="seconds")
     recipe = provenance(command, inputs.files, choices.seed, stamp, time.perf_counter() - clock, choices.record)
     outcome = Outcome(to_result(found, robot, recipe, inputs.warnings), residual_columns(found), found, robot)

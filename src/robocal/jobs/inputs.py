@@ -1,10 +1,12 @@
-"""From names on a command line to a robot and a data set that belong together: opened, joined, and their units doubted."""
+"""From names on a command line to a robot and a data set that belong together: opened, joined, and their units
+doubted."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
@@ -14,13 +16,15 @@ import numpy as np
 from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import errors
 from robocal.calibrate.identify import baseline
-from robocal.errors import FileError, FormatError, ModelError
+from robocal.errors import FileError, FormatError, InputError, ModelError
 from robocal.files.dataset import InputFile, Reading, read_datasets
 from robocal.files.doubts import Suspicion
+from robocal.files.kinds import READERS
 from robocal.files.robot import Robot, open_robot
+from robocal.files.yamlio import load
 from robocal.measure.data import DataSet
 
-__all__ = ["Inputs", "Watch", "open_arm", "read_inputs", "robot_file", "run_file"]
+__all__ = ["Inputs", "Watch", "choose", "computable", "open_arm", "read_inputs", "robot_file", "run_file"]
 
 Watch = Callable[[dict[str, object]], None]
 TENFOLD = 10.0
@@ -39,6 +43,16 @@ class Inputs:
     def data(self) -> DataSet:
         """The data set."""
         return self.reading.dataset
+
+
+@contextmanager
+def computable(*names: object) -> Iterator[None]:
+    """Numbers that no computer can handle (1e308 mm) are wrong input, whoever stumbles over them. Raises ModelError."""
+    try:
+        yield
+    except np.linalg.LinAlgError:
+        found = ", ".join(str(n) for n in names)
+        raise ModelError("some numbers are far too large or too small to compute with", key=found) from None
 
 
 def run_file(folder: Path, name: str) -> Path:
@@ -88,14 +102,38 @@ def read_inputs(
     tip: str | None = None,
     watch: Watch | None = None,
 ) -> Inputs:
-    """Opens a robot and its data files as one data set. Raises InputError for whatever is wrong with them, units that are mixed up too."""
+    """Opens a robot and its data files as one data set. Raises InputError for whatever is wrong with them, units that
+    are mixed up too."""
     if watch:
         watch({"stage": "read"})
-    arm = open_arm(robot, base=base, tip=tip)
-    reading = read_datasets([Path(d) for d in data], arm.chain)
+    try:
+        arm = open_arm(robot, base=base, tip=tip)
+    except FormatError:
+        _refuse_other_kind(robot, READERS, "this is a data file, not a robot")
+        raise
+    try:
+        reading = read_datasets([Path(d) for d in data], arm.chain)
+    except FormatError:
+        for name in data:
+            _refuse_other_kind(name, ("arm", "cable"), "this is a robot file, not a data file")
+        raise
     _one_frame_per_name(reading)
-    doubts = doubt_units(arm.chain, reading, watch)
+    with computable(robot, *data):
+        doubts = doubt_units(arm.chain, reading, watch)
     return Inputs(arm, reading, (robot_file(arm, robot), *reading.files), (*arm.warnings, *reading.warnings, *doubts))
+
+
+def _refuse_other_kind(name: str | os.PathLike[str], kinds: Container[object], message: str) -> None:
+    """Raises FormatError when a YAML file is one of the other sort: the arguments were mixed up."""
+    place = Path(name)
+    if place.suffix.lower() not in (".yaml", ".yml") or not place.is_file():
+        return
+    try:
+        kind = load(place).data.get("kind")
+    except InputError:
+        return
+    if isinstance(kind, str) and kind in kinds:
+        raise FormatError(message, file=place, key="kind", found=kind, expected="the robot first, then data files")
 
 
 def _one_frame_per_name(reading: Reading) -> None:
@@ -113,7 +151,8 @@ def _one_frame_per_name(reading: Reading) -> None:
 
 
 def misfit(chain: Chain, data: DataSet) -> float:
-    """What the nominal model with fitted frames leaves, relative to the spread of what was measured: the same in every unit."""
+    """What the nominal model with fitted frames leaves, relative to the spread of what was measured: the same in every
+    unit."""
     problem, x = baseline(chain, data, np.arange(len(data.configurations)))
     left, _ = errors(problem.residuals(x), "m")
     points = [o.value[:, :3] for o in data.observations if o.kind in ("position", "pose")]
@@ -157,7 +196,7 @@ def doubt_units(chain: Chain, reading: Reading, watch: Watch | None = None) -> t
     return tuple(str(d) for d in doubts)
 
 
-# --- what a person chooses for one run --------------------------------------------------------------------------------------
+# --- what a person chooses for one run ------------------------------------------------------------------------------
 
 
 def split_words(words: Sequence[str]) -> tuple[str, ...]:
@@ -168,7 +207,8 @@ def split_words(words: Sequence[str]) -> tuple[str, ...]:
 def choose(
     robot: Robot, data: DataSet, *, free: Sequence[str] = (), fix: Sequence[str] = (), prior: Sequence[str] = ()
 ) -> tuple[Robot, DataSet]:
-    """The robot and data with other free parameters and priors than their files say. Raises ModelError naming the nearest name."""
+    """The robot and data with other free parameters and priors than their files say. Raises ModelError naming the
+    nearest name."""
     table = robot.chain.table
     frames = {f.name: f for o in data.observations for f in (*((o.frame,) if o.frame else ()), *o.targets)}
     free, fix = split_words(free), split_words(fix)

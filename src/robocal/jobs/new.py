@@ -40,7 +40,8 @@ def listing() -> Listing:
 
 
 def new(robot: str, output: Path, *, joints: int = 6, kind: str = "position", force: bool = False) -> New:
-    """Writes robot.yaml, data.yaml and measurements.csv. Raises ModelError for an unknown name, FileError for a file that exists."""
+    """Writes robot.yaml, data.yaml and measurements.csv. Raises ModelError for an unknown name, FileError for a file
+    that exists."""
     if kind not in KINDS:
         raise ModelError(
             "unknown kind", key="--kind", found=kind, expected=", ".join(KINDS), suggestion=nearest(kind, KINDS)

@@ -1,4 +1,5 @@
-"""From an identification in SI to what is written and shown: result.json, the columns of residuals.csv, the calibrated robot.
+"""From an identification in SI to what is written and shown: result.json, the columns of residuals.csv, the calibrated
+robot.
 
 Parameters speak the units of the robot file; errors are in mm and deg, whatever the files say.
 """
@@ -242,7 +243,8 @@ def _metric(before: Array, after: Array, unseen: float, place: Array, part: tupl
 
 
 def save(outcome: Outcome, folder: Path) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Writes the run folder, all or nothing; returns the files and notes: a report that could not be made, values left out."""
+    """Writes the run folder, all or nothing; returns the files and notes: a report that could not be made, values left
+    out."""
     robot, notes = outcome.robot, []
     values = {p.name: p.value for p in outcome.identification.corrected.table.rows}
     text, left_out = render_robot(robot, values)

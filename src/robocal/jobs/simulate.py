@@ -45,7 +45,8 @@ STANDS = (1.6, -1.1, 0.4, 0.02, -0.03, 2.1)
 
 @dataclass(frozen=True)
 class Errors:
-    """How the true robot differs: normal errors of lengths and angles of its geometry, and values set by name (all SI)."""
+    """How the true robot differs: normal errors of lengths and angles of its geometry, and values set by name (all
+    SI)."""
 
     length: float = 3e-4
     angle: float = 1e-3
@@ -54,7 +55,8 @@ class Errors:
 
 @dataclass(frozen=True)
 class Instrument:
-    """What measures: its kind, its noise per axis (m, rad), and its frame (m, rotation vector), None for base coordinates."""
+    """What measures: its kind, its noise per axis (m, rad), and its frame (m, rotation vector), None for base
+    coordinates."""
 
     kind: str = "position"
     noise: float = 5e-5
@@ -87,7 +89,8 @@ def sample_joints(chain: Chain, count: int, rng: np.random.Generator) -> Array:
 
 
 def true_chain(chain: Chain, errors: Errors, rng: np.random.Generator) -> Chain:
-    """The robot as it is said to be: perturbed geometry, then the values that were set. Raises ModelError for an unknown name."""
+    """The robot as it is said to be: perturbed geometry, then the values that were set. Raises ModelError for an
+    unknown name."""
     size = {"m": errors.length, "rad": errors.angle}
     moved = {}
     for name in chain.geometric:
@@ -184,7 +187,8 @@ def simulate(
     tip: str | None = None,
     watch: Watch | None = None,
 ) -> Simulated:
-    """Simulates and writes robot, truth and data into a folder; numbers are in the robot file's units. Raises InputError."""
+    """Simulates and writes robot, truth and data into a folder; numbers are in the robot file's units. Raises
+    InputError."""
     if kind not in KINDS:
         raise ModelError(
             "unknown kind", key="--kind", found=kind, expected=", ".join(KINDS), suggestion=nearest(kind, KINDS)

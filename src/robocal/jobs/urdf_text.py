@@ -1,7 +1,9 @@
-"""A URDF for an arm that did not come from one: the same kinematics, joint by joint, with nothing but the joint axes and the tool.
+"""A URDF for an arm that did not come from one: the same kinematics, joint by joint, with nothing but the joint axes
+and the tool.
 
-With the arm at zero every link frame is parallel to the base and lies on its joint's axis, at the foot of the perpendicular from
-the frame before it. So every origin has xyz only, the axis carries the direction, and no angle is rounded but the tool's.
+With the arm at zero every link frame is parallel to the base and lies on its joint's axis, at the foot of the
+perpendicular from the frame before it. So every origin has xyz only, the axis carries the direction, and no angle is
+rounded but the tool's.
 """
 
 from __future__ import annotations
@@ -40,7 +42,8 @@ def urdf_text(chain: Chain) -> tuple[str, tuple[str, ...]]:
         turning = joint.type == "revolute"
         axis = jac[3:, i] if turning else jac[:3, i]
         axis = axis / np.linalg.norm(axis)
-        # v = axis x (tool - point), so tool + axis x v lies on the axis; any point of it will do, the nearest is the plainest.
+        # v = axis x (tool - point), so tool + axis x v lies on the axis; any point of it will do, the nearest is the
+        # plainest.
         point = at
         if turning:
             lever = tool[:3, 3] + np.cross(axis, jac[:3, i])

@@ -1,7 +1,8 @@
 """The verb `validate`: how wrong a robot model is on data that it was not fitted to.
 
-The robot stays as it is. Frames that the data leave free belong to the instrument's day, so they are fitted again. That makes every
-figure a little too good, by sqrt((rows - fitted) / rows) for normal errors; it is put back, and the figures are labelled `profiled`.
+The robot stays as it is. Frames that the data leave free belong to the instrument's day, so they are fitted again.
+That makes every figure a little too good, by sqrt((rows - fitted) / rows) for normal errors; it is put back, and the
+figures are labelled `profiled`.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from robocal.estimate.identifiability import analyse
 from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot
 from robocal.files.text import write_files
-from robocal.jobs.inputs import Inputs, Watch, open_arm, read_inputs, robot_file
+from robocal.jobs.inputs import Inputs, Watch, computable, open_arm, read_inputs, robot_file
 from robocal.jobs.plain import plain
 from robocal.measure.data import DataSet
 
@@ -35,7 +36,8 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of one model by SI unit: values (N,) with the configuration of each (N,), and the frame parameters that were fitted."""
+    """Errors of one model by SI unit: values (N,) with the configuration of each (N,), and the frame parameters that
+    were fitted."""
 
     position: Array
     position_at: Ints
@@ -127,11 +129,13 @@ def validate(
     command: str = "",
     watch: Watch | None = None,
 ) -> Validation:
-    """Validates a robot on data files, compared with another robot when one is given; `output` gets validation.json. Raises InputError."""
+    """Validates a robot on data files, compared with another robot when one is given; `output` gets validation.json.
+    Raises InputError."""
     inputs = read_inputs(robot, data, base=base, tip=tip, watch=watch)
     other = None if against is None else open_arm(against, base=base, tip=tip)
-    mine = model_errors(inputs.robot.chain, inputs.data, watch)
-    theirs = None if other is None else model_errors(other.chain, inputs.data, watch)
+    with computable(robot, *data):
+        mine = model_errors(inputs.robot.chain, inputs.data, watch)
+        theirs = None if other is None else model_errors(other.chain, inputs.data, watch)
     reasons = list(_already_used(inputs))
     if mine.rows < 2 * len(mine.fitted):
         reasons.append(

@@ -1,6 +1,7 @@
 """The way from a machine and its data to a problem.
 
-A kind of measurement asks the builder for carriers, turns them into rows (residual and Jacobian), and never sees a machine.
+A kind of measurement asks the builder for carriers, turns them into rows (residual and Jacobian), and never sees a
+machine.
 """
 
 from __future__ import annotations
@@ -140,12 +141,16 @@ class Builder:
         if program.columns and isinstance(self.machine, Chain):
             c = self.configurations
             if c.joints is None:
-                raise ModelError("the model needs joint values that the data lack", expected=", ".join(self.machine.joint_names))
+                raise ModelError(
+                    "the model needs joint values that the data lack", expected=", ".join(self.machine.joint_names)
+                )
             phi = self.machine.phi(c.joints, c.columns, program)[configuration]
             if np.isnan(phi).any():
                 row, column = np.argwhere(np.isnan(phi))[0]
                 place = self.configurations.ids[configuration[row]]
-                raise ModelError("a configuration lacks a value that the model needs", key=program.columns[column], found=place)
+                raise ModelError(
+                    "a configuration lacks a value that the model needs", key=program.columns[column], found=place
+                )
         phi = np.ascontiguousarray(phi[None])
         return Path(program, phi, cosines(phi))
 
@@ -183,7 +188,9 @@ class Builder:
         if obs.target is None:
             return [(0, np.arange(len(obs)))]
         if len(obs) and not 0 <= obs.target.min() <= obs.target.max() < len(obs.targets):
-            raise ModelError("an observation of a target that is not listed", key=obs.label, expected=f"0 to {len(obs.targets) - 1}")
+            raise ModelError(
+                "an observation of a target that is not listed", key=obs.label, expected=f"0 to {len(obs.targets) - 1}"
+            )
         return [(t, np.flatnonzero(obs.target == t)) for t in range(len(obs.targets)) if (obs.target == t).any()]
 
 
@@ -241,9 +248,13 @@ def problem(
 def _one_meaning(machine: Machine, first: Frame, frame: Frame) -> None:
     """One name stands for one frame: the same number under two meanings would be fitted to both."""
     if any(p.name in machine.table for p in frame.parameters):
-        raise ModelError("a frame or target has the name of a part of the machine", key=frame.name, expected="another name")
+        raise ModelError(
+            "a frame or target has the name of a part of the machine", key=frame.name, expected="another name"
+        )
     if (first.value, first.free, first.mount) != (frame.value, frame.free, frame.mount):
-        raise ModelError("two different frames or targets have one name", key=frame.name, expected="two names, or equal values")
+        raise ModelError(
+            "two different frames or targets have one name", key=frame.name, expected="two names, or equal values"
+        )
 
 
 def synthesise(

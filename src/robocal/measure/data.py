@@ -147,5 +147,7 @@ def _stack(a: Array | None, b: Array | None, rows_a: int, rows_b: int, absent: f
     upper = np.full((rows_a, width), absent) if a is None else a
     lower = np.full((rows_b, width), absent) if b is None else b
     if upper.shape[1] != lower.shape[1]:
-        raise ModelError("two data sets with different numbers of joints", found=lower.shape[1], expected=upper.shape[1])
+        raise ModelError(
+            "two data sets with different numbers of joints", found=lower.shape[1], expected=upper.shape[1]
+        )
     return np.vstack([upper, lower])

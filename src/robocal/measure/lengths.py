@@ -55,7 +55,12 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
         raise ModelError("cable lengths need a cable robot", found=type(machine).__name__)
     number = obs.extra["cable"].astype(np.int64)
     if len(number) and not 0 <= number.min() <= number.max() < len(machine.cables):
-        raise ModelError("no such cable", key="cable", found=[int(number.min()), int(number.max())], expected=f"0 to {len(machine.cables) - 1}")
+        raise ModelError(
+            "no such cable",
+            key="cable",
+            found=[int(number.min()), int(number.max())],
+            expected=f"0 to {len(machine.cables) - 1}",
+        )
     return [
         LengthRows(builder, obs, name, np.flatnonzero(number == i))
         for i, name in enumerate(machine.cables)

@@ -1,4 +1,5 @@
-"""report.html: one self-contained page that a metrologist can hand over, and a picture for elsewhere. Only `files` writes them."""
+"""report.html: one self-contained page that a metrologist can hand over, and a picture for elsewhere. Only `files`
+writes them."""
 
 from robocal.report.page import render
 from robocal.report.pictures import before_after

@@ -1,7 +1,9 @@
-"""Error arrows at the tool's positions in two panels, before and after: drawn here once, turned by viewer.js in the browser.
+"""Error arrows at the tool's positions in two panels, before and after: drawn here once, turned by viewer.js in the
+browser.
 
-The view is orthographic. With azimuth a and elevation e, right = (-sin a, cos a, 0) and up = (-sin e cos a, -sin e sin a, cos e)
-span the page. Both sides use the same formulas and numbers, so a page without scripts, or on paper, shows the script's first view.
+The view is orthographic. With azimuth a and elevation e, right = (-sin a, cos a, 0) and up = (-sin e cos a, -sin e
+sin a, cos e) span the page. Both sides use the same formulas and numbers, so a page without scripts, or on paper,
+shows the script's first view.
 """
 
 from __future__ import annotations
@@ -27,7 +29,8 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Arrows:
-    """Two pictures, the numbers that viewer.js needs (JSON, safe inside a script element), and in words how far the box reaches."""
+    """Two pictures, the numbers that viewer.js needs (JSON, safe inside a script element), and in words how far the
+    box reaches."""
 
     before: str
     after: str

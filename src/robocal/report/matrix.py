@@ -1,4 +1,5 @@
-"""The correlation picture: squares as large as the correlation, filled when positive, hollow when negative, so it survives grey."""
+"""The correlation picture: squares as large as the correlation, filled when positive, hollow when negative, so it
+survives grey."""
 
 from __future__ import annotations
 

@@ -59,7 +59,8 @@ def decimals(size: float, digits: int = 2) -> int:
 
 
 def fixed(value: object, places: int) -> str:
-    """A number with that many decimals; what rounds to zero carries no sign; what no column could hold becomes scientific."""
+    """A number with that many decimals; what rounds to zero carries no sign; what no column could hold becomes
+    scientific."""
     number = finite(value)
     if number is None:
         return MISSING
@@ -114,7 +115,8 @@ def with_unit(text: str, unit: object) -> str:
 
 
 def align(column: Sequence[str]) -> list[str]:
-    """A column of printed numbers padded on the right with figure spaces so that decimal points stand below one another."""
+    """A column of printed numbers padded on the right with figure spaces so that decimal points stand below one
+    another."""
     tails = [len(text) - text.find(".") if "." in text else 0 for text in column]
     most = max(tails, default=0)
     out = []
@@ -128,7 +130,8 @@ def align(column: Sequence[str]) -> list[str]:
 
 
 def ranges(names: Iterable[object]) -> str:
-    """A list of names, consecutive whole numbers (also with one common prefix and width, p001 to p009) drawn together."""
+    """A list of names, consecutive whole numbers (also with one common prefix and width, p001 to p009) drawn
+    together."""
     items = [str(n) for n in names]
     out: list[str] = []
     i = 0

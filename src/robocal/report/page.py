@@ -1,6 +1,8 @@
-"""report.html from a result and its residuals: gathers texts, tables and pictures, and fills the template, which escapes every one of them.
+"""report.html from a result and its residuals: gathers texts, tables and pictures, and fills the template, which
+escapes every one of them.
 
-The page needs nothing from outside. Its content security policy allows one script, by the hash of its text, and no connection at all.
+The page needs nothing from outside. Its content security policy allows one script, by the hash of its text, and no
+connection at all.
 """
 
 from __future__ import annotations
@@ -53,8 +55,8 @@ def _asset(name: str) -> str:
 def render(result: Result, residuals: Columns) -> str:
     """The text of report.html.
 
-    `result` is the parsed result.json, `residuals` the columns of residuals.csv (None for empty cells). Whatever is missing or null
-    is said to be missing. The same input gives the same text. Raises MissingExtra without jinja2.
+    `result` is the parsed result.json, `residuals` the columns of residuals.csv (None for empty cells). Whatever is
+    missing or null is said to be missing. The same input gives the same text. Raises MissingExtra without jinja2.
     """
     environment = _jinja()
     script = _asset("viewer.js")

@@ -1,4 +1,5 @@
-"""Pictures of errors: their histogram, every configuration in a row, the cost while it converges, and one picture for a README."""
+"""Pictures of errors: their histogram, every configuration in a row, the cost while it converges, and one picture for
+a README."""
 
 from __future__ import annotations
 
@@ -13,8 +14,8 @@ __all__ = ["before_after", "convergence", "histogram", "per_pose"]
 
 # The colours of style.css, for a picture that stands alone.
 STYLE = """
-svg{--ink:#16202b;--soft:#5b6673;--grid:#e3e7ec;--axis:#9aa4af;--before:#c2530a;--held:#16202b;--paper:#fff}
-@media (prefers-color-scheme:dark){
+svg{--ink:#16202b;--soft:#5b6673;--grid:#e3e7ec;--axis:#9aa4af;--before:#c2530a;--held:#16202b;--paper:#fff} @media
+(prefers-color-scheme:dark){
 svg{--ink:#e8edf2;--soft:#a3afbb;--grid:#2a343f;--axis:#62707e;--before:#f08a45;--held:#fff;--paper:#10171f}}
 text{font:12.5px system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;fill:var(--soft)}
 .strong{font-weight:600;fill:var(--ink)}.big{font-size:17px;font-weight:600;fill:var(--ink)}
@@ -32,7 +33,8 @@ def _spoken(series: Sequence[Series], unit: str) -> str:
 
 
 def histogram(residuals: Mapping[str, Sequence[object]], quantity: str = "", unit: str = "mm") -> str:
-    """How many errors of each size there are, one row per series over one logarithmic axis; empty text when there are no numbers."""
+    """How many errors of each size there are, one row per series over one logarithmic axis; empty text when there are
+    no numbers."""
     series = three(residuals, quantity, unit)
     around = span(v for s in series for v in s.values)
     if around is None:
@@ -93,7 +95,8 @@ def _scatter(
     what: str,
     named: bool = False,
 ) -> tuple[list[str], str]:
-    """Points over ordinals between (left, right, bottom, top) with mean lines; `named` writes the means and joins two series."""
+    """Points over ordinals between (left, right, bottom, top) with mean lines; `named` writes the means and joins two
+    series."""
     left, right, bottom, top = box
     low, high = span(v for s in series for v in s.values) or (0.1, 1.0)
     last = max(max(s.at) for s in series)

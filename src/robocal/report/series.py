@@ -1,4 +1,5 @@
-"""The columns of residuals.csv as the three series that every picture shows: before, after (configurations of the fit), held out."""
+"""The columns of residuals.csv as the three series that every picture shows: before, after (configurations of the
+fit), held out."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ Columns = Mapping[str, Sequence[object]]
 
 @dataclass(frozen=True)
 class Series:
-    """One series: its class in the style sheet, its name, and for each point the configuration's ordinal (from 1) and the error."""
+    """One series: its class in the style sheet, its name, and for each point the configuration's ordinal (from 1) and
+    the error."""
 
     key: str
     name: str
@@ -47,7 +49,8 @@ def ordinals(residuals: Columns) -> list[int]:
 
 
 def three(residuals: Columns, quantity: str = "", unit: str = "mm") -> list[Series]:
-    """Before, after and held out, without those that have no point; `quantity` is "" for distances or "angle_" for angles."""
+    """Before, after and held out, without those that have no point; `quantity` is "" for distances or "angle_" for
+    angles."""
     at = ordinals(residuals)
     out = is_held_out(residuals)
     before = [finite(v) for v in column(residuals, f"{quantity}before_{unit}")]
@@ -70,7 +73,8 @@ def three(residuals: Columns, quantity: str = "", unit: str = "mm") -> list[Seri
 
 
 def pairs(residuals: Columns) -> tuple[str, list[tuple[float, float]]]:
-    """The errors before and after of the same measurements: of those held out, or left out one at a time, or else of the fit; and which."""
+    """The errors before and after of the same measurements: of those held out, or left out one at a time, or else of
+    the fit; and which."""
     before = [finite(v) for v in column(residuals, "before_mm")]
     out = is_held_out(residuals)
     for name, after, rows in (

@@ -1,4 +1,5 @@
-"""Small drawing tools: escaped text, scales with ticks, and marks gathered into one path per series, so a thousand points stay small."""
+"""Small drawing tools: escaped text, scales with ticks, and marks gathered into one path per series, so a thousand
+points stay small."""
 
 from __future__ import annotations
 
@@ -46,7 +47,8 @@ def drawing(
     cls: str = "",
     style: str = "",
 ) -> str:
-    """A whole picture with its alternative text; `key` makes the identifiers of title and description unique in a page."""
+    """A whole picture with its alternative text; `key` makes the identifiers of title and description unique in a
+    page."""
     own = f"<style>{style}</style>" if style else ""
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {num(width)} {num(height)}" width="{num(width)}" height="{num(height)}" '

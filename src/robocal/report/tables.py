@@ -75,7 +75,8 @@ def statistics(residuals: Mapping[str, object]) -> list[Row]:
 
 
 def parameter_rows(parameters: Sequence[Mapping[str, object]]) -> list[Row]:
-    """The parameter table: free ones first, sigma (as fitted) giving the digits of its row; `bar` draws the change with two sigma."""
+    """The parameter table: free ones first, sigma (as fitted) giving the digits of its row; `bar` draws the change
+    with two sigma."""
     ordered = sorted(parameters, key=lambda p: ORDER.get(str(p.get("status")), 2) >= 2)
     reach: dict[str, float] = {}
     for p in ordered:

@@ -47,7 +47,7 @@ _HINTS = (
     ),
     (
         r"plane|planar|\bline\b|collinear",
-        "Measure elsewhere too: spread the configurations over the whole space that the robot can reach."
+        "Measure elsewhere too: spread the configurations over the whole space that the robot can reach.",
     ),
     (
         r"(angle|joint|orientation)s? (hardly|barely|moves?|var)|alike|too similar|excit|range of",
