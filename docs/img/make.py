@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 
 from robocal.cli import main
-from robocal.report import before_after
+from robocal.report.pictures import before_after
 
 
 def columns(path: Path) -> dict[str, list[object]]:

@@ -13,8 +13,8 @@ from laws import check_jacobian
 from measure.scenarios import SCENARIOS, build, made, observations
 
 from robocal.estimate import problem as problem_module
-from robocal.estimate.problem import TUNING
 from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import TUNING
 from robocal.geometry import so3
 from robocal.measure import kinds  # noqa: F401  (registers every kind)
 from robocal.measure.base import KINDS
@@ -155,7 +155,7 @@ def test_priors_pull_in_the_tangent(name):
     table = p.table.with_priors({n: 0.01 * (i + 1) for i, n in enumerate(p.free) if i % 2 == 0})
     rng = np.random.default_rng(2)
     p = p.with_table(table)
-    near = p.retract(p.start, rng.normal(scale=1e-6, size=(1, p.n)))
+    near = p.retract(p.start, rng.normal(scale=1e-9, size=(1, p.n)))
     compare(p, near)
     silent = replace(p, priors=False)
     compare(silent, near)

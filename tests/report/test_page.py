@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from report import samples
 
 from robocal.errors import MissingExtra
-from robocal.report import render
+from robocal.report.page import render
 
 VOID = {"meta", "link", "br", "img", "input", "hr"}
 SECTIONS = (

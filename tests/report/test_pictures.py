@@ -10,8 +10,9 @@ import xml.etree.ElementTree as ET
 import pytest
 from report import samples
 
-from robocal.report import before_after, matrix, numbers, pictures, svg, words
+from robocal.report import matrix, numbers, pictures, svg, words
 from robocal.report.arrows import arrows
+from robocal.report.pictures import before_after
 from robocal.report.series import pairs, three
 from robocal.report.tables import parameter_rows, statistics
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from robocal.arms.conventions import chain
+from robocal.geometry import fits
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
@@ -82,3 +83,13 @@ def measured(
     if not known:
         obs = replace(obs, frame=blank(frame) if frame else None, targets=tuple(blank(t) for t in targets))
     return DataSet(where, (obs if stated else replace(obs, sigma=None),))
+
+
+def away(found, truth=None, m=200):
+    """Largest error of the tool's place relative to the others, where nothing was measured: frames are free, so
+    rigidly aligned."""
+    q = np.random.default_rng(9).uniform(-1, 1, (m, 5))
+    truth = truth or true_arm()
+    a, b = found.corrected.pose(q)[:, :3, 3], truth.pose(q)[:, :3, 3]
+    t = fits.rigid(a, b)
+    return float(np.linalg.norm(a @ t[:3, :3].T + t[:3, 3] - b, axis=1).max())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy.optimize
 
 from robocal.estimate.problem import Problem
 from robocal.parameters import Parameter, Table
@@ -73,3 +74,28 @@ def linear(a, y, **more):
     """The term r = A x - y, row by row; a (m, P), y (m,)."""
     a, y = np.asarray(a, float), np.asarray(y, float)
     return Plain(lambda x: (a @ x - y)[:, None], lambda x: a[:, None, :], (len(y), 1), **more)
+
+
+def curved(rng, m=30, n=4, noise=0.05):
+    """A smooth nonlinear fit y = sum_k x_k sin(a_ik x_k + c_ik) with its functions."""
+    a, c = rng.uniform(0.2, 1, (m, n)), rng.uniform(-1, 1, (m, n))
+    truth = rng.uniform(0.5, 1.5, n)
+
+    def value(x):
+        return (x * np.sin(a * x + c)).sum(axis=1)
+
+    y = value(truth) + rng.normal(scale=noise, size=m)
+
+    def fn(x):
+        return (value(x) - y)[:, None]
+
+    def jac(x):
+        return (np.sin(a * x + c) + a * x * np.cos(a * x + c))[:, None, :]
+
+    return truth, fn, jac
+
+
+def scipy_solution(fn, jac, start, **more):
+    return scipy.optimize.least_squares(
+        lambda x: fn(x).ravel(), start, lambda x: jac(x).reshape(-1, len(x)), xtol=1e-14, ftol=1e-14, gtol=1e-14, **more
+    )

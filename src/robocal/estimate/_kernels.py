@@ -33,10 +33,8 @@ def accumulate(r, jac, jloc, scale, weight, unit, columns, local, loss, tuning, 
     """Adds whitened, weighted rows to the normal equations; cost is half the sum of rho.
 
     r (B, m, d), jac (B, m, d, k), jloc (B, m, d, l); scale (M, d) = 1 / sigma; weight (1 or B, U) per unit; unit (M,),
-    local (M,) or
-    -1; rows first .. first + m of the (M,) arrays. g (B, n), a (B, n, n) lower triangle, gl (B, L, l), al (B, L, l,
-    l), asl (B, L, n, l).
-    r, jac and jloc are whitened in place.
+    local (M,) or -1; rows first .. first + m of the (M,) arrays. g (B, n), a (B, n, n) lower triangle, gl (B, L, l),
+    al (B, L, l, l), asl (B, L, n, l). r, jac and jloc are whitened in place.
     """
     batch, m, d = r.shape
     k = jac.shape[3]
@@ -229,26 +227,9 @@ ROUNDING = 1e-15  # a smaller decrease cannot be told from rounding
 
 @kernel
 def propose(
-    cost,
-    g,
-    a,
-    gl,
-    al,
-    asl,
-    value,
-    lower,
-    upper,
-    scales,
-    tolerances,
-    damped,
-    lam,
-    damp,
-    damp_local,
-    step,
-    step_local,
-    predicted,
-    reason,
-):
+    cost, g, a, gl, al, asl, value, lower, upper, scales, tolerances, damped, lam, damp, damp_local, step, step_local,
+    predicted, reason,
+):  # fmt: skip
     """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,).
 
     value (B, n) are the parameters where bounds apply (B, 0 without bounds); tolerances (3,): cost, gradient, step.
@@ -283,8 +264,8 @@ def propose(
                 largest = max(largest, al[b, t, i, i])
             for i in range(nl):
                 damp_local[b, t, i] = max(damp_local[b, t, i], al[b, t, i, i], largest * tiny)
-                if damp_local[b, t, i] == 0.0:
-                    damp_local[b, t, i] = 1.0  # a block that no row sees, as when its rows weigh nothing
+                if damp_local[b, t, i] == 0.0:  # no row sees the block, as when its rows weigh nothing
+                    damp_local[b, t, i] = 1.0
                 worst = max(worst, abs(gl[b, t, i]) / math.sqrt(damp_local[b, t, i]))
         # Cosine between the residual and each column, in the metric that the solver sees.
         if worst <= tolerances[1] * math.sqrt(2.0 * cost[b]) + 1e-300:

@@ -253,7 +253,7 @@ def save(outcome: Outcome, folder: Path) -> tuple[tuple[Path, ...], tuple[str, .
             f"the calibrated {robot.format.upper()} cannot hold {', '.join(left_out)}: these are in result.json only"
         )
     try:
-        from robocal.report import render
+        from robocal.report.page import render
 
         page: str | None = render(outcome.result.model_dump(mode="json"), outcome.residuals)
     except MissingExtra as missing:

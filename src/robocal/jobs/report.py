@@ -41,7 +41,7 @@ def _number(cell: str, table: CsvTable, row: int, column: str) -> float | None:
 
 def report(folder: Path, output: Path | None = None) -> Path:
     """Writes the page of a run folder. Raises FileError, FormatError, or MissingExtra without the report extra."""
-    from robocal.report import render
+    from robocal.report.page import render
 
     result = read_result(run_file(folder, "result.json"))
     residuals = read_residuals(run_file(folder, "residuals.csv"))

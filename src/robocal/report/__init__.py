@@ -1,7 +1,2 @@
-"""report.html: one self-contained page that a metrologist can hand over, and a picture for elsewhere. Only `files`
-writes them."""
-
-from robocal.report.page import render
-from robocal.report.pictures import before_after
-
-__all__ = ["before_after", "render"]
+"""report.html: one self-contained page that a metrologist can hand over (`page.render`), and a picture for elsewhere
+(`pictures.before_after`). Only `files` writes them."""
