@@ -31,8 +31,7 @@ joints:
     d: 250     # printed
 base: {free: false}             # the robot's own base
 tool: {xyz: [0, 0, 72], free: true}
-calibrate: {free: [beta, alpha, d, theta, r], fixed: [j2.beta], prior: {length: 1.0, angle: 0.1, j3.d: 2}, bounds:
-{j1.r: [290, 310]}}
+calibrate: {free: [beta, alpha, d, theta, r], fixed: [j2.beta], prior: {length: 1.0, angle: 0.1, j3.d: 2}, bounds: {j1.r: [290, 310]}}
 source: a printed table
 """
 

@@ -150,8 +150,7 @@ def backward(a, n, v):
 
 @kernel
 def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, step_local):
-    """One problem: (A + lam diag(damp)) step = -g with local blocks eliminated by Schur complement; False when not
-    positive.
+    """(A + lam diag(damp)) step = -g of one problem, local blocks eliminated by Schur complement; False when not positive.
 
     a (n, n) lower triangle, damp (n,), damp_local (L, l), held (n,) columns that must not move, s (n, n) and v (n,)
     work space.

@@ -42,11 +42,9 @@ csv: {{separator: ",", decimal: ".", header: true}}    # columns by name, or by 
 joints: {{columns: [{joints}], unit: {joint_unit}}}
 position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
 {orientation}frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
-# targets: {{smr1: {{xyz: [0, 0, 100], free: true}}}}    # where the measured point sits on the tool; without it the
-# tool itself
+# targets: {{smr1: {{xyz: [0, 0, 100], free: true}}}}    # where the measured point sits on the tool
 # target: {{column: target}}                           # which target a row sees, when there are several
-configuration: {{id: configuration}}    # also: temperature, payload, approach, time; rows with one id are one
-configuration
+configuration: {{id: configuration}}    # also: temperature, payload, approach, time
 """
 ORIENTATION = {
     "position": "",

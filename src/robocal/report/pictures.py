@@ -14,8 +14,8 @@ __all__ = ["before_after", "convergence", "histogram", "per_pose"]
 
 # The colours of style.css, for a picture that stands alone.
 STYLE = """
-svg{--ink:#16202b;--soft:#5b6673;--grid:#e3e7ec;--axis:#9aa4af;--before:#c2530a;--held:#16202b;--paper:#fff} @media
-(prefers-color-scheme:dark){
+svg{--ink:#16202b;--soft:#5b6673;--grid:#e3e7ec;--axis:#9aa4af;--before:#c2530a;--held:#16202b;--paper:#fff}
+@media (prefers-color-scheme:dark){
 svg{--ink:#e8edf2;--soft:#a3afbb;--grid:#2a343f;--axis:#62707e;--before:#f08a45;--held:#fff;--paper:#10171f}}
 text{font:12.5px system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;fill:var(--soft)}
 .strong{font-weight:600;fill:var(--ink)}.big{font-size:17px;font-weight:600;fill:var(--ink)}
