@@ -11,7 +11,6 @@ RobocalError
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 
 __all__ = [
@@ -27,13 +26,26 @@ __all__ = [
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """The known word closest to `word`, or None when nothing is close."""
-    options = list(known)
-    found = difflib.get_close_matches(word, options, n=1, cutoff=0.5)
-    if not found:
-        lowered = {option.lower(): option for option in options}
-        found = [lowered[w] for w in difflib.get_close_matches(word.lower(), lowered, n=1, cutoff=0.5)]
-    return found[0] if found else None
+    """The known word closest to `word` by insertions, deletions, changes and swaps; None when none is close."""
+    lowered = word.lower()
+    scored = [(_distance(lowered, option.lower()), option) for option in known]
+    if not scored:
+        return None
+    best, option = min(scored, key=lambda pair: pair[0])
+    return option if best <= max(1, len(word) // 2) and best < len(option) else None
+
+
+def _distance(a: str, b: str) -> int:
+    """Optimal string alignment (Damerau 1964): a swap of neighbours, the commonest slip, costs as much as one letter."""
+    before: list[int] = []
+    row = list(range(len(b) + 1))
+    for i, x in enumerate(a, start=1):
+        last, before, row = before, row, [i]
+        for j, y in enumerate(b, start=1):
+            row.append(min(before[j] + 1, row[j - 1] + 1, before[j - 1] + (x != y)))
+            if i > 1 and j > 1 and x == b[j - 2] and a[i - 2] == y:
+                row[j] = min(row[j], last[j - 2] + 1)
+    return row[-1]
 
 
 class RobocalError(Exception):

@@ -243,7 +243,7 @@ BAD = [
     ("elements", {"elements": "rx"}, "j1.elements", None),
     ("elements", {"elements": []}, "j1.elements", None),
     ("elements", {"elements": [{"axis": "tz", "driven": True}]}, "j1.elements", None),
-    ("elements", {"elements": [{"axis": "rq", "driven": True}]}, "j1.elements[0].axis", "rz"),
+    ("elements", {"elements": [{"axis": "rq", "driven": True}]}, "j1.elements[0].axis", "rx"),
     ("elements", {"elements": [{"axis": "rz", "drive": True}]}, "j1.elements[0].drive", "driven"),
     ("elements", {"elements": [{"axis": "rz", "driven": 2}]}, "j1.elements[0].driven", None),
     ("elements", {"elements": [{"axis": "rz", "driven": 1, "symbol": "gain"}]}, "j1.elements[0].symbol", None),

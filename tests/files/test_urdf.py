@@ -72,7 +72,7 @@ def test_default_is_the_longest_chain():
         ('name="two"', 'name="${q}"', {}, ["row 3", "xacro arm.xacro > arm.urdf"]),
         ("<gazebo>", "<xacro:macro/><gazebo>", {}, ["row 18", "xacro"]),
         ("", "", {"tip": "f2"}, ["row 17", "joint n", "mimic", "'m'"]),
-        ("", "", {"tip": "f3"}, ["key tip", "no such link", "did you mean 'f2'"]),
+        ("", "", {"tip": "f3"}, ["key tip", "no such link", "did you mean 'f1'"]),
         ("", "", {"base": "worl"}, ["key base", "did you mean 'world'"]),
         ("", "", {"tip": "a", "base": "b"}, ["key base", "does not hang"]),
         ("", "", {"tip": "a"}, ["no joint moves"]),
