@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from arms.arm_samples import NAMES
 from arms.arm_samples import arm as sample_arm
-from laws import check_jacobian
+from laws import check_jacobian, numeric_jacobian
 from measure.scenarios import SCENARIOS, build, made, observations
 
 from robocal.estimate import problem as problem_module
@@ -92,14 +92,20 @@ def expected_normal(p, x):
     j = dense(p, plain)
     cost = 0.5 * np.sum(weight[unit] * value)
     g, a = j.T @ (row * plain.r), j.T @ (row[:, None] * j)
-    for i, name in enumerate(p.free):
-        row = p.table[name]
-        if row.prior is not None and p.priors:
-            d = tangent(p, x, i)
-            cost += 0.5 * (d / row.prior) ** 2
-            g[i] += d / row.prior**2
-            a[i, i] += 1 / row.prior**2
+    if p.priors and any(p.table[name].prior for name in p.free):
+        sigma = [p.table[name].prior for name in p.free]
+        info = np.array([0.0 if s is None else s**-2 for s in sigma] + [0.0] * (len(g) - p.n))
+        d = np.array([tangent(p, x, i) for i in range(p.n)] + [0.0] * (len(g) - p.n))
+        slope = np.eye(len(g))
+        slope[: p.n, : p.n] = numeric_jacobian(lambda e: steps_to(p, x, e), np.zeros(p.n))
+        cost += 0.5 * np.sum(info * d**2)
+        g, a = g + slope.T @ (info * d), a + slope.T @ (info[:, None] * slope)
     return cost, g, a
+
+
+def steps_to(p, x, e):
+    moved = p.retract(x, e[None])
+    return np.array([tangent(p, moved, i) for i in range(p.n)])
 
 
 def tangent(p, x, i):
@@ -112,7 +118,7 @@ def tangent(p, x, i):
     return w[at - first]
 
 
-def compare(p, x):
+def compare(p, x, tolerance=1e-12):
     n, got = p.n, p.normal(x)
     cost, g, a = expected_normal(p, x)
     size = np.abs(a).max()
@@ -120,12 +126,12 @@ def compare(p, x):
     np.testing.assert_allclose(
         np.concatenate([got.g[0], got.gl[0].ravel()]), g, rtol=1e-8, atol=1e-11 * np.abs(g).max()
     )
-    np.testing.assert_allclose(np.tril(got.a[0]), np.tril(a[:n, :n]), atol=1e-12 * size)
+    np.testing.assert_allclose(np.tril(got.a[0]), np.tril(a[:n, :n]), atol=tolerance * size)
     assert not np.triu(got.a[0], 1).any()
     for b in range(p.blocks):
         at = slice(n + 6 * b, n + 6 * b + 6)
-        np.testing.assert_allclose(got.al[0, b], a[at, at], atol=1e-12 * size)
-        np.testing.assert_allclose(got.asl[0, b], a[:n, at], atol=1e-12 * size)
+        np.testing.assert_allclose(got.al[0, b], a[at, at], atol=tolerance * size)
+        np.testing.assert_allclose(got.asl[0, b], a[:n, at], atol=tolerance * size)
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
@@ -155,8 +161,8 @@ def test_priors_pull_in_the_tangent(name):
     table = p.table.with_priors({n: 0.01 * (i + 1) for i, n in enumerate(p.free) if i % 2 == 0})
     rng = np.random.default_rng(2)
     p = p.with_table(table)
-    near = p.retract(p.start, rng.normal(scale=1e-9, size=(1, p.n)))
-    compare(p, near)
+    near = p.retract(p.start, rng.normal(scale=1e-2, size=(1, p.n)))
+    compare(p, near, 1e-8)
     silent = replace(p, priors=False)
     compare(silent, near)
     assert silent.normal(near).cost[0] < p.normal(near).cost[0]

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from unit.arm_data import TRACKER, arm, away, measured
+from unit.arm_data import TOOL, TRACKER, arm, away, measured, true_arm
 
 from robocal.arms.conventions import default_free
 from robocal.calibrate.identification import Options
@@ -206,3 +206,29 @@ def test_robust_identification_is_not_moved_by_gross_errors():
 def test_restarts_are_tried_when_the_first_fit_does_not_converge():
     found = identify(arm(), measured(30), Options(max_iterations=1))
     assert any("further starts" in w for w in found.warnings)
+
+
+def test_an_improvement_that_is_none_of_the_robots():
+    """Only the tool and the tracker are free: what they gain is not the arm's."""
+    crooked = arm(free=TOOL)
+    data = measured(30, truth=true_arm(names=TOOL, size=0.01, robot=crooked))
+    assert identify(crooked, data).verdict.status == "not_improved"
+
+
+@pytest.mark.parametrize("m", [5, 6])
+def test_leaving_one_out_must_leave_enough(m):
+    found = identify(arm(), measured(m))
+    assert found.verdict.status != "improved", "one configuration less, and there are fewer numbers than parameters"
+
+
+def test_held_out_configurations_without_a_measurement_prove_nothing():
+    data = measured(30)
+    where = data.configurations
+    held = identify(arm(), data).held_ids
+    seen = np.flatnonzero(~np.isin(where.ids, held))
+    found = identify(arm(), DataSet(where, (data.observations[0].take(seen),)), Options(leave_one_out=False))
+    assert (
+        found.held_ids == held
+        and found.verdict.status == "not_improved"
+        and "no measurement" in found.verdict.reasons[0]
+    )
