@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from unit.arm_data import TOOL, TRACKER, arm, away, measured, true_arm
 
-from robocal.arms.conventions import default_free
+from robocal.arms.conventions import chain, default_free
 from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import METHODS
-from robocal.measure.data import DataSet
+from robocal.measure.base import synthesise
+from robocal.measure.data import Configurations, DataSet, Observations
 
 
 @pytest.mark.parametrize("kind", ["position", "pose"])
@@ -232,3 +233,23 @@ def test_held_out_configurations_without_a_measurement_prove_nothing():
         and found.verdict.status == "not_improved"
         and "no measurement" in found.verdict.reasons[0]
     )
+
+
+def test_a_dropped_turn_does_not_turn():
+    """Components of a rotation vector mix, but no turn happens about an axis that was dropped (second order aside)."""
+    rows = [
+        {"xyz": (0, 0, 0.3), "rpy": (0.2, -0.4, 0.3), "axis": (0, 0, 1)},
+        {"xyz": (0.05, 0, 0.1), "rpy": (1.2, 0.1, 0.7), "axis": (0, 0, 1)},
+        {"xyz": (0.25, 0.02, 0), "rpy": (0.3, 0.6, -0.2), "axis": (0, 1, 0)},
+        {"xyz": (0.16, 0, 0.03), "rpy": (-0.4, 0.2, 1.4), "axis": (0, 0, 1)},
+    ]
+    robot = chain("turned", "urdf", rows)
+    robot = replace(robot, table=robot.table.with_free(default_free(robot)))
+    rng = np.random.default_rng(5)
+    truth = robot.with_values({n: robot.table[n].value + rng.normal(0, 2e-3) for n in robot.geometric})
+    q = rng.uniform(-1.5, 1.5, (80, 4))
+    seen = Observations("position", np.arange(80), np.zeros((80, 3)), np.full((80, 3), 2e-5), TRACKER)
+    found = identify(robot, synthesise(truth, DataSet(Configurations(tuple(map(str, range(80))), q), (seen,)), rng))
+    turns = [p for p in found.parameters if p.unit == "rad" and p.status == "dropped" and p.name in robot.table]
+    moved = [p for p in found.parameters if p.unit == "rad" and p.status == "identified" and p.name in robot.geometric]
+    assert len(turns) >= 3 and max(abs(p.delta) for p in turns) < 2e-5 < max(abs(p.delta) for p in moved)

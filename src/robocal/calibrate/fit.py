@@ -75,6 +75,8 @@ def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Arr
     if not names:
         raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
     if options.method in ("pinv", "lse"):
+        if options.loss != "none":
+            raise ModelError("the pseudo-inverse knows no robust loss", key="loss", found=options.loss, expected="none")
         solution = least_squares(
             candidate, start, method=options.method, max_iterations=options.max_iterations, watch=watch
         )

@@ -48,6 +48,7 @@ class ParameterResult:
     unit: str
     nominal: float
     identified: float
+    delta: float  # identified minus nominal; of a rotation vector the turn about that axis of the parent frame
     sigma: float | None
     sigma_instrument: float | None
     sigma_total: float | None

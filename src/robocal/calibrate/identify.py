@@ -58,7 +58,9 @@ def baseline(model: Chain, data: DataSet, units: Ints, watch: Watch | None = Non
         found = starts.closed_form(model, data, obs, units)
         candidates = [{**a, **b} for a in candidates for b in (found or [{}])][:32]
     frames = frame_names(model, made)
-    seen = analyse(made.with_free(frames), made.start) if frames else None
+    # What can be seen of the frames is asked where they are believed to stand, not at the table's zeros.
+    there = made.with_table(made.table.with_values({n: v for n, v in candidates[0].items() if n in frames}))
+    seen = analyse(there.with_free(frames), there.start) if frames else None
     return made, starts.refine(made, seen.kept if seen else (), [c for c in candidates if c])
 
 
@@ -119,7 +121,7 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
         u.correlation,
         u.covariance * u.factor**2,
         prediction_band(model, data, whole, u),
-        data_warnings(model, data, whole, fit_units),
+        data_warnings(model, data, whole, fit_units, options.method),
     )
 
 

@@ -13,6 +13,7 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.identification import Band, ParameterResult, RowTable
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Uncertainty, band
+from robocal.geometry import so3
 from robocal.measure.base import Rows
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
@@ -47,6 +48,11 @@ def parameter_results(
         for name, _ in combination.partners:
             hidden.setdefault(name, []).append(combination.name)
     by_name = {c.name: c for c in seen.combinations}
+    start = np.array([model.table[p.name].value if p.name in model.table else p.value for p in table.rows])
+    delta = values[: len(start)] - start
+    for t in table.turns:
+        # Components of a rotation vector mix; what was turned about which axis is told by the rotation between the two.
+        delta[t : t + 3] = so3.log(so3.exp(values[t : t + 3]) @ so3.exp(start[t : t + 3]).T)
     out = []
     for i, row in enumerate(table.rows):
         nominal = model.table[row.name].value if row.name in model.table else row.value
@@ -70,6 +76,7 @@ def parameter_results(
                 row.unit,
                 nominal,
                 float(values[i]),
+                float(delta[i]),
                 _number(sigma, row.name),
                 _number(instrument, row.name),
                 max(total[row.name], sigma.get(row.name, 0.0)) if row.name in total else None,

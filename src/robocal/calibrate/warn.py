@@ -21,7 +21,9 @@ __all__ = ["data_warnings"]
 FLAT = 0.02  # thickness of the measured points against their extent
 
 
-def data_warnings(model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64]) -> tuple[str, ...]:
+def data_warnings(
+    model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64], method: str = "lm"
+) -> tuple[str, ...]:
     """Single-plane data, too few poses, identical poses, restarts, model error far above the stated noise."""
     out = []
     rows = sum(t.scale.size for t in fit.problem.terms)
@@ -60,6 +62,9 @@ def data_warnings(model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64
                 f"{g.name}: the model leaves {g.rms * scale:.3g} {unit} per axis where {g.stated * scale:.3g} {unit} of noise was stated; "
                 "uncertainties are those of the fit"
             )
+    rows_of = [fit.problem.table[n] for n in fit.problem.free]
+    if method in ("pinv", "lse") and any(p.prior or np.isfinite([p.lower, p.upper]).any() for p in rows_of):
+        out.append(f"{method} takes no notice of priors and bounds")
     out.extend(_outliers(data, fit))
     if fit.restarted:
         out.append(f"the first fit was not acceptable; {fit.restarted} further starts were tried")

@@ -148,12 +148,12 @@ def _singular(matrix: Array) -> Array:
     return np.asarray(np.linalg.svd(matrix, compute_uv=False)) if matrix.shape[1] else np.zeros(0)
 
 
-def observability(values: Array, rows: int) -> dict[str, float]:
-    """O1 to O5 of singular values (descending) of the scaled Jacobian with `rows` rows."""
+def observability(values: Array, poses: int) -> dict[str, float]:
+    """O1 to O5 of singular values (descending) of the scaled Jacobian of so many poses."""
     if not len(values) or values[-1] <= 0:
         return dict.fromkeys(("O1", "O2", "O3", "O4", "O5"), 0.0)
     return {
-        "O1": float(np.exp(np.log(values).mean()) / np.sqrt(rows)),
+        "O1": float(np.exp(np.log(values).mean()) / np.sqrt(poses)),
         "O2": float(values[-1] / values[0]),
         "O3": float(values[-1]),
         "O4": float(values[-1] ** 2 / values[0]),
@@ -202,7 +202,7 @@ def analyse(
         combinations,
         values,
         float(final[0] / final[-1]) if len(final) and final[-1] > 0 else float("inf"),
-        observability(final, len(lin.r)),
+        observability(final, len(np.unique(lin.unit))),
         1.0 - np.diag(posterior),
         posterior * np.outer(scale, scale),
     )

@@ -85,9 +85,11 @@ class Verdict(Part):
 
 
 class ParameterResult(Part):
-    """One parameter; sigma as fitted, sigma_instrument from the stated noise.
+    """One parameter; sigma as fitted, sigma_instrument from the stated noise, sigma_total with what hidden partners may
+    be off by.
 
-    data_share is how much of its value the data said (1) or the prior (0).
+    delta is the change; of a rotation vector's components, the turn about the axes of the parent frame. data_share is
+    how much of its value the data said (1) or the prior (0).
     """
 
     name: str
@@ -97,6 +99,7 @@ class ParameterResult(Part):
     delta: Number
     sigma: Number = None
     sigma_instrument: Number = None
+    sigma_total: Number = None
     status: Literal["identified", "prior", "dropped", "fixed"]
     data_share: Number = None
     note: str = ""
@@ -228,6 +231,17 @@ class Provenance(Part):
     options: dict[str, Any] = Field(default_factory=dict)
 
 
+class Prediction(Part):
+    """Error predicted away from the data: one standard deviation over sampled joint configurations."""
+
+    unit: str
+    mean: Number
+    p95: Number
+    max: Number
+    n: int
+    region: str
+
+
 class Result(Part):
     """result.json."""
 
@@ -238,6 +252,7 @@ class Result(Part):
     parameters: list[ParameterResult]
     identifiability: Identifiability
     residuals: Residuals
+    prediction: Prediction | None = None
     fit: Fit
     split: Split = Split()
     correlation: Correlation = Correlation()

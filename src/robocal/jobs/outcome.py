@@ -93,6 +93,7 @@ def to_result(
             fit=list(found.fit_ids),
             held_out=list(found.held_ids),
         ),
+        prediction=_prediction(found),
         correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
         warnings=list(dict.fromkeys((*warnings, *found.warnings, *_band_words(found)))),
         provenance=recipe,
@@ -102,15 +103,15 @@ def to_result(
 def _parameter(p: Any, robot: Robot) -> files.ParameterResult:
     unit = robot.units.of(p.unit)
     size = _size(unit)
-    moved = p.status in ("identified", "prior")
     return files.ParameterResult(
         name=p.name,
         unit=unit.name,
         nominal=unit.from_si(p.nominal),
         identified=unit.from_si(p.identified),
-        delta=(p.identified - p.nominal) * size if moved else unit.from_si(p.identified) - unit.from_si(p.nominal),
+        delta=p.delta * size,
         sigma=None if p.sigma is None else p.sigma * size,
         sigma_instrument=None if p.sigma_instrument is None else p.sigma_instrument * size,
+        sigma_total=None if p.sigma_total is None else p.sigma_total * size,
         status=p.status,
         data_share=p.data_share,
         note=p.note,
@@ -188,6 +189,14 @@ def _fit(found: Identification) -> files.Fit:
         iterations=found.iterations, reason=found.reason, history=list(found.history), chi2=found.chi2, dof=found.dof, groups=groups,
         sigma_source=", ".join(sources),
     )  # fmt: skip
+
+
+def _prediction(found: Identification) -> files.Prediction | None:
+    """The prediction band in mm."""
+    if found.band is None or found.options.method in ("pinv", "lse"):
+        return None
+    b = found.band
+    return files.Prediction(unit="mm", mean=b.mean * 1e3, p95=b.p95 * 1e3, max=b.max * 1e3, n=b.n, region=b.region)
 
 
 def _band_words(found: Identification) -> tuple[str, ...]:
