@@ -149,7 +149,7 @@ def test_what_is_claimed_is_right(honest):
     """An identified parameter lies within its total bar of the truth, give or take chance."""
     nominal = catalog.get("rv-2aj").table
     z = [
-        (p.identified - nominal[p.name].value - example.ERRORS.get(p.name, 0.0)) / p.sigma_total
+        (p.identified - nominal[p.name].value - example.ERRORS.get(p.name, 0.0)) / p.sigma
         for p in honest.parameters
         if p.status == "identified"
     ]

@@ -63,9 +63,9 @@ def test_every_parameter_has_a_status_that_its_numbers_bear_out():
         "points do not see how the tool is turned"
     )
     assert by["base.x"].status == "fixed" and by["tracker.x"].status == "identified"
-    assert set(found.correlation_names) == {p.name for p in found.parameters if p.sigma is not None}
+    assert set(found.correlation_names) == {p.name for p in found.parameters if p.sigma_conditional is not None}
     np.testing.assert_allclose(
-        np.sqrt(np.diag(found.covariance)), [by[n].sigma for n in found.correlation_names], rtol=1e-9
+        np.sqrt(np.diag(found.covariance)), [by[n].sigma_conditional for n in found.correlation_names], rtol=1e-9
     )
     np.testing.assert_allclose(np.diag(found.correlation), 1)
 
@@ -253,3 +253,28 @@ def test_a_dropped_turn_does_not_turn():
     turns = [p for p in found.parameters if p.unit == "rad" and p.status == "dropped" and p.name in robot.table]
     moved = [p for p in found.parameters if p.unit == "rad" and p.status == "identified" and p.name in robot.geometric]
     assert len(turns) >= 3 and max(abs(p.delta) for p in turns) < 2e-5 < max(abs(p.delta) for p in moved)
+
+
+def test_a_length_wrong_by_a_decimal_is_found_and_called_implausible():
+    """27 instead of 270 mm: two hundred times the expected error is no noise."""
+    truth = true_arm()
+    wrong = arm().with_values({"j3.d": 0.025})
+    found = identify(wrong, measured(80, truth=truth))
+    assert found.verdict.status == "improved" and away(found, truth) < 1e-4
+    assert any("implausible" in w and "j3.d" in w for w in found.warnings)
+
+
+def test_joints_in_the_wrong_order_are_refused():
+    data = measured(80)
+    q = data.configurations.joints[:, [0, 1, 2, 4, 3]]
+    found = identify(arm(), DataSet(replace(data.configurations, joints=q), data.observations))
+    assert found.verdict.status != "improved"
+
+
+def test_a_slipped_target_is_noticed():
+    data = measured(80)
+    value = data.observations[0].value.copy()
+    value[40:] += [0.002, 0, 0]
+    found = identify(arm(), DataSet(data.configurations, (replace(data.observations[0], value=value),)))
+    assert any("just before" in w for w in found.warnings)
+    assert not any("just before" in w for w in identify(arm(), data).warnings)

@@ -47,7 +47,7 @@ def test_the_band_is_the_error_in_many_experiments():
 
 @pytest.mark.slow
 def test_identified_parameters_scatter_as_told():
-    """95 % intervals over experiments with new truths: sigma_total covers 93 to 97 %."""
+    """95 % intervals over experiments with new truths: sigma covers 93 to 97 %."""
     robot = arm(free=("j2.theta", "j3.d", "j3.theta", "j4.d", "j5.theta", *TOOL))
     inside, total = 0, 0
     for seed in range(250):

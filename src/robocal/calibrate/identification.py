@@ -41,8 +41,11 @@ class Options:
 
 @dataclass(frozen=True)
 class ParameterResult:
-    """One parameter before and after (SI). `sigma` is as fitted, `sigma_total` adds what hidden partners may be off
-    by."""
+    """One parameter before and after (SI).
+
+    `sigma` is as fitted and includes what its hidden partners may be off by; `sigma_conditional` would hold if every
+    dropped parameter were exactly at its nominal value, `sigma_instrument` if the stated noise were all there is as well.
+    """
 
     name: str
     unit: str
@@ -51,7 +54,7 @@ class ParameterResult:
     delta: float  # identified minus nominal; of a rotation vector the turn about that axis of the parent frame
     sigma: float | None
     sigma_instrument: float | None
-    sigma_total: float | None
+    sigma_conditional: float | None
     status: str  # identified | prior | dropped | fixed
     data_share: float | None
     note: str = ""

@@ -22,7 +22,7 @@ from robocal.calibrate.fit import Fit, fit, unit_weights
 from robocal.calibrate.identification import Identification, Options, Stages
 from robocal.calibrate.results import parameter_results, prediction_band, row_table
 from robocal.calibrate.split import places, stratified
-from robocal.calibrate.warn import data_warnings
+from robocal.calibrate.warn import data_warnings, implausible
 from robocal.errors import ModelError
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.problem import Problem
@@ -38,6 +38,7 @@ Ints = NDArray[np.int64]
 Watch = Callable[[dict[str, object]], None]
 FEW = 25  # below this many configurations a held-out fifth proves little, and leave-one-out is cheap
 UNITS = ("m", "rad", "px")  # in which errors are told; the verdict takes the first that was measured
+BENT = 3e-3  # m per axis: what implausible changes may leave; an arm that is merely bad is explained better
 MANY = 400  # above this, leave-one-out is not run unless asked for
 
 
@@ -77,6 +78,8 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     everyone = np.arange(len(label))
     base_problem, base_x = baseline(model, data, fit_units, watch)
     part = fit(model, data, fit_units, options, base_x, watch)
+    # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
+    base_problem, base_x = baseline(model, part.data, fit_units)
     whole = part
     if len(held):
         _, all_x = baseline(model, data, everyone, watch)
@@ -186,6 +189,11 @@ def _second_thoughts(model: Chain, base: Problem, part: Fit, held_out: bool, ver
     if not held_out and left <= sought:
         words = f"too few measurements: without one configuration {left} numbers are left for {sought} parameters"
         return Verdict("not_improved", (words, *verdict.reasons))
+    bent = implausible(model, part)
+    left_over = max((g.rms for g in part.groups if g.unit == "m"), default=0.0)
+    if bent and left_over > BENT:
+        words = f"the model had to be bent and still leaves {left_over * 1e3:.3g} mm per axis"
+        return Verdict("refused", (words, *bent, *verdict.reasons))
     return verdict
 
 

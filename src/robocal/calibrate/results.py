@@ -29,6 +29,8 @@ Ints = NDArray[np.int64]
 # 1 - 1/4.
 CLAIM = 0.75
 SAMPLES = 500
+# From here on the hidden partners, not the data, decide how well a parameter is known, and it is said.
+WIDER = 1.5
 
 
 def parameter_results(
@@ -59,13 +61,17 @@ def parameter_results(
         note = ""
         if row.name in sigma:
             status = "identified" if share[row.name] >= CLAIM else "prior"
+            partners = ", ".join(hidden.get(row.name, [])[:6])
             if status == "prior":
-                partners = hidden.get(row.name, [])
                 note = (
-                    f"only a combination with {', '.join(partners[:6])} is seen"
+                    f"only a combination with {partners} is seen"
                     if partners
-                    else "the data say little beyond the prior"
+                    else "the data say little beyond what was expected"
                 )
+            elif partners and total[row.name] > WIDER * sigma[row.name]:
+                note = f"cannot be told from {partners}: the sigma says by how much"
+            if values[i] <= row.lower or values[i] >= row.upper:
+                note = "stands at its bound" + (f"; {note}" if note else "")
         elif row.name in by_name:
             status, note = "dropped", by_name[row.name].text
         else:
@@ -77,9 +83,9 @@ def parameter_results(
                 nominal,
                 float(values[i]),
                 float(delta[i]),
-                _number(sigma, row.name),
+                max(total[row.name], sigma[row.name]) if row.name in sigma else None,
                 _number(instrument, row.name),
-                max(total[row.name], sigma.get(row.name, 0.0)) if row.name in total else None,
+                _number(sigma, row.name),
                 status,
                 _number(share, row.name),
                 note,

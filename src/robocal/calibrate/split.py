@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from robocal.errors import ModelError
 from robocal.measure.data import Configurations
@@ -12,6 +15,7 @@ __all__ = ["places", "stratified"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+NEAR = 2e-4  # rad or m, in every joint
 
 
 def places(configurations: Configurations) -> Ints:
@@ -20,7 +24,11 @@ def places(configurations: Configurations) -> Ints:
     place = configurations.joints if configurations.joints is not None else configurations.start
     if place is None or not len(place):
         return np.arange(len(configurations))
-    label = np.unique(np.round(np.nan_to_num(place), 9), axis=0, return_inverse=True)[1].ravel()
+    # Encoders jitter: what is nearer than NEAR is the same place.
+    known = np.nan_to_num(place)
+    near = cKDTree(known).query_pairs(NEAR, p=np.inf, output_type="ndarray")
+    graph = coo_array((np.ones(len(near)), near.T), shape=(len(place), len(place)))
+    label = connected_components(graph, directed=False)[1].astype(np.int64)
     # A configuration without joint values (two sockets a known distance apart) is a place of its own.
     unknown = np.flatnonzero(np.isnan(place).any(axis=1))
     label[unknown] = len(place) + np.arange(len(unknown))

@@ -16,8 +16,10 @@ from robocal.measure.data import DataSet
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
 
-__all__ = ["data_warnings"]
+__all__ = ["data_warnings", "implausible"]
 
+IMPLAUSIBLE = 20.0  # times what was expected: 20 mm, 6 deg
+DRIFT = 6.0  # standard deviations
 FLAT = 0.02  # thickness of the measured points against their extent
 
 
@@ -65,7 +67,9 @@ def data_warnings(
     rows_of = [fit.problem.table[n] for n in fit.problem.free]
     if method in ("pinv", "lse") and any(p.prior or np.isfinite([p.lower, p.upper]).any() for p in rows_of):
         out.append(f"{method} takes no notice of priors and bounds")
+    out.extend(implausible(model, fit))
     out.extend(_outliers(data, fit))
+    out.extend(_drift(fit))
     if fit.restarted:
         out.append(f"the first fit was not acceptable; {fit.restarted} further starts were tried")
     return tuple(out)
@@ -88,5 +92,42 @@ def _outliers(data: DataSet, fit: Fit) -> list[str]:
             out.append(
                 f"{group}: {len(far)} of {total} observations lie far outside the noise (the farthest at configuration {worst}); "
                 "a robust loss (--loss huber) gives them less weight"
+            )
+    return out
+
+
+def implausible(model: Chain, fit: Fit) -> list[str]:
+    """Changes that no arm's making leaves: the nominal model, the order or the signs of the joints are likelier wrong."""
+    names = [n for n in fit.problem.free if n in model.geometric]
+    table = fit.problem.table
+    x = fit.solution.x[0]
+    found = []
+    for n in names:
+        change = abs(x[table.index[n]] - model.table[n].value)
+        if change > IMPLAUSIBLE * model.table[n].scale:
+            unit, size = ("mm", 1e3) if table[n].unit == "m" else ("deg", 180 / np.pi)
+            found.append((change / model.table[n].scale, f"{n} by {change * size:.3g} {unit}"))
+    if not found:
+        return []
+    worst = ", ".join(words for _, words in sorted(found, reverse=True)[:3])
+    return [
+        f"implausible changes ({worst}): check the nominal model, the order, signs and units of the joints; "
+        "a model that is bent to wrong data can fit well and still be wrong elsewhere"
+    ]
+
+
+def _drift(fit: Fit) -> list[str]:
+    """Residuals that resemble those measured just before: something moved while measuring, or like poses were grouped."""
+    out = []
+    for r in fit.problem.residuals(fit.solution.x):
+        w = (r.value * r.scale)[np.argsort(r.unit, kind="stable")]
+        if len(w) < 20 or not (w * w).sum() > 0:
+            continue
+        # Under independence the normalised lag-one product has a variance of one over its number of terms.
+        z = float((w[1:] * w[:-1]).sum() / (w * w).sum() * np.sqrt(w.size))
+        if z > DRIFT:
+            out.append(
+                f"{r.group}: errors follow those measured just before (z = {z:.0f}): a target that slipped, an instrument or arm "
+                "that warmed up, or like poses measured together; held-out errors may then flatter"
             )
     return out
