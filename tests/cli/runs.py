@@ -49,9 +49,10 @@ class Ran:
         return json.loads(self.out)
 
     def assert_refused(self, *words: str) -> None:
-        """Exit status 2, one message on stderr that says all of `words`, nothing on stdout, no traceback."""
+        """Exit status 2, one message on stderr that says all of `words`, nothing on stdout but the error where
+        JSON is wanted, no traceback."""
         assert self.status == 2, (self.status, self.out, self.err)
-        assert self.out == ""
+        assert self.out == "" or list(self.document) == ["error"]
         lines = self.err.strip().splitlines()
         errors = [line for line in lines if "error:" in line]
         assert len(errors) == 1 and "Traceback" not in self.err, self.err

@@ -259,3 +259,75 @@ def test_a_full_disk(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "fsync", full)
     robocal("identify", "robot.yaml", "data.yaml", "-o", "run").assert_refused("run", "no space left")
     assert files(case / "run") == set()
+
+
+# --- options and files that contradict themselves ------------------------------------------------------------------------------
+
+SIMULATIONS = (
+    "--length-error inf",
+    "--length-error nan",
+    "--angle-error nan",
+    "--noise inf",
+    "--noise -1",
+    "--angle-noise nan",
+)
+
+
+@pytest.mark.parametrize("words", [*SIMULATIONS, "--set j2.d=nan", "--angle-error -0.1"])
+def test_simulated_errors_are_finite(case: Path, words: str) -> None:
+    robocal("simulate", "robot.yaml", "-o", "sim", *words.split()).assert_refused(words.split()[0])
+    assert not (case / "sim").exists()
+
+
+def test_empty_and_far_names_are_answered(case: Path) -> None:
+    for option in ("--free", "--fix"):
+        for word in ("", " ", "j2.d,"):
+            robocal("identify", "robot.yaml", "data.yaml", option, word).assert_refused(option, "a name is missing")
+    robocal("identify", "robot.yaml", "data.yaml", "--free", "nosuch").assert_refused("--free", "j2.alpha", "tracker")
+
+
+def test_the_same_data_twice(case: Path) -> None:
+    (case / "copy.csv").write_bytes((case / "data.csv").read_bytes())
+    (case / "copy.yaml").write_text((case / "data.yaml").read_text().replace("data.csv", "copy.csv"), encoding="utf-8")
+    for second in ("data.yaml", "copy.yaml", "copy.csv"):
+        robocal("identify", "robot.yaml", "data.yaml", second).assert_refused("given twice", "data.csv")
+
+
+def test_bounds_that_exclude_the_nominal_value(case: Path) -> None:
+    replace("robot.yaml", "calibrate: {", "calibrate: {bounds: {j2.d: [41, 45]}, ")(case)
+    words = ("robot.yaml", "calibrate.bounds.j2.d", "found [41", "bounds around 40")
+    robocal("identify", "robot.yaml", "data.yaml").assert_refused(*words)
+
+
+def test_one_joint_column_too_many(case: Path) -> None:
+    lines = (case / "data.csv").read_text(encoding="utf-8").splitlines()
+    rows = [lines[1] + ",j4 [deg]", *(line + ",1" for line in lines[2:])]
+    (case / "wide.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    robocal("check", "robot.yaml", "wide.csv").assert_refused("wrong number of joint columns", "j4 as well", "3 for")
+
+
+@pytest.mark.parametrize("unit", ["cm", "inch", "m"])
+def test_lengths_in_any_other_unit_are_found(case: Path, unit: str) -> None:
+    replace("data.csv", "[mm]", f"[{unit}]", 6)(case)
+    robocal("check", "robot.yaml", "data.yaml").assert_refused("data.csv", "position", f"found '{unit}'", "expected mm")
+
+
+def test_radians_of_a_joint_that_turns_twice_are_found(case: Path) -> None:
+    replace("robot.yaml", "limits: [-150, 150]", "limits: [-360, 360]")(case)
+    scale([1], 2.0)(case)  # j1 is now another angle: what was measured is simulated anew
+    ran = robocal("simulate", "robot.yaml", "-o", "sim", "--at", "data.yaml", "--force")
+    assert ran.status == 0, ran.err
+    for name in ("data.csv", "data.yaml"):
+        (case / name).write_bytes((case / "sim" / name).read_bytes())
+    scale(JOINTS, np.pi / 180)(case)
+    robocal("check", "robot.yaml", "data.yaml").assert_refused("joints", "found 'deg'", "expected rad")
+
+
+def test_an_error_is_a_document_too(case: Path) -> None:
+    ran = robocal("identify", "robot.yaml", "data.yaml", "--free", "j2.alhpa", "--json")
+    assert ran.status == 2 and "error:" in ran.err
+    error = ran.document["error"]
+    assert set(error) == {"message", "file", "row", "column", "key", "found", "expected", "suggestion"}
+    assert (error["key"], error["found"], error["suggestion"]) == ("--free", "j2.alhpa", "j2.alpha")
+    assert "no-such" in robocal("check", "no-such.yaml", "--json").document["error"]["file"]
+    assert robocal("check", "--json").document["error"]["message"]

@@ -220,9 +220,12 @@ def test_several_files(tmp_path):
     # Instruments that nobody named are kept apart, also when their files have one name.
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
-        put(tmp_path / name, DATA.replace("frame: {name: tracker, free: true}\n", ""))
+        own = TABLE.replace("400,0,700", f"40{len(name) + ord(name)},0,700")
+        put(tmp_path / name, DATA.replace("frame: {name: tracker, free: true}\n", ""), own)
     two = read_datasets([tmp_path / "a" / "data.yaml", tmp_path / "b" / "data.yaml"], ARM)
     assert [o.frame.name for o in two.dataset.observations] == ["table", "b_table"]
+    with pytest.raises(FormatError, match=r"given twice; found 'as in a/table\.csv'"):
+        read_datasets([tmp_path / "a" / "data.yaml", tmp_path / "b" / "data.yaml", tmp_path / "a" / "data.yaml"], ARM)
     with pytest.raises(FormatError, match="no data files"):
         read_datasets([], ARM)
 

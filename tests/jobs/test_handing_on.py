@@ -13,11 +13,12 @@ from cli.runs import small
 from robocal.arms import catalog
 from robocal.arms.conventions import chain
 from robocal.errors import ModelError
+from robocal.files.robot import describe
 from robocal.files.run import RESIDUAL_COLUMNS
 from robocal.files.text import Source
 from robocal.files.urdf import read_urdf
 from robocal.jobs.examples import example_folder
-from robocal.jobs.export import joint_offsets, parameter_table
+from robocal.jobs.export import export, joint_offsets, parameter_table
 from robocal.jobs.identify import Choices, identify
 from robocal.jobs.inputs import open_arm
 from robocal.jobs.plain import plain
@@ -125,3 +126,19 @@ def test_csv_cells_are_quoted_where_needed() -> None:
     from robocal.jobs.export import _csv
 
     assert next(csv.reader(io.StringIO(_csv([["a,b", 'c"d']])))) == ["a,b", 'c"d']
+
+
+def test_offsets_are_refused_where_they_are_not(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    small(tmp_path)
+    files = str(tmp_path / "robot.yaml"), [str(tmp_path / "data.yaml")]
+    identify(*files, Choices(free=("alpha", "d"), leave_one_out=False), output=folder)
+    with pytest.raises(ModelError, match=r"no joint offset differs.*yaml or urdf"):
+        export(str(folder), form="offsets")
+    for name in ("cpc", "urdf", "poe-local"):
+        arm = chain("two", name, [{"axis": (0, 0, 1)} if name != "cpc" else {}] * 2)
+        bent = arm.with_values({n: arm.table[n].value + 0.01 for n in arm.geometric})
+        for which, robot in (("arm", arm), ("bent", bent)):
+            (tmp_path / f"{which}.yaml").write_text(describe(robot), encoding="utf-8")
+        with pytest.raises(ModelError, match="inside its frames"):
+            export(str(tmp_path / "bent.yaml"), form="offsets", nominal=str(tmp_path / "arm.yaml"))

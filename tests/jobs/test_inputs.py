@@ -49,7 +49,9 @@ def test_two_wrong_units_at_once_are_found_together(tmp_path: Path) -> None:
 
 def test_frames_of_one_name_must_agree(tmp_path: Path) -> None:
     texts = small(tmp_path)
-    (tmp_path / "two.yaml").write_text(texts["data.yaml"].replace("free: true", "free: [x, y]"), encoding="utf-8")
+    two = texts["data.yaml"].replace("free: true", "free: [x, y]").replace("data.csv", "two.csv")
+    (tmp_path / "two.yaml").write_text(two, encoding="utf-8")
+    (tmp_path / "two.csv").write_text("\n".join(texts["data.csv"].splitlines()[:-1]), encoding="utf-8")
     with pytest.raises(FormatError, match="described differently"):
         read_inputs(tmp_path / "robot.yaml", [tmp_path / "data.yaml", tmp_path / "two.yaml"])
 

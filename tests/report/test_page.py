@@ -138,7 +138,7 @@ def test_verdict_and_numbers_come_first() -> None:
     assert (
         "j1.r cannot be told from tracker.z" in text and "26 parameters were free" in text and "23 independent" in text
     )
-    assert "as-fitted sigmas are 3.1 times the instrument's" in text
+    assert "noise is added until this is one" in text
     assert "9f86d081884c7d659a2feaa0c55ad015" in text and "robocal identify rv2aj.yaml" in text
 
 

@@ -165,7 +165,12 @@ def test_correlation_shows_sign_by_shape_and_names_the_strongest() -> None:
     ("chi2", "dof", "source", "said"),
     [
         (310.0, 300, "stated", "as the stated noise predicts"),
-        (3000.0, 300, "stated", "more than the noise explains; as-fitted sigmas are 3.2 times the instrument's"),
+        (
+            3000.0,
+            300,
+            "stated",
+            "more than the stated noise explains; for the sigmas as fitted, noise is added until this is one",
+        ),
         (100.0, 300, "repeats", "less than the stated noise; that sigma looks too large"),
         (
             300.0,

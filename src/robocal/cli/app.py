@@ -205,10 +205,10 @@ def simulate(
     poses: o.Poses = 80,
     at: o.At = None,
     kind: o.Kind = "position",
-    noise: o.Noise = 0.05,
+    noise: o.Noise = None,
     angle_noise: o.AngleNoise = None,
-    length_error: o.LengthError = 0.3,
-    angle_error: o.AngleError = 0.06,
+    length_error: o.LengthError = None,
+    angle_error: o.AngleError = None,
     settings: o.Setting = [],  # noqa: B006
     frame: o.Where = "auto",
     seed: o.Seed = 0,

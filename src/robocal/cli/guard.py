@@ -49,10 +49,12 @@ def run(arguments: Sequence[str] | None = None) -> int:
             if debug:
                 raise
             complain(str(error))
+            _document(words, error)
             return INPUT
         except OSError as error:
             if debug:
                 raise
+            _document(words, error)
             _silence(sys.stdout)
             where = f"{error.filename}: " if error.filename else ""
             complain(f"{where}{(error.strerror or str(error)).lower()}")
@@ -96,10 +98,29 @@ def _dispatch(words: list[str]) -> int:
             sys.stdout.write(f"{error.format_message()}\n")
             return INPUT
         complain(_plain(error), kind=path)
+        _document(words, _plain(error))
         sys.stderr.write(f"Try: {path} --help\n")
         return INPUT
     status = task() if callable(task) else task
     return status if isinstance(status, int) else DONE
+
+
+def _document(words: Sequence[str], error: Exception | str) -> None:
+    """With --json, an error is a document too."""
+    if "--json" not in words:
+        return
+    import json
+
+    from robocal.jobs.plain import plain
+
+    keys = ("message", "file", "row", "column", "key", "found", "expected", "suggestion")
+    told: dict[str, Any] = {k: plain(getattr(error, k, None)) for k in keys}
+    if isinstance(error, OSError):
+        told |= {"message": (error.strerror or str(error)).lower(), "file": plain(error.filename)}
+    told["message"] = told["message"] or str(error)
+    with suppress(OSError, ValueError):
+        sys.stdout.write(json.dumps({"error": told}, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+        sys.stdout.flush()
 
 
 def _plain(error: Any) -> str:

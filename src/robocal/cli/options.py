@@ -117,20 +117,33 @@ At = Annotated[
     str | None, _option("--at", metavar="FILE", text="Take the joint values of this data file instead of drawing them.")
 ]
 Noise = Annotated[
-    float,
-    typer.Option("--noise", metavar="SIGMA", min=0, help="Standard deviation per axis, in the robot's length unit."),
+    float | None,
+    _option(
+        "--noise",
+        metavar="SIGMA",
+        text="Standard deviation per axis, in the robot file's length unit  [default: 0.05 mm, converted]",
+    ),
 ]
 AngleNoise = Annotated[
     float | None,
-    typer.Option("--angle-noise", metavar="SIGMA", min=0, help="The same for orientations.", show_default=False),
+    _option("--angle-noise", metavar="SIGMA", text="The same for orientations  [default: 0.1 mrad, converted]"),
 ]
 LengthError = Annotated[
-    float,
-    typer.Option(
-        "--length-error", metavar="SIGMA", min=0, help="Standard deviation of true lengths around nominal ones."
+    float | None,
+    _option(
+        "--length-error",
+        metavar="SIGMA",
+        text="Standard deviation of true lengths around nominal ones, in the same unit  [default: 0.3 mm, converted]",
     ),
 ]
-AngleError = Annotated[float, typer.Option("--angle-error", metavar="SIGMA", min=0, help="The same for angles.")]
+AngleError = Annotated[
+    float | None,
+    _option(
+        "--angle-error",
+        metavar="SIGMA",
+        text="The same for angles, in the robot file's angle unit  [default: 1 mrad, converted]",
+    ),
+]
 Setting = Annotated[
     list[str], _option("--set", metavar="NAME=VALUE", text="A true value, in the robot file's units; may be repeated.")
 ]

@@ -124,6 +124,13 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
     terminal.show(*parameters(result), *hidden(result))
     show_warnings(terminal, result.warnings)
     show_paths(terminal, outcome.written)
+    if outcome.left_out:
+        names = ", ".join(outcome.left_out)
+        text = (
+            f"calibrated.urdf does not hold {names}; the folder {outcome.written[0].parent} does: "
+            "give the folder, not the file, to validate, export and simulate."
+        )
+        terminal.show(Text(text, style="bold yellow"))
     if not outcome.written:
         terminal.show(
             Text("Nothing was written; -o DIR keeps the result, the calibrated robot and a report.", style="dim")

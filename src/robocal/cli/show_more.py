@@ -91,6 +91,9 @@ def show_validation(terminal: Terminal, found: Validation) -> None:
         terminal.show(
             Text(f"profiled: {len(found.frames)} parameters of frames were fitted to these data", style="dim")
         )
+    tool = [n for n in found.frames_against if n.startswith("tool.")]
+    if tool:
+        terminal.show(Text(f"of the robot compared with, {', '.join(tool)} were fitted to these data too", style="dim"))
     if found.gain is not None:
         mean, low, high = found.gain
         terminal.show(

@@ -18,7 +18,7 @@ from robocal.arms.chain import Chain
 from robocal.errors import FormatError, nearest
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.datamodel import DataModel, TargetModel
-from robocal.files.doubts import Suspicion, limit_warning, repeat_warnings, suspicions
+from robocal.files.doubts import Suspicion, alternatives, limit_warning, repeat_warnings, suspicions
 from robocal.files.frames import frame_vector
 from robocal.files.headers import CONFIGURATION, joint_columns, self_description
 from robocal.files.kinds import READERS, KindReader, Values, column_units
@@ -52,6 +52,7 @@ class Reading:
     warnings: tuple[str, ...] = ()
     suspicions: tuple[Suspicion, ...] = ()
     units: Units = field(default_factory=Units)
+    alternatives: tuple[Suspicion, ...] = ()  # of units, to be tried when nothing fits
 
     def __add__(self, other: Reading) -> Reading:
         """Two readings as one; the units are the first one's."""
@@ -61,6 +62,7 @@ class Reading:
             files=(*self.files, *(f for f in other.files if f not in self.files)),
             warnings=self.warnings + other.warnings,
             suspicions=self.suspicions + other.suspicions,
+            alternatives=self.alternatives + other.alternatives,
         )
 
 
@@ -71,12 +73,31 @@ def read_datasets(paths: Sequence[str | os.PathLike[str]], chain: Chain, *, kind
         raise FormatError("no data files are given", expected="at least one")
     total: Reading | None = None
     taken: set[str] = set()
+    known: dict[tuple[object, ...], Path] = {}
     for path in paths:
         made = read_dataset(path, chain, kind=kind, taken=taken)
+        _refuse_again(made, known)
         taken |= {o.frame.name for o in made.dataset.observations if o.frame}
         total = made if total is None else total + made
     assert total is not None
     return total
+
+
+def _refuse_again(made: Reading, known: dict[tuple[object, ...], Path]) -> None:
+    """Raises FormatError for a table that was read before, under whatever name: counted twice, it would look twice as
+    sure. Other columns of one table are other measurements."""
+    hashes = {str(f.file): f.sha256 for f in made.files}
+    for obs in made.dataset.observations:
+        values = obs.value.tobytes(), b"" if obs.target is None else obs.target.tobytes()
+        key = (hashes.get(obs.source), obs.kind, *values)
+        if key in known:
+            raise FormatError(
+                "the same measurements are given twice",
+                file=obs.source,
+                found=f"as in {known[key].parent.name}/{known[key].name}",
+                expected="every data file once",
+            )
+        known[key] = Path(obs.source)
 
 
 def read_dataset(
@@ -149,7 +170,8 @@ def _read_table(
     )
     doubts = suspicions(observations, q, chain, angle, values.length)
     shown = Units(values.length or units.length, angle)
-    return Reading(DataSet(configurations, (observations,)), table.path, (), warnings, doubts, shown)
+    others = alternatives(observations, q, chain, angle, values.length)
+    return Reading(DataSet(configurations, (observations,)), table.path, (), warnings, doubts, shown, others)
 
 
 def _joints(model: DataModel, table: CsvTable, chain: Chain, document: Document) -> tuple[Array, Unit]:

@@ -17,7 +17,7 @@ from robocal.arms.chain import Chain
 from robocal.files.units import UNITS, Unit
 from robocal.measure.data import DataSet, Observations
 
-__all__ = ["Suspicion", "limit_warning", "repeat_warnings", "suspicions"]
+__all__ = ["Suspicion", "alternatives", "limit_warning", "repeat_warnings", "suspicions"]
 
 Array = NDArray[np.float64]
 TURN = 2 * math.pi
@@ -91,6 +91,24 @@ def suspicions(
             other_unit = {"mm": "m", "um": "mm", "cm": "m"}.get(length.name)
         if other_unit:
             unit = UNITS[other_unit]
+            out.append(Suspicion("position", obs.source, length.name, unit.name, unit.factor / length.factor, reason))
+    return tuple(out)
+
+
+def alternatives(
+    obs: Observations, joints: Array, chain: Chain, angle: Unit, length: Unit | None
+) -> tuple[Suspicion, ...]:
+    """Every unit that people mix up with the stated one, whether or not the values look odd; for when nothing fits."""
+    out = []
+    turning = tuple(i for i, j in enumerate(chain.joints) if j.type != "prismatic")
+    reason = "the model does not fit the values as they are stated"
+    other = {"rad": UNITS["deg"], "deg": UNITS["rad"]}.get(angle.name)
+    if turning and other is not None:
+        out.append(
+            Suspicion("joints", obs.source, angle.name, other.name, other.factor / angle.factor, reason, turning)
+        )
+    if length is not None and obs.kind in ("position", "pose"):
+        for unit in (UNITS[n] for n in ("mm", "m", "cm", "inch") if n != length.name):
             out.append(Suspicion("position", obs.source, length.name, unit.name, unit.factor / length.factor, reason))
     return tuple(out)
 

@@ -30,8 +30,10 @@ def joint_columns(table: CsvTable, chain: Chain) -> list[str]:
         *(tuple(f"{stem}{i}" for i in range(1, n + 1)) for stem in ("q", "j", "q_", "joint_", "joint")),
     ):
         if all(name in table.names for name in names):
-            following = names[-1].rstrip("0123456789") + str(n + 1)
-            if names != chain.joint_names and following in table.names:
+            stem = names[-1].rstrip("0123456789")
+            last = names[-1].removeprefix(stem)
+            following = f"{stem}{int(last) + 1}" if last and names[0].startswith(stem) else ""
+            if following and following in table.names:
                 raise table.fail(
                     "wrong number of joint columns", found=f"{following} as well", expected=f"{n} for {chain.name}"
                 )

@@ -85,8 +85,8 @@ class Verdict(Part):
 
 
 class ParameterResult(Part):
-    """One parameter; sigma as fitted, sigma_instrument from the stated noise, sigma_total with what hidden partners may
-    be off by.
+    """One parameter; sigma as fitted, with what hidden (dropped) partners may be off by; sigma_conditional if these were
+    exactly nominal, sigma_instrument if besides the stated noise were all there is.
 
     delta is the change; of a rotation vector's components, the turn about the axes of the parent frame. data_share is
     how much of its value the data said (1) or the prior (0).
@@ -99,7 +99,7 @@ class ParameterResult(Part):
     delta: Number
     sigma: Number = None
     sigma_instrument: Number = None
-    sigma_total: Number = None
+    sigma_conditional: Number = None
     status: Literal["identified", "prior", "dropped", "fixed"]
     data_share: Number = None
     note: str = ""

@@ -40,7 +40,7 @@ class Robot:
     speak.
 
     `format` is yaml or urdf; `path` is None for a catalogue robot, whose `text` was made; `root` and `tip` are the
-    links of a URDF.
+    links of a URDF; `left_out` are parameters of the chain whose values `text` cannot hold.
     """
 
     chain: Chain
@@ -52,6 +52,7 @@ class Robot:
     warnings: tuple[str, ...] = ()
     root: str = ""
     tip: str = ""
+    left_out: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -191,6 +192,15 @@ def _calibrate(arm: Chain, model: RobotModel, units: Units, document: Document) 
         if len(pair) != 2 or pair[0] >= pair[1]:
             document.fail("wrong bounds", path, found=pair, expected="[lower, upper]")
         names = _match(table, word, path, document)
+        for n in names:
+            nominal = units.of(table[n].unit).from_si(table[n].value)
+            if not pair[0] <= float(number(nominal)) <= pair[1]:
+                document.fail(
+                    f"these bounds exclude the nominal value of {n}",
+                    path,
+                    found=pair,
+                    expected=f"bounds around {number(nominal)}",
+                )
         low, high = ({n: units.of(table[n].unit).to_si(v) for n in names} for v in pair)
         table = Table(
             tuple(replace(p, lower=low[p.name], upper=high[p.name]) if p.name in low else p for p in table.rows)
@@ -258,7 +268,8 @@ def render_robot(robot: Robot, values: Mapping[str, float]) -> tuple[str, tuple[
     if robot.format == "urdf":
         from robocal.files.urdf import edit_urdf
 
-        return edit_urdf(robot.text, robot.chain, changed)
+        text, left_out = edit_urdf(robot.text, robot.chain, changed)
+        return text, tuple(dict.fromkeys((*robot.left_out, *left_out)))
     document = parse(Source(robot.path or Path(robot.name), robot.text, robot.sha256))
     after = robot.chain.with_values(changed)
     rule = CONVENTIONS[robot.chain.convention]

@@ -15,7 +15,7 @@ from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot
 from robocal.geometry import fits
-from robocal.jobs.inputs import Watch, computable, open_arm, read_inputs, robot_file
+from robocal.jobs.inputs import Watch, computable, open_arm, read_inputs, robot_files
 from robocal.measure.data import DataSet
 
 __all__ = ["Checked", "check"]
@@ -73,7 +73,7 @@ def check(
     if not data:
         arm = open_arm(robot, base=base, tip=tip)
         warnings = (*arm.warnings, *_model_warnings(arm.chain))
-        return Checked(arm, None, (), arm.chain.table.free, None, None, False, warnings, (robot_file(arm, robot),))
+        return Checked(arm, None, (), arm.chain.table.free, None, None, False, warnings, robot_files(arm, robot))
     inputs = read_inputs(robot, data, base=base, tip=tip, watch=watch)
     chain, measured = inputs.robot.chain, inputs.data
     with computable(robot, *data):

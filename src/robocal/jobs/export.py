@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from robocal.arms.chain import Chain
-from robocal.arms.conventions import convention_of, rows
+from robocal.arms.conventions import convention_of, default_free, rows
 from robocal.errors import FileError, ModelError, nearest
 from robocal.files.result import Result, read_result
 from robocal.files.robot import Robot, describe
-from robocal.files.rows import leaves
+from robocal.files.rows import leaves, same
 from robocal.files.text import write_text
 from robocal.files.units import UNITS, Units, number
 from robocal.jobs.inputs import open_arm
@@ -53,15 +53,19 @@ def export(
         )
     arm = open_arm(robot, base=base, tip=tip)
     notes: tuple[str, ...] = ()
+    told = tuple(w for w in arm.warnings if "run folder" in w or "result.json" in w)
     if form == "yaml":
         text = arm.text if arm.format == "yaml" else describe(arm.chain, Units(UNITS["m"], UNITS["rad"]))
     elif form == "urdf":
         text, notes = (arm.text, ()) if arm.format == "urdf" else urdf_text(arm.chain)
+        if arm.format == "urdf" and arm.left_out:
+            notes = (f"a URDF cannot hold the fitted {', '.join(arm.left_out)}; --format yaml can",)
     elif form == "offsets":
         text = _offsets(robot, arm, nominal)
     else:
         table = parameter_table(arm)
         text = _csv(table) if form == "csv" else _markdown(table)
+    notes = (*told, *notes)
     if output is None:
         return Exported(form, text, None, notes)
     if output.exists() and not force:
@@ -178,10 +182,20 @@ def _offsets(name: str, robot: Robot, nominal: str | None) -> str:
             expected=", ".join(robot.chain.joint_names),
         )
     found = joint_offsets(reference, {p.name: p.value for p in table.rows})
-    if not found:
+    own = {n for joint in robot.chain.joint_names for n in _driven(robot.chain, joint)}
+    shifted = any(not same(table[n].value, reference.table[n].value) for n in own)
+    # Where a convention frees other parameters by itself (a URDF's rz, cpc's beta), zero errors of joints are in these.
+    if not found or not (shifted or own & {*default_free(robot.chain)}):
         raise ModelError(
             "this convention keeps joint offsets inside its frames",
             found=robot.chain.convention,
+            expected="--format yaml or urdf",
+        )
+    moved = [n for n in robot.chain.geometric if not same(table[n].value, reference.table[n].value)]
+    if moved and not shifted:
+        raise ModelError(
+            "no joint offset differs from the nominal robot, but other parameters do: offsets alone would correct nothing",
+            found=", ".join(moved),
             expected="--format yaml or urdf",
         )
     sigmas = {p.name: p.sigma for p in known.parameters} if known else {}

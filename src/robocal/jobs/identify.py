@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -66,9 +66,8 @@ class Choices:
 
     @property
     def record(self) -> dict[str, Any]:
-        """What differs from the defaults, for the recipe; method and loss always."""
-        plain = asdict(Choices())
-        return {k: v for k, v in asdict(self).items() if k in ("method", "loss") or v != plain[k]}
+        """Every choice, for the recipe; links of a URDF when they were given."""
+        return {k: v for k, v in asdict(self).items() if k not in ("base", "tip") or v is not None}
 
 
 def identify(
@@ -105,12 +104,17 @@ def identify_inputs(
     with computable(*(i.file for i in inputs.files)):
         found = solve(robot.chain, data, choices.options, watch)
     stamp = started.isoformat(timespec="seconds")
-    recipe = provenance(command, inputs.files, choices.seed, stamp, time.perf_counter() - clock, choices.record)
+    # What was left to us is recorded as it was decided.
+    decided = {
+        "hold_out": found.options.hold_out,
+        "leave_one_out": any(s.leave_one_out is not None for s in found.stages),
+    }
+    recipe = provenance(
+        command, inputs.files, choices.seed, stamp, time.perf_counter() - clock, choices.record | decided
+    )
     outcome = Outcome(to_result(found, robot, recipe, inputs.warnings), residual_columns(found), found, robot)
     if output is None:
         return outcome
     if watch:
         watch({"stage": "report"})
-    written, notes = save(outcome, output)
-    warned = outcome.result.model_copy(update={"warnings": [*outcome.result.warnings, *notes]})
-    return replace(outcome, result=warned, written=written)
+    return save(outcome, output)

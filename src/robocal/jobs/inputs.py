@@ -16,18 +16,24 @@ import numpy as np
 from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import errors
 from robocal.calibrate.identify import baseline
-from robocal.errors import FileError, FormatError, InputError, ModelError
+from robocal.errors import FileError, FormatError, InputError, ModelError, nearest
 from robocal.files.dataset import InputFile, Reading, read_datasets
 from robocal.files.doubts import Suspicion
 from robocal.files.kinds import READERS
-from robocal.files.robot import Robot, open_robot
+from robocal.files.result import read_result
+from robocal.files.robot import Robot, open_robot, render_robot
+from robocal.files.text import read_text
+from robocal.files.units import parse_unit
 from robocal.files.yamlio import load
 from robocal.measure.data import DataSet
+from robocal.parameters import Table
 
-__all__ = ["Inputs", "Watch", "choose", "computable", "open_arm", "read_inputs", "robot_file", "run_file"]
+__all__ = ["Inputs", "Watch", "choose", "computable", "open_arm", "read_inputs", "robot_files", "run_file"]
 
 Watch = Callable[[dict[str, object]], None]
 TENFOLD = 10.0
+BAD = 0.05  # of the spread of what was measured: from here on every other unit is tried
+MANY = 300  # configurations that are enough to tell units apart
 
 
 @dataclass(frozen=True)
@@ -75,9 +81,31 @@ def open_arm(name: str | os.PathLike[str], *, base: str | None = None, tip: str 
                 "there is no calibrated robot in this folder", file=place, expected="calibrated.yaml or calibrated.urdf"
             )
         options = _recorded_options(place)
-        place, base, tip = calibrated, base or options.get("base"), tip or options.get("tip")
-        return open_robot(place, base=base, tip=tip)
-    return open_robot(name, base=base, tip=tip)
+        arm = open_robot(calibrated, base=base or options.get("base"), tip=tip or options.get("tip"))
+        # A robot.yaml holds everything that was fitted; a URDF does not.
+        return _with_result(arm, place / "result.json") if arm.format == "urdf" else arm
+    arm = open_robot(name, base=base, tip=tip)
+    if place.name == "calibrated.urdf" and (place.parent / "result.json").is_file():
+        lost = _with_result(arm, place.parent / "result.json").left_out
+        if lost:
+            words = f"{place} does not hold the fitted {', '.join(lost)}; the run folder {place.parent} does: give that instead"
+            return replace(arm, warnings=(*arm.warnings, words))
+    return arm
+
+
+def _with_result(arm: Robot, place: Path) -> Robot:
+    """The robot with every parameter that its run identified: a URDF has no place for a tool or a gain."""
+    if not place.is_file():
+        words = f"{place.parent}: there is no result.json, so what a URDF cannot hold (tool, gains, offsets) is unknown"
+        return replace(arm, warnings=(*arm.warnings, words))
+    table = arm.chain.table
+    values = {
+        p.name: parse_unit(p.unit, file=place, key=p.name).to_si(p.identified)
+        for p in read_result(place).parameters
+        if p.name in table and p.identified is not None
+    }
+    _, left_out = render_robot(arm, values)
+    return replace(arm, chain=arm.chain.with_values(values), left_out=left_out)
 
 
 def _recorded_options(folder: Path) -> dict[str, str]:
@@ -89,9 +117,15 @@ def _recorded_options(folder: Path) -> dict[str, str]:
         return {}
 
 
-def robot_file(robot: Robot, name: str | os.PathLike[str]) -> InputFile:
-    """The robot as an input of a run."""
-    return InputFile(robot.path if robot.path is not None else Path(f"catalogue:{name}"), robot.sha256)
+def robot_files(robot: Robot, name: str | os.PathLike[str]) -> tuple[InputFile, ...]:
+    """The robot as an input of a run: its file, and of a run folder the numbers too."""
+    first = InputFile(robot.path if robot.path is not None else Path(f"catalogue:{name}"), robot.sha256)
+    numbers = Path(name) / "result.json"
+    return (
+        (first, InputFile(numbers, read_text(numbers).sha256))
+        if robot.format == "urdf" and numbers.is_file()
+        else (first,)
+    )
 
 
 def read_inputs(
@@ -120,7 +154,7 @@ def read_inputs(
     _one_frame_per_name(reading)
     with computable(robot, *data):
         doubts = doubt_units(arm.chain, reading, watch)
-    return Inputs(arm, reading, (robot_file(arm, robot), *reading.files), (*arm.warnings, *reading.warnings, *doubts))
+    return Inputs(arm, reading, (*robot_files(arm, robot), *reading.files), (*arm.warnings, *reading.warnings, *doubts))
 
 
 def _refuse_other_kind(name: str | os.PathLike[str], kinds: Container[object], message: str) -> None:
@@ -166,22 +200,24 @@ def misfit(chain: Chain, data: DataSet) -> float:
 def doubt_units(chain: Chain, reading: Reading, watch: Watch | None = None) -> tuple[str, ...]:
     """Tries every suspected unit: raises FormatError when other units lower the misfit tenfold, warns otherwise."""
     doubts = reading.suspicions[:6]
-    if not doubts:
+    sample = _sample(reading.dataset)
+    as_read = misfit(chain, sample)
+    bad = not as_read <= BAD and not np.isnan(as_read)
+    if not doubts and not bad:
         return ()
     if watch:
         watch({"stage": "read", "what": "trying other units"})
-    as_read = misfit(chain, reading.dataset)
     best = as_read
     chosen: tuple[Suspicion, ...] = ()
-    for size in range(1, len(doubts) + 1):
-        for some in combinations(doubts, size):
-            data = reading.dataset
-            for doubt in some:
-                data = doubt.apply(data)
-            found = misfit(chain, data)
-            # Of two equally good explanations the one with fewer changes stands.
-            if np.isfinite(found) and found < 0.9 * best:
-                best, chosen = found, some
+    tried = [some for size in range(1, len(doubts) + 1) for some in combinations(doubts, size)]
+    for some in dict.fromkeys((*tried, *(_explanations(reading.alternatives) if bad else ()))):
+        data = sample
+        for doubt in some:
+            data = doubt.apply(data)
+        found = misfit(chain, data)
+        # Of two equally good explanations the one with fewer changes stands.
+        if np.isfinite(found) and found < 0.9 * best:
+            best, chosen = found, some
     if chosen and best * TENFOLD <= as_read:
         first = chosen[0]
         others = "".join(f"; likewise the {d.part} values of {d.source} in {d.alternative}" for d in chosen[1:])
@@ -194,6 +230,32 @@ def doubt_units(chain: Chain, reading: Reading, watch: Watch | None = None) -> t
             expected=first.alternative,
         )
     return tuple(str(d) for d in doubts)
+
+
+def _sample(data: DataSet) -> DataSet:
+    """At most MANY configurations: a wrong unit shows in any of them."""
+    count = len(data.configurations)
+    if count <= MANY:
+        return data
+    some = data.take(np.unique(np.linspace(0, count - 1, MANY).astype(np.int64)))
+    return some if {o.source for o in some.observations} == {o.source for o in data.observations} else data
+
+
+def _explanations(alternatives: Sequence[Suspicion]) -> Iterator[tuple[Suspicion, ...]]:
+    """Other units of one file, joints and positions alone or both, and then the same swap in every file."""
+    sources = list(dict.fromkeys(a.source for a in alternatives))[:4]
+    of = {s: {(a.part, a.stated, a.alternative): a for a in alternatives if a.source == s} for s in sources}
+    ways: dict[tuple[tuple[str, str, str], ...], None] = {}
+    for mine in of.values():
+        joints: list[tuple[tuple[str, str, str], ...]] = [(), *((k,) for k in mine if k[0] == "joints")]
+        places: list[tuple[tuple[str, str, str], ...]] = [(), *((k,) for k in mine if k[0] == "position")]
+        # A single change is tried before two at once.
+        ways |= dict.fromkeys(sorted((j + p for j in joints for p in places if j + p), key=len))
+    for way in ways:
+        holders = [s for s in sources if all(k in of[s] for k in way)]
+        yield from (tuple(of[s][k] for k in way) for s in holders)
+        if len(holders) > 1:
+            yield tuple(of[s][k] for s in holders for k in way)
 
 
 # --- what a person chooses for one run ------------------------------------------------------------------------------
@@ -211,6 +273,9 @@ def choose(
     nearest name."""
     table = robot.chain.table
     frames = {f.name: f for o in data.observations for f in (*((o.frame,) if o.frame else ()), *o.targets)}
+    for option, words in (("--free", free), ("--fix", fix)):
+        if any(not part.strip() for word in words for part in word.split(",")):
+            raise ModelError("a name is missing", key=option, found=",".join(words), expected=_names(table))
     free, fix = split_words(free), split_words(fix)
     if free:
         table = table.with_free(
@@ -258,13 +323,21 @@ def _select(word: str, chain: Chain, frames: Mapping[str, object], option: str) 
     try:
         hits = chain.table.match([word])
     except ModelError as error:
-        from robocal.errors import nearest
-
         known = {*names, *owners, *(n.rpartition(".")[2] for n in names), *frames}
-        raise ModelError(error.message, key=option, found=word, suggestion=nearest(word, known)) from None
+        near = nearest(word, known)
+        expected = None if near else _names(chain.table, *frames)
+        raise ModelError(error.message, key=option, found=word, expected=expected, suggestion=near) from None
     if word in owners or word in chain.table:
         return hits
     return tuple(n for n in hits if n.rpartition(".")[0] not in ("base", "home", "tool")) or hits
+
+
+def _names(table: Table, *frames: str) -> str:
+    """What can be selected, in a few words."""
+    symbols = dict.fromkeys(n.rpartition(".")[2] for n in table.names if n.partition(".")[0] not in ("base", "tool"))
+    owners = dict.fromkeys(n.rpartition(".")[0] for n in table.names)
+    example = next((n for n in table.free), table.names[0])
+    return f"a parameter ({example}), a symbol ({', '.join(symbols)}), or all of {', '.join((*owners, *frames))}"
 
 
 def _frames(data: DataSet, fixed: set[str], loose: set[str]) -> DataSet:

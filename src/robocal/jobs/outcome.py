@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -39,13 +39,15 @@ METHODS = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """What an identification came to: the result, its residuals by column, and the model in SI."""
+    """What an identification came to: the result, its residuals by column, and the model in SI; `left_out` are numbers
+    that the calibrated robot file cannot hold."""
 
     result: files.Result
     residuals: dict[str, list[Any]]
     identification: Identification
     robot: Robot
     written: tuple[Path, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     @property
     def improved(self) -> bool:
@@ -111,7 +113,7 @@ def _parameter(p: Any, robot: Robot) -> files.ParameterResult:
         delta=p.delta * size,
         sigma=None if p.sigma is None else p.sigma * size,
         sigma_instrument=None if p.sigma_instrument is None else p.sigma_instrument * size,
-        sigma_total=None if p.sigma_total is None else p.sigma_total * size,
+        sigma_conditional=None if p.sigma_conditional is None else p.sigma_conditional * size,
         status=p.status,
         data_share=p.data_share,
         note=p.note,
@@ -186,7 +188,9 @@ def _fit(found: Identification) -> files.Fit:
         )
     sources = list(dict.fromkeys(g.source for g in found.groups))
     return files.Fit(
-        iterations=found.iterations, reason=found.reason, history=list(found.history), chi2=found.chi2, dof=found.dof, groups=groups,
+        iterations=found.iterations,
+        reason="one step, as asked" if found.options.method == "lse" else found.reason,
+        history=list(found.history), chi2=found.chi2, dof=found.dof, groups=groups,
         sigma_source=", ".join(sources),
     )  # fmt: skip
 
@@ -251,22 +255,28 @@ def _metric(before: Array, after: Array, unseen: float, place: Array, part: tupl
     return row
 
 
-def save(outcome: Outcome, folder: Path) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Writes the run folder, all or nothing; returns the files and notes: a report that could not be made, values left
-    out."""
-    robot, notes = outcome.robot, []
+def save(outcome: Outcome, folder: Path) -> Outcome:
+    """Writes the run folder, all or nothing; warns of a report that could not be made and of values left out."""
+    robot = outcome.robot
     values = {p.name: p.value for p in outcome.identification.corrected.table.rows}
     text, left_out = render_robot(robot, values)
     if left_out:
-        notes.append(
-            f"the calibrated {robot.format.upper()} cannot hold {', '.join(left_out)}: these are in result.json only"
+        words = (
+            f"calibrated.urdf cannot hold the fitted {', '.join(left_out)}, so by itself it is not the identified robot; "
+            "the run folder is: give the folder to validate, export or simulate"
         )
+        outcome = replace(outcome, result=_warned(outcome.result, words), left_out=left_out)
     try:
         from robocal.report.page import render
 
         page: str | None = render(outcome.result.model_dump(mode="json"), outcome.residuals)
     except MissingExtra as missing:
         page = None
-        notes.append(f"report.html was left out: {missing}")
+        outcome = replace(outcome, result=_warned(outcome.result, f"report.html was left out: {missing}"))
     name = "calibrated.urdf" if robot.format == "urdf" else "calibrated.yaml"
-    return write_run(folder, outcome.result, text, outcome.residuals, page, robot_name=name), tuple(notes)
+    written = write_run(folder, outcome.result, text, outcome.residuals, page, robot_name=name)
+    return replace(outcome, written=written)
+
+
+def _warned(result: files.Result, words: str) -> files.Result:
+    return result.model_copy(update={"warnings": [*result.warnings, words]})

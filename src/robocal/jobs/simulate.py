@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +18,8 @@ from robocal.arms.chain import Chain
 from robocal.errors import FileError, ModelError, nearest
 from robocal.files.dataset import read_dataset
 from robocal.files.datawrite import data_text, table_text
-from robocal.files.robot import Robot, render_robot
-from robocal.files.text import write_files
+from robocal.files.robot import Robot, describe, parse_robot, render_robot
+from robocal.files.text import Source, write_files
 from robocal.jobs.inputs import Watch, open_arm
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
@@ -175,10 +176,10 @@ def simulate(
     poses: int = 80,
     at: str | None = None,
     kind: str = "position",
-    noise: float = 0.05,
+    noise: float | None = None,
     angle_noise: float | None = None,
-    length_error: float = 0.3,
-    angle_error: float = 0.06,
+    length_error: float | None = None,
+    angle_error: float | None = None,
     settings: Sequence[str] = (),
     frame: str = "auto",
     seed: int = 0,
@@ -187,18 +188,39 @@ def simulate(
     tip: str | None = None,
     watch: Watch | None = None,
 ) -> Simulated:
-    """Simulates and writes robot, truth and data into a folder; numbers are in the robot file's units. Raises
-    InputError."""
+    """Simulates and writes robot, truth and data into a folder; numbers are in the robot file's units, and what is not
+    given is as in `Errors` and `Instrument`. Raises InputError."""
+    for option, value in (
+        ("--noise", noise),
+        ("--angle-noise", angle_noise),
+        ("--length-error", length_error),
+        ("--angle-error", angle_error),
+    ):
+        if value is not None and not 0 <= value < math.inf:
+            raise ModelError(
+                "not a standard deviation", key=option, found=value, expected="a finite number, 0 or larger"
+            )
     if kind not in KINDS:
         raise ModelError(
             "unknown kind", key="--kind", found=kind, expected=", ".join(KINDS), suggestion=nearest(kind, KINDS)
         )
     arm = open_arm(robot, base=base, tip=tip)
+    if arm.left_out:
+        # A URDF that cannot hold its own numbers, as of a run with a fitted tool: both files become robot.yaml.
+        text = describe(arm.chain, arm.units)
+        arm = parse_robot(Source(Path(f"{Path(robot).name or 'robot'}.yaml"), text, sha256(text.encode()).hexdigest()))
     length, angle = arm.units.length, arm.units.angle
-    turn = 1e-4 if angle_noise is None else angle.to_si(angle_noise)
-    instrument = Instrument(kind, length.to_si(noise), turn, parse_frame(frame, arm))
+    wide, plain = Instrument(), Errors()
+    instrument = Instrument(
+        kind,
+        wide.noise if noise is None else length.to_si(noise),
+        wide.angle_noise if angle_noise is None else angle.to_si(angle_noise),
+        parse_frame(frame, arm),
+    )
     wrong = Errors(
-        length.to_si(length_error), angle.to_si(angle_error), tuple(_setting(text, arm) for text in settings)
+        plain.length if length_error is None else length.to_si(length_error),
+        plain.angle if angle_error is None else angle.to_si(angle_error),
+        tuple(_setting(text, arm) for text in settings),
     )
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
     truth = true_chain(arm.chain, wrong, streams[0])
@@ -209,7 +231,7 @@ def simulate(
     if watch:
         watch({"stage": "simulating"})
     data = measure(truth, q, instrument, streams[2])
-    about = f"{len(q)} configurations, seed {seed}, noise {noise:g} {length.name}"
+    about = f"{len(q)} configurations, seed {seed}, noise {length.from_si(instrument.noise):.6g} {length.name}"
     texts = simulated_files(arm, truth, data, about)
     refuse_existing(output, list(texts), force)
     largest = float(np.linalg.norm(truth.pose(q)[:, :3, 3] - arm.chain.pose(q)[:, :3, 3], axis=1).max())

@@ -2,7 +2,8 @@
 
 The robot stays as it is. Frames that the data leave free belong to the instrument's day, so they are fitted again.
 That makes every figure a little too good, by sqrt((rows - fitted) / rows) for normal errors; it is put back, and the
-figures are labelled `profiled`.
+figures are labelled `profiled`. The robot to compare with gets its free tool fitted too, as the baseline of an
+identification: what its file does not say of the tool is no error of its geometry.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from robocal.estimate.identifiability import analyse
 from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot
 from robocal.files.text import write_files
-from robocal.jobs.inputs import Inputs, Watch, computable, open_arm, read_inputs, robot_file
+from robocal.jobs.inputs import Inputs, Watch, computable, open_arm, read_inputs, robot_files
 from robocal.jobs.plain import plain
 from robocal.measure.data import DataSet
 
@@ -75,6 +76,7 @@ class Validation:
     inputs: tuple[InputFile, ...]
     command: str = ""
     written: tuple[Path, ...] = ()
+    frames_against: tuple[str, ...] = ()
 
     @property
     def document(self) -> dict[str, Any]:
@@ -94,6 +96,7 @@ class Validation:
             "gain": None if self.gain is None else dict(zip(("mean", "low", "high"), self.gain, strict=True)),
             "predicting_the_mean": self.constant,
             "profiled": list(self.frames),
+            "profiled_against": list(self.frames_against),
             "poses": list(self.poses),
             "warnings": list(self.warnings),
             "provenance": {
@@ -104,9 +107,11 @@ class Validation:
         }
 
 
-def model_errors(chain: Chain, data: DataSet, watch: Watch | None = None) -> Errors:
-    """Errors of a model with its own parameters held, frames of instruments fitted."""
-    held = replace(chain, table=chain.table.with_free(()))
+def model_errors(chain: Chain, data: DataSet, watch: Watch | None = None, *, tool: bool = False) -> Errors:
+    """Errors of a model with its own parameters held, frames of instruments fitted; `tool`: what is free of its tool
+    too."""
+    free = tuple(n for n in chain.table.free if tool and n.startswith("tool."))
+    held = replace(chain, table=chain.table.with_free(free))
     problem, x = baseline(held, data, np.arange(len(data.configurations)), watch)
     frames = frame_names(held, problem)
     kept = analyse(problem.with_free(frames), x).kept if frames else ()
@@ -135,7 +140,7 @@ def validate(
     other = None if against is None else open_arm(against, base=base, tip=tip)
     with computable(robot, *data):
         mine = model_errors(inputs.robot.chain, inputs.data, watch)
-        theirs = None if other is None else model_errors(other.chain, inputs.data, watch)
+        theirs = None if other is None else model_errors(other.chain, inputs.data, watch, tool=True)
     reasons = list(_already_used(inputs))
     if mine.rows < 2 * len(mine.fitted):
         reasons.append(
@@ -153,12 +158,14 @@ def validate(
     if theirs is not None and len(theirs.position) == len(mine.position) and worst is not None:
         low = bootstrap_gain(theirs.position * theirs.factor, mine.position * mine.factor, mine.position_at, seed)
         gain = (low[0] * 1e3, low[1] * 1e3, low[2] * 1e3)
-    files = (*inputs.files, *(() if other is None or against is None else (robot_file(other, against),)))
+    warnings = (*inputs.warnings, *(w for w in (other.warnings if other else ()) if w not in inputs.warnings))
+    files = (*inputs.files, *(() if other is None or against is None else robot_files(other, against)))
     made = Validation(
         inputs.robot, other, "mm",
         _statistic(mine, "m"), _statistic(theirs, "m"), _statistic(mine, "rad"), _statistic(theirs, "rad"),
         gain, None if constant is None else constant * 1e3, mine.fitted,
-        _poses(inputs.data, mine, theirs), not reasons, tuple(reasons), inputs.warnings, files, command,
+        _poses(inputs.data, mine, theirs), not reasons, tuple(reasons), warnings, files, command,
+        frames_against=() if theirs is None else theirs.fitted,
     )  # fmt: skip
     if output is None:
         return made

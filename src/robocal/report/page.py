@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import math
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from importlib.resources import files
@@ -238,7 +237,6 @@ def _fit(result: Result) -> dict[str, Any]:
         "chi2": significant(chi2, 4) if chi2 is not None else "",
         "dof": f"{dof:.0f}" if dof is not None else "",
         "ratio": significant(ratio) if ratio is not None else "",
-        "factor": significant(math.sqrt(ratio)) if ratio is not None and ratio > 0 else "",
         "chi2_word": words.chi2_word(chi2, dof, fit.get("sigma_source")),
         "sigma_source": str(fit.get("sigma_source") or ""),
         "groups": tables.groups(fit),

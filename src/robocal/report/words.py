@@ -173,7 +173,7 @@ def chi2_word(chi2: object, dof: object, source: object) -> str:
     low, high = ((1 - 2 / (9 * freedom) + z * spread) ** 3 for z in (-1.96, 1.96))
     ratio = value / freedom
     if ratio > high:
-        return f"more than the noise explains; as-fitted sigmas are {significant(math.sqrt(ratio), 2)} times the instrument's"
+        return "more than the stated noise explains; for the sigmas as fitted, noise is added until this is one"
     if ratio < low:
         return "less than the stated noise; that sigma looks too large"
     return "as the stated noise predicts"
