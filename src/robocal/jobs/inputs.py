@@ -1,5 +1,4 @@
-"""From names on a command line to a robot and a data set that belong together: opened, joined, and their units
-doubted."""
+"""From names on a command line to a robot and data that belong together: opened, joined, their units doubted."""
 
 from __future__ import annotations
 
