@@ -6,6 +6,7 @@ machine.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -34,7 +35,7 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-class Rows:
+class Rows(ABC):
     """What the terms of every kind share: group, scale, unit, local blocks, measured values with an optional batch
     axis."""
 
@@ -71,8 +72,9 @@ class Rows:
         value = self.value[:, first : first + rows]
         return value if len(value) == 1 else value[which]
 
+    @abstractmethod
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
-        raise NotImplementedError
+        """What a term owes to a problem (`estimate.rows.Term`)."""
 
     def predict(self, x: Array) -> Array:
         """What a perfect instrument would read, (m, d)."""
