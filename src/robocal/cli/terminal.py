@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rich.console import Console, RenderableType
     from rich.progress import Progress
 
-__all__ = ["Terminal"]
+__all__ = ["Terminal", "command_line"]
 
 PATIENCE = 2.0
 STAGES = {
@@ -34,6 +34,13 @@ STAGES = {
     "report": "writing the report",
     "write": "writing",
 }
+
+
+def command_line() -> str:
+    """The command as it was typed, for the recipe."""
+    import shlex
+
+    return shlex.join(["robocal", *sys.argv[1:]])
 
 
 class Terminal:

@@ -21,7 +21,8 @@ from robocal.files.datamodel import DataModel, TargetModel
 from robocal.files.doubts import Suspicion, alternatives, limit_warning, repeat_warnings, suspicions
 from robocal.files.frames import frame_vector
 from robocal.files.headers import CONFIGURATION, joint_columns, self_description
-from robocal.files.kinds import READERS, KindReader, Values, column_units
+from robocal.files.kinds.base import KindReader, Values, column_units
+from robocal.files.kinds.registry import READERS
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
 from robocal.files.units import UNITS, Unit, Units, parse_unit

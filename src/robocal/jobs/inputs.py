@@ -18,7 +18,7 @@ from robocal.calibrate.identify import baseline
 from robocal.errors import FileError, FormatError, InputError, ModelError, nearest
 from robocal.files.dataset import InputFile, Reading, read_datasets
 from robocal.files.doubts import Suspicion
-from robocal.files.kinds import READERS
+from robocal.files.kinds.registry import READERS
 from robocal.files.result import read_result
 from robocal.files.robot import Robot, open_robot, render_robot
 from robocal.files.text import read_text

@@ -69,7 +69,8 @@ class Observations:
 
     configuration (k,) indexes the data set's configurations; value (k, d) and sigma (k, d) as the kind says (sigma
     None: not stated); target (k,) indexes `targets`; `extra` holds the kind's own columns, each with k rows;
-    `options` its scalars. `rows` (k,) are row numbers in `source`. A second axis in front of value, (B, k, d), gives
+    `options` its scalars. `rows` (k,) are row numbers in `source`. A kind that compares two configurations keeps the
+    other one in `second` (k,). A second axis in front of value, (B, k, d), gives
     every problem of a batch its own measurements.
     """
 
@@ -85,6 +86,7 @@ class Observations:
     group: str = ""
     source: str = ""
     rows: Ints | None = None
+    second: Ints | None = None
 
     @property
     def label(self) -> str:
@@ -104,6 +106,7 @@ class Observations:
             target=None if self.target is None else self.target[index],
             extra={k: v[index] for k, v in self.extra.items()},
             rows=None if self.rows is None else self.rows[index],
+            second=None if self.second is None else self.second[index],
         )
 
 
@@ -120,9 +123,10 @@ class DataSet:
         new[units] = np.arange(len(units))
         kept = []
         for obs in self.observations:
-            index = np.flatnonzero(new[obs.configuration] >= 0)
-            part = obs.take(index)
-            kept.append(replace(part, configuration=new[part.configuration]))
+            inside = new[obs.configuration] >= 0
+            part = obs.take(np.flatnonzero(inside if obs.second is None else inside & (new[obs.second] >= 0)))
+            second = None if part.second is None else new[part.second]
+            kept.append(replace(part, configuration=new[part.configuration], second=second))
         return DataSet(self.configurations.take(units), tuple(o for o in kept if len(o)))
 
     def __add__(self, other: DataSet) -> DataSet:
@@ -135,7 +139,10 @@ class DataSet:
         joints = _stack(a.joints, b.joints, len(a), len(b), np.nan)
         # Free poses start at the identity where nothing is said.
         start = _stack(a.start, b.start, len(a), len(b), 0.0)
-        moved = tuple(replace(o, configuration=o.configuration + shift) for o in other.observations)
+        moved = tuple(
+            replace(o, configuration=o.configuration + shift, second=None if o.second is None else o.second + shift)
+            for o in other.observations
+        )
         return DataSet(Configurations(a.ids + b.ids, joints, columns, start), self.observations + moved)
 
 

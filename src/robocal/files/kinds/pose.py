@@ -1,0 +1,125 @@
+"""Poses: a position with an orientation in any of the usual forms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.files import orientation
+from robocal.files.csvtable import CsvTable
+from robocal.files.datamodel import OrientationModel, SigmaModel
+from robocal.files.kinds.base import Values, column_units, sigmas
+from robocal.files.kinds.position import PositionModel, matrix_columns, position
+from robocal.files.units import UNITS, Unit, parse_unit
+from robocal.files.yamlio import Document, Path_
+from robocal.geometry import so3
+
+__all__ = ["PoseModel", "read_pose"]
+
+Array = NDArray[np.float64]
+ROTATION = {9: tuple(range(9)), 12: (0, 1, 2, 4, 5, 6, 8, 9, 10), 16: (0, 1, 2, 4, 5, 6, 8, 9, 10)}
+
+
+class PoseModel(PositionModel):
+    """Poses T_measuring_measured: a position and an orientation, or both in one matrix."""
+
+    orientation: OrientationModel
+
+
+def _rotations(model: OrientationModel, table: CsvTable, document: Document) -> tuple[Array, Array, Unit | None]:
+    """R (k, 3, 3); E (k, 3, 3) that takes standard deviations of the file's angles to small rotations; the angles'
+    unit."""
+    columns = matrix_columns(model, table)
+    at: Path_ = ("orientation",)
+    sizes = orientation.FORMS[model.form]
+    if len(columns) not in sizes:
+        expected = " or ".join(str(s) for s in sizes) + f" for {model.form}"
+        document.fail("wrong number of columns", (*at, "columns"), found=len(columns), expected=expected)
+    angular = model.form in ("rotation_vector", "euler")
+    plain = np.broadcast_to(np.eye(3), (len(table), 3, 3))
+    if angular:
+        units = column_units(table, columns, model.unit, ("rad",) * 3, document, at)
+        angles = table.numbers(columns) * np.array([u.factor for u in units])
+        if model.form == "rotation_vector":
+            return so3.exp(angles), plain, units[0]
+        for word in ("order", "frame"):
+            if getattr(model, word) is None:
+                document.fail(
+                    "a key is missing",
+                    (*at, word),
+                    expected="XYZ, ZYX, ..." if word == "order" else "intrinsic or extrinsic",
+                )
+        intrinsic = model.frame == "intrinsic"
+        return (
+            orientation.euler(angles, model.order, intrinsic=intrinsic),
+            orientation.euler_axes(angles, model.order, intrinsic=intrinsic),
+            units[0],
+        )
+    numbers = table.numbers(columns)
+    unit = (
+        None
+        if model.unit in (None, "1")
+        else parse_unit(model.unit, "rad", file=document.path, row=document.row(at), key="orientation.unit")
+    )
+    if model.form == "matrix":
+        return _from_matrix(numbers, table, columns), plain, unit
+    q = numbers if model.form == "quaternion_xyzw" else numbers[:, [1, 2, 3, 0]]
+    norm = np.linalg.norm(q, axis=1)
+    _all(np.abs(norm - 1) < 2e-2, table, columns, "not a unit quaternion", norm, "a length of 1")
+    return orientation.quaternion(q / norm[:, None]), plain, unit
+
+
+def _from_matrix(numbers: Array, table: CsvTable, columns: Sequence[str | int]) -> Array:
+    r = numbers[:, ROTATION[numbers.shape[1]]].reshape(-1, 3, 3)
+    defect = np.abs(r @ np.swapaxes(r, 1, 2) - np.eye(3)).max(axis=(1, 2))
+    _all(
+        defect < 2e-2,
+        table,
+        columns,
+        "not a rotation matrix",
+        defect,
+        "orthogonal rows of length 1, written row by row",
+    )
+    determinant = np.linalg.det(r)
+    _all(determinant > 0, table, columns, "a reflection, not a rotation", determinant, "a determinant of +1")
+    if numbers.shape[1] == 16:
+        defect = np.abs(numbers[:, 12:] - [0, 0, 0, 1]).max(axis=1)
+        _all(defect < 1e-6, table, columns[12:], "not the last row of a pose", defect, "0, 0, 0, 1")
+    return so3.project(r)
+
+
+def _all(
+    good: NDArray[np.bool_], table: CsvTable, columns: Sequence[str | int], message: str, value: Array, expected: str
+) -> None:
+    if not good.all():
+        row = int(np.flatnonzero(~good)[0])
+        raise table.fail(message, row, table.label(table.find(columns[0])), found=float(value[row]), expected=expected)
+
+
+def read_pose(model: PoseModel, table: CsvTable, document: Document) -> Values:
+    """Frame vectors (k, 6) in m and rad; sigma of the rotation about the instrument's axes."""
+    place, sigma, length = position(model, table, document)
+    r, axes, angle = _rotations(model.orientation, table, document)
+    given = model.orientation.sigma
+    both = None
+    if (sigma is None) != (given is None):
+        missing = "position" if sigma is None else "orientation"
+        document.fail(
+            "only one of two standard deviations is stated",
+            (missing, "sigma"),
+            expected="both, or neither (then estimated)",
+        )
+    if sigma is not None:
+        turn = sigmas(model.orientation, table, [angle or UNITS["rad"]] * 3, "rad", document, ("orientation",))
+        if angle is None and not isinstance(given, SigmaModel):
+            document.fail(
+                "the unit is missing", ("orientation", "unit"), expected="deg, rad, ... in which sigma is stated"
+            )
+        assert turn is not None
+        if isinstance(given, SigmaModel) and len(given.columns) == 3:
+            # Independent errors of the file's angles, carried to the axes about which they turn.
+            turn = np.sqrt((axes**2 @ (turn**2)[..., None])[..., 0])
+        both = np.hstack([sigma, turn])
+    return Values(np.hstack([place, so3.log(r)]), both, length, angle)
