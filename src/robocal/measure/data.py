@@ -43,12 +43,14 @@ class Frame:
 @dataclass(frozen=True)
 class Configurations:
     """Where the machine stood: joint values (m, n) in rad or m (None for a machine with free poses), and named columns
-    (m,)."""
+    (m,); `groups` (m) are labels of what belongs together, such as a placement of the target, or "" where nothing is
+    said."""
 
     ids: tuple[str, ...]
     joints: Array | None = None
     columns: Mapping[str, Array] = field(default_factory=dict)
     start: Array | None = None  # frame vectors (m, 6) from which free poses start
+    groups: tuple[str, ...] | None = None
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -60,6 +62,7 @@ class Configurations:
             None if self.joints is None else self.joints[index],
             {k: v[index] for k, v in self.columns.items()},
             None if self.start is None else self.start[index],
+            None if self.groups is None else tuple(self.groups[i] for i in index),
         )
 
 
@@ -143,7 +146,10 @@ class DataSet:
             replace(o, configuration=o.configuration + shift, second=None if o.second is None else o.second + shift)
             for o in other.observations
         )
-        return DataSet(Configurations(a.ids + b.ids, joints, columns, start), self.observations + moved)
+        labels = None
+        if a.groups is not None or b.groups is not None:
+            labels = (a.groups or ("",) * len(a)) + (b.groups or ("",) * len(b))
+        return DataSet(Configurations(a.ids + b.ids, joints, columns, start, labels), self.observations + moved)
 
 
 def _stack(a: Array | None, b: Array | None, rows_a: int, rows_b: int, absent: float) -> Array | None:
