@@ -3,13 +3,16 @@ everything free."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from robocal.arms.conventions import chain
 from robocal.cables.geometry import cable_robot
 from robocal.estimate.problem import Problem
 from robocal.geometry import se3
-from robocal.measure.base import kind_of, problem, synthesise
+from robocal.measure import kinds  # noqa: F401  (registers every kind)
+from robocal.measure.base import KINDS, kind_of, problem, synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
 DEG = np.pi / 180
@@ -62,7 +65,7 @@ def observations(kind, m, sigma, frame=None, targets=(), each=1, **more):
     count = max(len(targets), 1)
     configuration = np.repeat(np.arange(m), count * each)
     target = np.tile(np.repeat(np.arange(count), each), m) if targets else None
-    d = {"position": 3, "pose": 6, "distance": 1, "pixels": 2, "lengths": 1}[kind]
+    d = KINDS[kind].size
     k = len(configuration)
     spread = sigma * np.linspace(1, 2, k * d).reshape(k, d)
     return Observations(kind, configuration, np.zeros((k, d)), spread, frame, tuple(targets), target, **more)
@@ -74,7 +77,7 @@ def made(machine, obs, rng, m, *, local_targets=(), free=None, error=0.05):
     data = synthesise(machine, DataSet(where, tuple(obs)), local_targets=local_targets)
     moved = []
     for o in data.observations:
-        size = error * (100 if o.kind == "pixels" else 3 if o.kind == "pose" else 1)
+        size = error * (100 if o.kind == "pixels" else 3 if o.kind in ("pose", "relative_pose") else 1)
         moved.append(
             o.__class__(
                 **{**o.__dict__, "value": kind_of(o).disturb(o.value, rng.normal(scale=size, size=o.value.shape))}
@@ -123,6 +126,68 @@ def distance(rng):
     )
 
 
+def all_six(*names):
+    return [f"{n}.{s}" for n in names for s in ("x", "y", "z", "rx", "ry", "rz")]
+
+
+PLACE = Frame("place", (0.3, -0.2, -0.6, 0.2, 0.5, -0.3), (True,) * 6)
+SOCKET = Frame("socket", (0.3, -0.2, -0.6, 0.2, 0.5, -0.3), (True,) * 6)
+# The numbers that each of the kinds against a place has, as it reads them.
+OWN = {
+    "point": {},
+    "sphere": {"radius": "probe", "values": {"radius": 0.3}},
+    "plane": {"radius": "probe", "values": {"radius": 0.01}},
+    "range": {"medium": "air", "speed": 343.0, "values": {"speed": 346.0, "delay": 0.02}},
+}
+
+
+def against(kind, m, targets=(BALL,), place=PLACE, **more):
+    """Rows of a kind that measures against a place; planes are the faces of a cube."""
+    obs = observations(kind, m, 1e-3, None, targets, options={"place": place, **OWN[kind]}, **more)
+    if kind != "plane":
+        return obs
+    faces = np.resize(np.vstack([np.eye(3), -np.eye(3)]), (len(obs), 3))
+    return replace(obs, extra={"normal": faces, "offset": np.linspace(0.02, 0.05, len(obs))})
+
+
+def places_of(kind):
+    """The carriers of a kind that measures against a place."""
+    own = list({p.name for p in KINDS[kind].parameters(against(kind, 2))})
+    return {
+        f"{kind}/arm, target on the tool": lambda rng: made(arm(), [against(kind, 6)], rng, 6),
+        f"{kind}/arm, the tool itself": lambda rng: made(arm(), [against(kind, 6, ())], rng, 6),
+        f"{kind}/arm, two targets": lambda rng: made(arm(), [against(kind, 4, (BALL, replace(BALL, name="other", value=(0.0, 0.1, 0.05, 0.0, 0.1, 0.0))))], rng, 4),
+        f"{kind}/frames alone": lambda rng: made(arm(), [against(kind, 4, TAGS)], rng, 4, free=[*all_six("place", "tag0", "tag1"), *own]),
+        f"{kind}/free poses": lambda rng: made(platform(), [against(kind, 4)], rng, 4, free=[*all_six("place", "ball"), *own]),
+    }  # fmt: skip
+
+
+def pairs(kind, m, frame=None, targets=(), **more):
+    """Rows that compare every configuration with the next one."""
+    obs = observations(kind, m, 1e-3, frame, targets, **more)
+    return replace(obs, second=(obs.configuration + 1) % m)
+
+
+def differences():
+    """Kinds that compare two configurations, and distances with every kind of end."""
+    bar = {"length": "bar", "values": {"length": 0.05}}
+    sockets = (SOCKET, BALL)
+    return {
+        "displacement/arm alone": lambda rng: made(arm(), [pairs("displacement", 5)], rng, 5),
+        "displacement/arm, instrument on the base": lambda rng: made(arm(), [pairs("displacement", 5, TRACKER, (BALL,))], rng, 5),
+        "displacement/arm, instrument in hand": lambda rng: made(arm(), [pairs("displacement", 5, HAND, TAGS)], rng, 5),
+        "relative_pose/arm alone": lambda rng: made(arm(), [pairs("relative_pose", 5)], rng, 5),
+        "relative_pose/arm, target on the tool": lambda rng: made(arm(), [pairs("relative_pose", 5, None, (BALL,))], rng, 5),
+        "distance/arm, two configurations": lambda rng: made(arm(), [pairs("distance", 5, None, (BALL,))], rng, 5),
+        "distance/arm, two configurations, the tool itself": lambda rng: made(arm(), [pairs("distance", 5, options=bar)], rng, 5),
+        "distance/arm, socket and ball": lambda rng: made(arm(), [observations("distance", 5, 1e-3, options={"ends": sockets, **bar})], rng, 5),
+        "distance/arm, ball and socket": lambda rng: made(arm(), [observations("distance", 5, 1e-3, options={"ends": sockets[::-1]})], rng, 5),
+        "distance/arm, two balls at two configurations": lambda rng: made(arm(), [pairs("distance", 5, options={"ends": (HAND, BALL)})], rng, 5),
+        "distance/free poses": lambda rng: made(platform(), [observations("distance", 5, 1e-3, options={"ends": sockets, **bar})], rng, 5, free=[*all_six("socket", "ball"), "bar.length"]),
+        "distance/free poses, ball first": lambda rng: made(platform(), [observations("distance", 5, 1e-3, options={"ends": sockets[::-1]})], rng, 5, free=all_six("socket", "ball")),
+    }  # fmt: skip
+
+
 def lengths(rng):
     m = 5
     obs = observations("lengths", m, 1e-3, each=4, extra={"cable": np.tile(np.arange(4), m)})
@@ -136,12 +201,17 @@ def lens(names):
 
 
 def mixed(rng):
-    """Two instruments and three kinds in one problem."""
+    """Several instruments and many kinds in one problem."""
     m = 3
     obs = [
         observations("position", m, 1e-3, TRACKER, (BALL,)),
         pixels(m, EYE, (BALL,)),
         observations("pose", m, 1e-3, TRACKER),
+        observations("bearing", m, 1e-3, TRACKER, (BALL,)),
+        against("range", m),
+        against("point", m, place=SOCKET),
+        pairs("displacement", m, TRACKER, (BALL,)),
+        pairs("distance", m, None, (BALL,)),
     ]
     return made(arm(), obs, rng, m)
 
@@ -149,6 +219,10 @@ def mixed(rng):
 SCENARIOS = {
     **carriers_of("position", 1e-3),
     **carriers_of("pose", 1e-3),
+    **carriers_of("bearing", 1e-3),
+    **carriers_of("spherical", 1e-3),
+    **{k: v for kind in OWN for k, v in places_of(kind).items()},
+    **differences(),
     "distance/two frames": distance,
     "lengths/free poses": lengths,
     "pixels/arm, camera on the base": lambda rng: made(arm(), [pixels(3, EYE, (BALL,))], rng, 3),

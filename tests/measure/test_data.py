@@ -115,6 +115,14 @@ def test_one_name_is_one_frame(rng):
     assert sum(n.startswith("tracker.") for n in shared.table.names) == 6, "the same frame in two files is one frame"
 
 
+def test_an_instrument_is_no_place(rng):
+    """An instrument on the base stores where the base stands in it, a socket where it stands itself."""
+    data = positions(rng)
+    place = Observations("point", np.arange(5), np.zeros((5, 3)), options={"place": TRACKER})
+    with pytest.raises(ModelError, match="one name"):
+        problem(arm(), DataSet(data.configurations, (*data.observations, place)))
+
+
 def test_a_shared_frame_is_fitted_to_both_files(rng):
     frame = replace(TRACKER, value=(0.0,) * 6)
     both = positions(rng, 8, targets=()) + positions(rng, 8, targets=())
@@ -136,9 +144,45 @@ def test_unknown_kinds_targets_cables_names(rng):
         problem(arm(), DataSet(bar().configurations, (replace(bar().observations[0], options={}),)))
     with pytest.raises(ModelError, match="cable robot"):
         problem(arm(), DataSet(data.configurations, (observations("lengths", 5, 1e-3, extra={"cable": np.zeros(5)}),)))
+    plain = observations("displacement", 5, 1e-3)
+    with pytest.raises(ModelError, match="compares two configurations"):
+        problem(arm(), DataSet(data.configurations, (plain,)))
+    for kind in ("point", "plane", "sphere", "range"):
+        with pytest.raises(ModelError, match="needs a place"):
+            problem(arm(), DataSet(data.configurations, (observations(kind, 5, 1e-3, options={"radius": "r"}),)))
     where = configurations(platform(), rng, 2)
+    for kind in ("displacement", "relative_pose", "distance"):
+        with pytest.raises(ModelError, match="between two free poses"):
+            problem(platform(), DataSet(where, (replace(observations(kind, 2, 1e-3), second=np.array([1, 0])),)))
     with pytest.raises(ModelError, match="no such cable"):
         problem(platform(), DataSet(where, (observations("lengths", 2, 1e-3, extra={"cable": np.array([0, 4])}),)))
+
+
+def test_numbers_of_a_kind(rng):
+    """Stated is held, unstated is free, `free` decides where it is given; a wrong symbol is named."""
+    socket = Frame("socket", (0.3, 0.1, 0.2, 0, 0, 0), (True,) * 3 + (False,) * 3)
+    where = configurations(arm(), rng, 4)
+
+    def numbers(**options):
+        obs = observations("range", 4, 1e-3, options={"place": socket, "medium": "air", "speed": 340.0, **options})
+        table = problem(arm(), DataSet(where, (obs,))).table
+        return [(table[n].value, table[n].free, table[n].prior) for n in ("air.speed", "air.delay")]
+
+    assert numbers() == [(340.0, True, None), (0.0, True, None)]
+    assert numbers(values={"speed": 345.0}) == [(345.0, False, None), (0.0, True, None)]
+    assert numbers(free=("speed",), priors={"speed": 2.0}) == [(340.0, True, 2.0), (0.0, False, None)]
+    with pytest.raises(ModelError, match="did you mean 'speed'"):
+        numbers(values={"sped": 345.0})
+    with pytest.raises(ModelError, match="above 0"):
+        numbers(speed=0.0)
+    with pytest.raises(ModelError, match="needs a radius"):
+        problem(arm(), DataSet(where, (observations("sphere", 4, 1e-3, options={"place": socket}),)))
+    two = [
+        observations("range", 4, 1e-3, group=str(i), options={"place": socket, "medium": "air", "speed": 340.0 + i})
+        for i in range(2)
+    ]
+    with pytest.raises(ModelError, match="two different numbers"):
+        problem(arm(), DataSet(where, tuple(two)))
 
 
 def test_two_sockets_in_one_place_are_parted_not_lost():

@@ -7,6 +7,7 @@ an arm, a fixed instrument and a cable platform.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -14,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Program
+from robocal.errors import ModelError
 from robocal.geometry import se3
 
-__all__ = ["Carrier", "Inverse", "LocalPose", "Path", "Product"]
+__all__ = ["Carrier", "Inverse", "LocalPose", "Path", "Product", "one_local"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -125,7 +127,7 @@ class Product:
 
     @property
     def local(self) -> Ints | None:
-        return self.a.local if self.a.local is not None else self.b.local
+        return one_local((self.a, self.b))
 
     def bind(self, column_of: Ints) -> Product:
         return Product(self.a.bind(column_of), self.b.bind(column_of))
@@ -148,6 +150,19 @@ class Product:
         shared = np.concatenate([both[..., :ka], both[..., ka + na : ka + na + kb]], axis=3)
         local = both[..., ka : ka + na] if na else both[..., ka + kb :]
         return out, shared, np.ascontiguousarray(local)
+
+
+def one_local(carriers: Sequence[Carrier]) -> Ints | None:
+    """The local block of every row, (m,), or None. Raises ModelError when two carriers have one: a row may touch one
+    free pose only."""
+    found = [c.local for c in carriers if c.local is not None]
+    if len(found) > 1:
+        raise ModelError(
+            "a measurement between two free poses",
+            found="two local blocks",
+            expected="a machine with joints, or targets that are not eliminated",
+        )
+    return found[0] if found else None
 
 
 def _cut(a: Array, part: slice) -> Array:

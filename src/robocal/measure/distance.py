@@ -1,7 +1,11 @@
-"""Distance between two frames of the instrument's world: r = |p_a - p_b| - d.
+"""Distance between two points: r = |p_b - p_a| - (d + length).
 
-value (k, 1) in m. The two ends are named frames (`options["ends"]`, two frames mounted on "base"): two sockets a
-known distance apart, two reflectors on a bar. Ends that an arm carries come with the ballbar.
+value d (k, 1) in m. The two points are `options["ends"]`, two frames mounted on "base" or "tool": two sockets a known
+distance apart, a ballbar from a socket on the base to a ball on the tool. Where `second` names another configuration,
+end b is taken there; without ends both points are the observed target (a telescopic bar between two configurations).
+`options["length"]` names a bar whose parameter `NAME.length` (m) adds to the reading: unknown when it is free, so that
+a fixed bar of unknown length reads 0. A bar of unknown length in one socket cannot see the scale of the arm.
+Source: Goswami, Quaid and Peshkin, Identifying robot parameters using partial pose information (1993).
 """
 
 from __future__ import annotations
@@ -11,50 +15,56 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import frame_element
 from robocal.errors import ModelError
-from robocal.measure.base import Builder, Kind, Rows, register
-from robocal.measure.carriers import Carrier, Inverse, Product
+from robocal.measure.builder import Builder
 from robocal.measure.data import Frame, Observations
+from robocal.measure.rows import Between, Kind, Number, Rows, number_names, numbers, register
 from robocal.parameters import Parameter
 
 __all__ = ["DISTANCE"]
 
 Array = NDArray[np.float64]
 UNSTATED = (1e-4,)
+NUMBERS = (Number("length", "length", expected=0.1),)
 
 
-class DistanceRows(Rows):
-    """|p| of the relative frame; its gradient is the unit vector along it."""
+class DistanceRows(Between):
+    """|p_b - p_a| minus the reading and the bar's own length."""
 
     def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
-        t, j, jl = self.carrier.pose(x, first, rows, turn=False)
-        p = t[:, :, :3, 3]
-        length = np.linalg.norm(p, axis=-1, keepdims=True)
-        # Two frames in one place have no direction yet; the other measurements part them.
-        along = (p / np.where(length > 0, length, 1.0))[:, :, None, :]
-        return length - self.measured(which, first, rows), along @ j, along @ jl
+        length, j, jl = self.length(x, first, rows)
+        length = length - self.measured(which, first, rows) - x[:, self.numbers].sum(axis=1)[:, None, None]
+        own = np.full((*j.shape[:3], len(self.own)), -1.0)
+        return length, np.concatenate([j, own], axis=3), jl
 
 
 def ends(obs: Observations) -> Sequence[Frame]:
-    """The two frames. Raises ModelError when there are not two."""
+    """The two frames; none where the ends are one target at two configurations. Raises ModelError otherwise."""
     found = obs.options.get("ends", ())
-    if not isinstance(found, tuple) or len(found) != 2:
+    if not isinstance(found, tuple) or len(found) != (0 if obs.second is not None and not found else 2):
         raise ModelError("a distance needs two ends", found=found, expected="two frames")
     return found
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term."""
-    index = np.arange(len(obs))
-    a, b = (builder.path([frame_element(end.name)], obs.configuration) for end in ends(obs))
-    carrier: Carrier = Product(Inverse(a), b)
-    return [DistanceRows(carrier, obs, index, UNSTATED)]
+    """One term, or one per target."""
+    own = builder.rows(number_names(obs, NUMBERS))
+    out: list[Rows] = []
+    found = ends(obs)
+    for t, index in builder.split(obs):
+        first = obs.configuration[index]
+        other = first if obs.second is None else builder.second(obs, index)
+        if found:
+            pair = builder.held(found[0], first), builder.held(found[1], other)
+        else:
+            pair = builder.target(obs, t, first), builder.target(obs, t, other)
+        out.append(DistanceRows(pair, obs, index, UNSTATED, own))
+    return out
 
 
 def parameters(obs: Observations) -> Sequence[Parameter]:
-    """The two frames' rows."""
-    return [p for end in ends(obs) for p in end.parameters]
+    """The length of the bar, where it has a name."""
+    return numbers(obs, NUMBERS)
 
 
-DISTANCE = register(Kind("distance", 1, terms, parameters, ((0, 1, "m"),)))
+DISTANCE = register(Kind("distance", 1, terms, parameters, ((0, 1, "m"),), frames=ends))

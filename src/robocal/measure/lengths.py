@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
 from robocal.errors import ModelError
-from robocal.measure.base import Builder, Kind, Rows, register
+from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
+from robocal.measure.rows import Kind, Rows, register
 
 __all__ = ["LENGTHS"]
 
@@ -24,25 +25,12 @@ class LengthRows(Rows):
     """The rows of one cable; columns are the carrier's, then the cable's free numbers."""
 
     def __init__(self, builder: Builder, obs: Observations, name: str, index: NDArray[np.int64]) -> None:
-        super().__init__(builder.tool(obs.configuration[index]), obs, index, UNSTATED)
-        self.cable = np.array([builder.table.index[f"{name}.{s}"] for s in SYMBOLS], dtype=np.int64)
-        self.own = np.empty(0, dtype=np.int64)
-        self.own_columns = np.empty(0, dtype=np.int64)
-
-    @property
-    def columns(self) -> NDArray[np.int64]:
-        return np.concatenate([self.carrier.columns, self.own_columns])
-
-    def bind(self, column_of: NDArray[np.int64]) -> LengthRows:
-        other = super().bind(column_of)
-        assert isinstance(other, LengthRows)
-        other.own = np.flatnonzero(column_of[self.cable] >= 0)
-        other.own_columns = column_of[self.cable[other.own]]
-        return other
+        cable = builder.rows(f"{name}.{s}" for s in SYMBOLS)
+        super().__init__(builder.tool(obs.configuration[index]), obs, index, UNSTATED, cable)
 
     def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
         t, j, jl = self.carrier.pose(x, first, rows)
-        length, by_pose, by_cable = lengths(t, x[:, self.cable])
+        length, by_pose, by_cable = lengths(t, x[:, self.numbers])
         row = by_pose[:, :, None, :]
         jac = np.concatenate([row @ j, by_cable[:, :, None, self.own]], axis=-1)
         return length[..., None] - self.measured(which, first, rows), jac, row @ jl

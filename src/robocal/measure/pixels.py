@@ -12,8 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.measure.base import Builder, Kind, Rows, register
+from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
+from robocal.measure.rows import Kind, Rows, register
 from robocal.parameters import Parameter
 from robocal.vision.camera import SYMBOLS, project
 
@@ -28,27 +29,14 @@ class PixelRows(Rows):
     """Reprojection error; columns are the carrier's, then the free intrinsics."""
 
     def __init__(self, builder: Builder, obs: Observations, target: int, index: NDArray[np.int64]) -> None:
-        super().__init__(builder.view(obs, target, index), obs, index, UNSTATED)
+        intrinsics = builder.rows(p.name for p in parameters(obs))
+        super().__init__(builder.view(obs, target, index), obs, index, UNSTATED, intrinsics)
         self.point = np.ascontiguousarray(obs.extra["point"][index])
-        self.intrinsics = np.array([builder.table.index[p.name] for p in parameters(obs)], dtype=np.int64)
-        self.own = np.empty(0, dtype=np.int64)
-        self.own_columns = np.empty(0, dtype=np.int64)
-
-    @property
-    def columns(self) -> NDArray[np.int64]:
-        return np.concatenate([self.carrier.columns, self.own_columns])
-
-    def bind(self, column_of: NDArray[np.int64]) -> PixelRows:
-        other = super().bind(column_of)
-        assert isinstance(other, PixelRows)
-        other.own = np.flatnonzero(column_of[self.intrinsics] >= 0)
-        other.own_columns = column_of[self.intrinsics[other.own]]
-        return other
 
     def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
         t, j, jl = self.carrier.pose(x, first, rows)
         lever = np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[first : first + rows])
-        uv, jp, ji = project(lever + t[:, :, :3, 3], x[:, None, self.intrinsics])
+        uv, jp, ji = project(lever + t[:, :, :3, 3], x[:, None, self.numbers])
         # d point = v + w x lever, so d uv = jp v + (lever x jp) w row by row.
         both = np.concatenate([jp, np.cross(lever[:, :, None, :], jp)], axis=-1)
         jac = np.concatenate([both @ j, ji[..., self.own]], axis=-1)

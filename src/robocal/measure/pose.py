@@ -6,12 +6,16 @@ about the instrument's axes. A laser tracker with a 6D target, a camera that rep
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.geometry import se3, so3
-from robocal.measure.base import Builder, Kind, Rows, register
+from robocal.measure.builder import Builder
+from robocal.measure.carriers import Carrier
 from robocal.measure.data import Observations
+from robocal.measure.rows import Kind, Rows, register
 
 __all__ = ["POSE"]
 
@@ -22,8 +26,8 @@ UNSTATED = (1e-4,) * 3 + (1e-4,) * 3
 class PoseRows(Rows):
     """Residual on position and rotation vector; measured poses are kept as matrices."""
 
-    def __init__(self, builder: Builder, obs: Observations, target: int, index: NDArray[np.int64]) -> None:
-        super().__init__(builder.view(obs, target, index), obs, index, UNSTATED)
+    def __init__(self, carrier: Carrier, obs: Observations, index: NDArray[np.int64], default: Sequence[float]) -> None:
+        super().__init__(carrier, obs, index, default)
         self.matrix = np.ascontiguousarray(se3.from_vector(self.value))
 
     def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
@@ -42,7 +46,7 @@ class PoseRows(Rows):
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term per target."""
-    return [PoseRows(builder, obs, t, index) for t, index in builder.split(obs)]
+    return [PoseRows(builder.view(obs, t, index), obs, index, UNSTATED) for t, index in builder.split(obs)]
 
 
 def disturb(value: Array, noise: Array) -> Array:

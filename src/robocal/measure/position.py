@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.measure.base import Builder, Kind, Rows, register
+from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
+from robocal.measure.rows import Kind, Rows, register
 
 __all__ = ["POSITION"]
 

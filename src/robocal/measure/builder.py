@@ -1,0 +1,125 @@
+"""The way from a machine to carriers: a kind of measurement asks here where a frame is, and never sees a machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain, Element, compile_path, cosines, frame_element
+from robocal.errors import ModelError
+from robocal.measure.carriers import Carrier, Inverse, LocalPose, Path, Product
+from robocal.measure.data import Configurations, Frame, Observations
+from robocal.parameters import Table
+
+__all__ = ["Builder", "Machine"]
+
+Ints = NDArray[np.int64]
+
+
+class Machine(Protocol):
+    """What a problem asks of a model: its parameter table. A Chain adds elements; a machine without them has one free
+    pose per configuration."""
+
+    @property
+    def table(self) -> Table: ...
+
+
+@dataclass(frozen=True)
+class Builder:
+    """Makes the carriers that kinds ask for."""
+
+    machine: Machine
+    table: Table
+    configurations: Configurations
+    local_targets: tuple[str, ...] = ()  # targets that are local blocks, when the poses are not
+
+    def rows(self, names: Iterable[str]) -> Ints:
+        """The table rows of some parameters."""
+        return np.array([self.table.index[name] for name in names], dtype=np.int64)
+
+    def path(self, elements: Sequence[Element], configuration: Ints) -> Path:
+        """A path of elements at some configurations."""
+        program = compile_path(elements, self.table)
+        phi = np.zeros((len(configuration), 0))
+        if program.columns and isinstance(self.machine, Chain):
+            c = self.configurations
+            if c.joints is None:
+                raise ModelError(
+                    "the model needs joint values that the data lack", expected=", ".join(self.machine.joint_names)
+                )
+            phi = self.machine.phi(c.joints, c.columns, program)[configuration]
+            if np.isnan(phi).any():
+                row, column = np.argwhere(np.isnan(phi))[0]
+                place = self.configurations.ids[configuration[row]]
+                raise ModelError(
+                    "a configuration lacks a value that the model needs", key=program.columns[column], found=place
+                )
+        phi = np.ascontiguousarray(phi[None])
+        return Path(program, phi, cosines(phi))
+
+    def tool(self, configuration: Ints, before: Sequence[Element] = (), after: Sequence[Element] = ()) -> Carrier:
+        """The machine's tool or platform frame, with frames before and behind it."""
+        if isinstance(self.machine, Chain):
+            return self.path((*before, *self.machine.elements, *after), configuration)
+        carrier: Carrier = LocalPose(np.ascontiguousarray(configuration), len(self.table))
+        if before:
+            carrier = Product(self.path(before, configuration), carrier)
+        return Product(carrier, self.path(after, configuration)) if after else carrier
+
+    def held(self, thing: Frame | None, configuration: Ints) -> Carrier:
+        """T_base_thing of a frame that the tool carries (None: the tool itself) or that stands on the base."""
+        if thing is None:
+            return self.tool(configuration)
+        after = [frame_element(thing.name)]
+        return self.tool(configuration, after=after) if thing.mount == "tool" else self.path(after, configuration)
+
+    def target(self, obs: Observations, target: int, configuration: Ints) -> Carrier:
+        """T_base_target of one target of some observations, at any configurations."""
+        return self.held(obs.targets[target] if obs.targets else None, configuration)
+
+    def between(self, place: Frame, obs: Observations, target: int, index: Ints) -> tuple[Carrier, Carrier]:
+        """A place on the base, and the target that is measured against it."""
+        configuration = obs.configuration[index]
+        return self.held(place, configuration), self.target(obs, target, configuration)
+
+    def second(self, obs: Observations, index: Ints) -> Ints:
+        """The other configuration of rows that compare two. Raises ModelError when there is none."""
+        if obs.second is None:
+            raise ModelError(
+                f"{obs.kind} compares two configurations", key=obs.label, expected="a second configuration in every row"
+            )
+        return np.ascontiguousarray(obs.second[index])
+
+    def view(self, obs: Observations, target: int, index: Ints, *, second: bool = False) -> Carrier:
+        """T_measuring_measured of some rows that share one target; `second` looks at the other configuration."""
+        configuration = self.second(obs, index) if second else obs.configuration[index]
+        seen = obs.targets[target] if obs.targets else None
+        after = [frame_element(seen.name)] if seen else []
+        if obs.frame is None:
+            return self.tool(configuration, after=after)
+        own = frame_element(obs.frame.name)
+        if obs.frame.mount == "base":
+            if seen is None or seen.mount == "tool":
+                return self.tool(configuration, before=[own], after=after)
+            return self.path([own, *after], configuration)
+        sensor = Inverse(self.tool(configuration, after=[own]))
+        if seen is None:
+            return sensor
+        if seen.name in self.local_targets:
+            block = np.full(len(index), self.local_targets.index(seen.name), dtype=np.int64)
+            return Product(sensor, LocalPose(block, len(self.table)))
+        return Product(sensor, self.path(after, configuration))
+
+    def split(self, obs: Observations) -> list[tuple[int, Ints]]:
+        """The rows of every target, so that each group is one path."""
+        if obs.target is None:
+            return [(0, np.arange(len(obs)))]
+        if len(obs) and not 0 <= obs.target.min() <= obs.target.max() < len(obs.targets):
+            raise ModelError(
+                "an observation of a target that is not listed", key=obs.label, expected=f"0 to {len(obs.targets) - 1}"
+            )
+        return [(t, np.flatnonzero(obs.target == t)) for t in range(len(obs.targets)) if (obs.target == t).any()]

@@ -1,0 +1,39 @@
+"""Displacement between two configurations: r = R_frame_base (p(second) - p(first)) - y.
+
+value (k, 3) and sigma (k, 3) in m, in the axes of the instrument's frame (without one: of the base); only its rotation
+is seen. An instrument that was moved between runs, a 3D camera or a laser that reports changes: where it stands cancels.
+Noise is that of the difference: twice the variance of one reading, and rows that share a configuration share its error.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.measure.builder import Builder
+from robocal.measure.data import Observations
+from robocal.measure.rows import Between, Kind, Rows, register
+
+__all__ = ["DISPLACEMENT"]
+
+Array = NDArray[np.float64]
+UNSTATED = (1e-4,) * 3
+
+
+class DisplacementRows(Between):
+    """The vector between the two places of the target, seen from one instrument."""
+
+    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+        d, j, jl = self.gap(x, first, rows)
+        return d - self.measured(which, first, rows), j, jl
+
+
+def terms(builder: Builder, obs: Observations) -> list[Rows]:
+    """One term per target."""
+    return [
+        DisplacementRows((builder.view(obs, t, index), builder.view(obs, t, index, second=True)), obs, index, UNSTATED)
+        for t, index in builder.split(obs)
+    ]
+
+
+DISPLACEMENT = register(Kind("displacement", 3, terms))

@@ -1,0 +1,217 @@
+"""What every kind of measurement is made of: its rows (residual and Jacobian), its own numbers, and its place in the
+registry."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import ModelError, nearest
+from robocal.measure.builder import Builder
+from robocal.measure.carriers import Carrier, one_local
+from robocal.measure.data import Frame, Observations
+from robocal.parameters import Parameter
+
+__all__ = ["KINDS", "Between", "Kind", "Number", "Rows", "kind_of", "number_names", "numbers", "place_of", "register"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+NONE = np.empty(0, dtype=np.int64)
+
+
+class Rows(ABC):
+    """What the terms of every kind share: group, scale, unit, local blocks, measured values with an optional batch
+    axis, one or two carriers and the kind's own numbers.
+
+    The columns of J are those of the carriers, one after the other, then the free ones of `numbers` (rows of the
+    parameter table). Two columns may feed one parameter: the problem adds them.
+    """
+
+    def __init__(
+        self,
+        carrier: Carrier | tuple[Carrier, Carrier],
+        obs: Observations,
+        index: Ints,
+        default: Sequence[float],
+        numbers: Ints = NONE,
+    ) -> None:
+        self.carriers: tuple[Carrier, ...] = carrier if isinstance(carrier, tuple) else (carrier,)
+        self.index = index
+        # Kinds split their rows by target, so one name fits all of them.
+        self.target = obs.targets[int(obs.target[index[0]])].name if obs.target is not None and len(index) else ""
+        self.group = obs.label
+        self.kind = obs.kind
+        self.parts = KINDS[obs.kind].parts
+        self.unit = np.ascontiguousarray(obs.configuration[index])
+        local = one_local(self.carriers)
+        self.local = np.full(len(index), -1, dtype=np.int64) if local is None else local
+        self.value = np.ascontiguousarray(obs.value[..., index, :] if obs.value.ndim == 3 else obs.value[None, index])
+        sigma = (
+            np.broadcast_to(np.asarray(default, float), (len(index), len(default)))
+            if obs.sigma is None
+            else obs.sigma[index]
+        )
+        self.scale = np.ascontiguousarray(1.0 / sigma)
+        self.numbers = numbers
+        self.own, self.own_columns = NONE, NONE  # which numbers are free, and their columns
+
+    @property
+    def carrier(self) -> Carrier:
+        """The first carrier; the only one of most kinds."""
+        return self.carriers[0]
+
+    @property
+    def columns(self) -> Ints:
+        return np.concatenate([*(c.columns for c in self.carriers), self.own_columns])
+
+    def bind(self, column_of: Ints) -> Self:
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        other.carriers = tuple(c.bind(column_of) for c in self.carriers)
+        other.own = np.flatnonzero(column_of[self.numbers] >= 0)
+        other.own_columns = column_of[self.numbers[other.own]]
+        return other
+
+    def measured(self, which: Ints, first: int, rows: int) -> Array:
+        """The measured values of these problems and rows, (B or 1, m, d)."""
+        value = self.value[:, first : first + rows]
+        return value if len(value) == 1 else value[which]
+
+    @abstractmethod
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        """What a term owes to a problem (`estimate.rows.Term`)."""
+
+    def predict(self, x: Array) -> Array:
+        """What a perfect instrument would read, (m, d)."""
+        m = len(self.unit)
+        r, _, _ = self.bind(np.full(x.shape[1], -1, dtype=np.int64)).evaluate(x, np.zeros(1, dtype=np.int64), 0, m)
+        return np.asarray(r[0] + self.value[0])
+
+
+class Between(Rows):
+    """Rows that look only at the vector from the origin of one carrier to that of another, in common axes."""
+
+    def gap(self, x: Array, first: int, rows: int) -> tuple[Array, Array, Array]:
+        """d = p_b - p_a (B, m, 3), its Jacobian for both carriers' columns, and for a local block."""
+        a, b = self.carriers
+        ta, ja, la = a.pose(x, first, rows, turn=False)
+        tb, jb, lb = b.pose(x, first, rows, turn=False)
+        local = -la if la.shape[3] else lb
+        return tb[:, :, :3, 3] - ta[:, :, :3, 3], np.concatenate([-ja, jb], axis=3), local
+
+    def length(self, x: Array, first: int, rows: int) -> tuple[Array, Array, Array]:
+        """|d| (B, m, 1) with its Jacobians; the gradient is the unit vector along d."""
+        d, j, jl = self.gap(x, first, rows)
+        length = np.linalg.norm(d, axis=-1, keepdims=True)
+        # Two points in one place have no direction yet; the other measurements part them.
+        along = (d / np.where(length > 0, length, 1.0))[:, :, None, :]
+        return length, along @ j, along @ jl
+
+
+@dataclass(frozen=True)
+class Number:
+    """One of a kind's own numbers: `options[option]` names its owner, and it is the parameter `owner.symbol`."""
+
+    option: str
+    symbol: str
+    unit: str = "m"
+    value: float = 0.0
+    expected: float | None = None
+
+
+def numbers(obs: Observations, known: Sequence[Number]) -> list[Parameter]:
+    """The parameters of a kind's own numbers; a number whose owner is not named does not exist.
+
+    `options["values"]` maps symbols to starting values (SI), `options["free"]` lists the symbols to identify (left out:
+    those without a stated value), `options["priors"]` maps symbols to standard deviations. Raises ModelError for an
+    unknown symbol.
+    """
+    here = [n for n in known if obs.options.get(n.option)]
+    values, priors = (_mapping(obs, key) for key in ("values", "priors"))
+    free = obs.options.get("free")
+    stated = free if isinstance(free, tuple | list) else ()
+    for symbol in (*values, *priors, *stated):
+        if symbol not in {n.symbol for n in here}:
+            raise ModelError(
+                f"unknown number of {obs.kind}",
+                key=f"{obs.label}.{symbol}",
+                expected=", ".join(n.symbol for n in here) or "none",
+                suggestion=nearest(str(symbol), [n.symbol for n in here]),
+            )
+    return [
+        Parameter(
+            f"{obs.options[n.option]}.{n.symbol}",
+            float(values.get(n.symbol, n.value)),
+            n.unit,
+            n.symbol in stated if free is not None else n.symbol not in values,
+            prior=priors.get(n.symbol),
+            expected=n.expected,
+        )
+        for n in here
+    ]
+
+
+def _mapping(obs: Observations, key: str) -> Mapping[str, float]:
+    found = obs.options.get(key, {})
+    if not isinstance(found, Mapping):
+        raise ModelError("not a table of numbers", key=f"{obs.label}.{key}", found=found, expected="symbol: number")
+    return found
+
+
+def number_names(obs: Observations, known: Sequence[Number]) -> list[str]:
+    """The names of the parameters of `numbers`, in their order."""
+    return [f"{obs.options[n.option]}.{n.symbol}" for n in known if obs.options.get(n.option)]
+
+
+def place_of(obs: Observations) -> Frame:
+    """The place on the base that a kind measures against, stored as T_base_place. Raises ModelError when it is missing
+    or not on the base."""
+    place = obs.options.get("place")
+    if not isinstance(place, Frame) or place.mount != "base":
+        raise ModelError(f"{obs.kind} needs a place", key=obs.label, found=place, expected="a frame on the base")
+    return place
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A way to measure: its name, how many numbers one observation has, its own frames and parameters, and how its rows
+    become terms.
+
+    `frames` are those beside the instrument's frame and the targets; they store T_base_frame or T_tool_frame.
+    """
+
+    name: str
+    size: int
+    terms: Callable[[Builder, Observations], list[Rows]]
+    parameters: Callable[[Observations], Sequence[Parameter]] = lambda obs: ()
+    parts: tuple[tuple[int, int, str], ...] = ((0, 3, "m"),)  # columns that share a unit: start, stop, SI unit
+    disturb: Callable[[Array, Array], Array] = lambda value, noise: value + noise
+    frames: Callable[[Observations], Sequence[Frame]] = lambda obs: ()
+
+
+KINDS: dict[str, Kind] = {}
+
+
+def register(kind: Kind) -> Kind:
+    """Makes a kind known under its name; one line at the end of its file, and its import in `measure/kinds.py`."""
+    KINDS[kind.name] = kind
+    return kind
+
+
+def kind_of(obs: Observations) -> Kind:
+    """The kind of some observations. Raises ModelError for an unknown name."""
+    from robocal.measure import kinds  # noqa: F401  (fills KINDS)
+
+    if obs.kind not in KINDS:
+        raise ModelError(
+            "unknown kind of measurement",
+            found=obs.kind,
+            expected=", ".join(KINDS),
+            suggestion=nearest(obs.kind, KINDS),
+        )
+    return KINDS[obs.kind]

@@ -1,0 +1,43 @@
+"""A laser tracker in its own coordinates: r = (|p|, azimuth, elevation) - value, of p in the instrument's frame.
+
+value (k, 3): range in m, azimuth and elevation in rad (as for `bearing`), sigma (k, 3) each in its own unit. Range is
+known to micrometres and angles to microradians: at some metres the point is known far better along the beam than
+across it, which a position with one sigma cannot say.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.measure.bearing import angles, wrap
+from robocal.measure.builder import Builder
+from robocal.measure.data import Observations
+from robocal.measure.rows import Kind, Rows, register
+
+__all__ = ["SPHERICAL"]
+
+Array = NDArray[np.float64]
+UNSTATED = (1e-4, 1e-4, 1e-4)
+
+
+class SphericalRows(Rows):
+    """Range and the two angles of the target's place."""
+
+    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+        t, j, jl = self.carrier.pose(x, first, rows, turn=False)
+        p = t[:, :, :3, 3]
+        far = np.linalg.norm(p, axis=-1, keepdims=True)
+        turned, slope = angles(p)
+        slope = np.concatenate([(p / np.where(far > 0, far, 1.0))[..., None, :], slope], axis=-2)
+        r = np.concatenate([far, turned], axis=-1) - self.measured(which, first, rows)
+        r[..., 1:] = wrap(r[..., 1:])
+        return r, slope @ j, slope @ jl
+
+
+def terms(builder: Builder, obs: Observations) -> list[Rows]:
+    """One term per target."""
+    return [SphericalRows(builder.view(obs, t, index), obs, index, UNSTATED) for t, index in builder.split(obs)]
+
+
+SPHERICAL = register(Kind("spherical", 3, terms, parts=((0, 1, "m"), (1, 3, "rad"))))
