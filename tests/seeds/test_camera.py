@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robocal.calibrate.evidence import errors, leave_one_out
+from robocal.calibrate.evidence import errors
+from robocal.calibrate.folds import leave_one_out
 from robocal.calibrate.identify import identify
 from robocal.estimate.least_squares import least_squares
 from robocal.files.dataset import read_dataset

@@ -8,7 +8,9 @@ from unit.arm_data import arm as five
 from unit.arm_data import measured
 from unit.plain_terms import Plain, linear, plain_problem
 
-from robocal.calibrate.evidence import Statistic, bootstrap_gain, constant_errors, errors, judge, leave_one_out
+from robocal.calibrate.evidence import Statistic, bootstrap_gain, constant_errors, errors, judge
+from robocal.calibrate.folds import leave_one_out
+from robocal.calibrate.split import Split
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.rows import Residuals
 from robocal.measure.base import problem
@@ -45,19 +47,20 @@ def term_in_metres(a, y, unit):
 
 
 @pytest.mark.parametrize("chunk", [256, 3, 1])
-def test_leave_one_out_is_refitting_without(rng, chunk):
+def test_leave_one_out_is_refitting_without(rng, chunk, monkeypatch):
     """Three rows per configuration; by hand: drop them, fit the rest, predict them."""
     a, y, unit = rng.normal(size=(30, 4)), rng.normal(size=30), np.repeat(np.arange(10), 3)
     p = plain_problem(term_in_metres(a, y, unit), np.zeros(4))
     units = np.array([0, 1, 2, 4, 5, 6, 7, 9])  # 3 and 8 belong to neither side
     x = least_squares(p).x
-    found = leave_one_out(p, x, units, chunk=chunk)
+    monkeypatch.setattr("robocal.calibrate.folds.CHUNK", chunk)
+    found = leave_one_out(p, x, units)
     assert np.isnan(found[np.isin(unit, [3, 8])]).all()
     for u in units:
         keep = np.isin(unit, units) & (unit != u)
         beta = np.linalg.lstsq(a[keep], y[keep], rcond=None)[0]
         np.testing.assert_allclose(found[unit == u], np.abs(a[unit == u] @ beta - y[unit == u]), rtol=1e-4, atol=1e-6)
-    assert len(leave_one_out(p, x, np.zeros(0, dtype=int))) == 0
+    assert np.isnan(leave_one_out(p, x, np.zeros(0, dtype=int))).all()
 
 
 def test_leave_one_out_of_an_arm_is_refitting_reduced_data():
@@ -74,11 +77,14 @@ def test_leave_one_out_of_an_arm_is_refitting_reduced_data():
 
 def test_constant_predictor(rng):
     values, units = rng.normal(size=(8, 3)), np.array([0, 0, 1, 1, 2, 2, 3, 3])
-    held = constant_errors(values, units, np.array([0, 1]), np.array([3]))
-    np.testing.assert_allclose(held, np.linalg.norm(values[6:] - values[:4].mean(axis=0), axis=1))
-    left = constant_errors(values, units, np.arange(4), np.zeros(0, dtype=int))
+    one = Split(np.arange(4)[None] == 3, np.arange(4)[None] < 2, ("",), "held out")
+    held = constant_errors(values, units, one)
+    assert np.isnan(held[:6]).all()
+    np.testing.assert_allclose(held[6:], np.linalg.norm(values[6:] - values[:4].mean(axis=0), axis=1))
+    left = constant_errors(values, units, Split(np.eye(4) > 0, np.eye(4) == 0, ("",) * 4, "leave-one-out"))
     np.testing.assert_allclose(left[2:4], np.linalg.norm(values[2:4] - values[[0, 1, 4, 5, 6, 7]].mean(axis=0), axis=1))
-    assert np.isinf(constant_errors(values[:2], units[:2], np.arange(1), np.zeros(0, dtype=int))).all()
+    alone = Split(np.ones((1, 1), bool), np.zeros((1, 1), bool), ("",), "leave-one-out")
+    assert np.isinf(constant_errors(values[:2], units[:2], alone)).all()
 
 
 def test_bootstrap_interval_has_the_width_of_the_mean(rng):

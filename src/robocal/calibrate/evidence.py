@@ -13,11 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.estimate.least_squares import least_squares
-from robocal.estimate.problem import Problem
+from robocal.calibrate.split import Split
 from robocal.estimate.rows import Residuals
 
-__all__ = ["Statistic", "Verdict", "bootstrap_gain", "constant_errors", "errors", "judge", "leave_one_out"]
+__all__ = ["Statistic", "Verdict", "bootstrap_gain", "constant_errors", "errors", "judge"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -78,47 +77,20 @@ def errors(residuals: Sequence[Residuals], unit: str) -> tuple[Array, Ints]:
     return np.concatenate(values, axis=-1), np.concatenate(units)
 
 
-def leave_one_out(
-    problem: Problem, x: Array, units: Ints, unit: str = "m", chunk: int = 256, label: Ints | None = None
-) -> Array:
-    """The error of every observation when its own configuration is left out of the fit: exact, non-linear, one batch.
+def constant_errors(values: Array, units: Ints, split: Split) -> Array:
+    """What predicting the mean of the fitted measurements misses, for held-out ones; NaN for those never held out.
 
-    Configurations with the same `label` (U,), repeats of one place, are left out together. Returns (N,) in the order
-    of `errors`, NaN for configurations outside `units`.
+    values (N, d) measured, units (N,) their configurations. Infinite where a round has nothing to take the mean of.
     """
-    label = np.arange(problem.units) if label is None else label
-    out: Array | None = None
-    every = np.unique(label[units])
-    for first in range(0, len(every), chunk):
-        some = every[first : first + chunk]
-        weights = np.zeros((len(some), problem.units))
-        weights[:, units] = label[units] != some[:, None]
-        solution = least_squares(problem.with_weights(weights), np.repeat(np.atleast_2d(x), len(some), axis=0))
-        value, at = errors(problem.residuals(solution.x), unit)
-        value = np.atleast_2d(value)
-        if out is None:
-            out = np.full(value.shape[1], np.nan)
-        mine = np.isin(at, units)
-        for b, u in enumerate(some):
-            rows = mine & (label[at] == u)
-            out[rows] = value[b, rows]
-    return np.zeros(0) if out is None else out
-
-
-def constant_errors(values: Array, units: Ints, fit: Ints, held: Ints) -> Array:
-    """The error of predicting the mean of the fitted measurements, for held-out ones; leave-one-out when nothing is
-    held out.
-
-    values (N, d) measured, units (N,) their configurations.
-    """
-    if len(held):
-        return np.asarray(
-            np.linalg.norm(values[np.isin(units, held)] - values[np.isin(units, fit)].mean(axis=0), axis=1)
-        )
-    out = np.empty(len(values))
-    for u in np.unique(units):
-        own = units == u
-        out[own] = np.linalg.norm(values[own] - values[~own].mean(axis=0), axis=1) if (~own).any() else np.inf
+    out = np.full(len(values), np.nan)
+    mine = split.round_of[units]
+    for first in range(0, len(split), 256):
+        seen = split.fit[first : first + 256, units].astype(np.float64)
+        count = seen.sum(axis=1)
+        mean = (seen @ values) / np.maximum(count, 1.0)[:, None]
+        rows = np.flatnonzero((mine >= first) & (mine < first + 256))
+        k = mine[rows] - first
+        out[rows] = np.where(count[k] > 0, np.linalg.norm(values[rows] - mean[k], axis=1), np.inf)
     return out
 
 

@@ -14,7 +14,7 @@ from robocal.calibrate.noise import Group
 from robocal.estimate.identifiability import Identifiability
 from robocal.parameters import Table
 
-__all__ = ["Band", "Identification", "Options", "ParameterResult", "RowTable", "Stages"]
+__all__ = ["Band", "Fold", "Identification", "Options", "ParameterResult", "RowTable", "Stages"]
 
 Array = NDArray[np.float64]
 
@@ -23,13 +23,20 @@ Array = NDArray[np.float64]
 class Options:
     """How to identify; what was used is kept with the result.
 
-    `hold_out` None: a fifth of the configurations, or leave-one-out alone below 25 configurations. `keep_all` frees
-    every parameter that says so, without dropping what cannot be seen (the pseudo-inverse methods do so by
-    themselves).
+    `hold_out` says what is kept for judging: None, a fifth of the configurations, or leave-one-out alone below 25 of
+    them; a share, spread over joint space; "blocks", `blocks` blocks of rows in time order, of which a fifth is held
+    out; "group", whole groups (`Configurations.groups`, or the data files), a fifth of them. With `folds` everything
+    is held out once, in so many rounds, in the same way: five shares, five blocks, or the groups dealt to five rounds
+    (as many folds as groups: each in turn); the model is then fitted to everything. `reselect` (with `folds`) repeats
+    start, noise and selection in every round: strict, and as slow as so many identifications. Without it the rounds
+    keep the columns and the noise of the fit to everything, as leave-one-out does.
+
+    `keep_all` frees every parameter that says so, without dropping what cannot be seen (the pseudo-inverse methods do
+    so by themselves).
     """
 
     method: str = "lm"
-    hold_out: float | None = None
+    hold_out: float | str | None = None
     seed: int = 0
     loss: str = "none"
     tuning: float | None = None
@@ -37,6 +44,9 @@ class Options:
     leave_one_out: bool | None = None
     keep_all: bool = False
     priors: bool = True
+    folds: int | None = None
+    blocks: int = 10
+    reselect: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,6 +71,18 @@ class ParameterResult:
 
 
 @dataclass(frozen=True)
+class Fold:
+    """One round of a k-fold: mean error (m or rad) of the baseline and of the identified model on n held-out
+    measurements."""
+
+    name: str
+    n: int
+    before: float
+    after: float
+    profiled: bool
+
+
+@dataclass(frozen=True)
 class Stages:
     """The error of one quantity at every stage (m or rad): baseline and identified on fitted and on unseen
     configurations."""
@@ -73,6 +95,9 @@ class Stages:
     leave_one_out_before: Statistic | None
     leave_one_out: Statistic | None
     constant: Statistic | None
+    k_fold_before: Statistic | None = None
+    k_fold: Statistic | None = None
+    folds: tuple[Fold, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -129,4 +154,6 @@ class Identification:
     covariance: Array  # as fitted, of correlation_names
     band: Band | None
     warnings: tuple[str, ...] = ()
+    embargoed_ids: tuple[str, ...] = ()  # neither fitted nor held out: tied to what is held out
+    how: str = ""  # in words, how the unseen measurements were chosen
     extra: Mapping[str, object] = field(default_factory=dict)

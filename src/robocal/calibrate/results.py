@@ -3,6 +3,7 @@ band."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -99,28 +100,29 @@ def _number(source: dict[str, float], name: str) -> float | None:
 
 
 def row_table(
-    data: DataSet, base: Problem, base_x: Array, part: Fit, held: Ints, loo: tuple[Array, Array] | None
+    data: DataSet, base: Problem, base_x: Array, part: Fit, held: Ints, missed: Mapping[str, Array]
 ) -> RowTable:
-    """One row per observation, in the order of the terms; `loo` are the leave-one-out errors in the order of
-    `evidence.errors`."""
+    """One row per observation, in the order of the terms; `missed` are the errors of rows that were not fitted, by
+    unit in the order of `evidence.errors`."""
     before, after = base.residuals(base_x), part.problem.residuals(part.solution.x)
     ids = np.array(data.configurations.ids, dtype=object)
     unit = np.concatenate([r.unit for r in before])
     count = [len(r.unit) for r in before]
     outside = np.isin(unit, held)
-    place, unseen, seen = [], [], 0
+    place, unseen = [], []
+    seen = dict.fromkeys(missed, 0)
     for a, term in zip(after, part.problem.terms, strict=True):
         assert isinstance(term, Rows)
         nothing = np.full((len(a.unit), 3), np.nan)
         metric = a.parts[0] == (0, 3, "m")
         place.append(term.predict(part.solution.x)[:, :3] if metric else nothing)
-        error = np.linalg.norm(a.value[:, : a.parts[0][1]], axis=1)
-        left = np.full(len(error), np.nan)
-        if a.parts[0][2] == "m":
-            if loo is not None and not len(held):
-                left = loo[1][seen : seen + len(error)]
-            seen += len(error)
-        unseen.append(np.where(np.isin(a.unit, held), error, left))
+        left = np.full(len(a.unit), np.nan)
+        for i, (_, _, u) in enumerate(a.parts):
+            if u in missed:
+                if i == 0:
+                    left = missed[u][seen[u] : seen[u] + len(left)]
+                seen[u] += len(left)
+        unseen.append(left)
     return RowTable(
         tuple(ids[unit]),
         outside,

@@ -21,6 +21,7 @@ from robocal import __version__
 from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import Statistic, bootstrap_gain, constant_errors, errors
 from robocal.calibrate.identify import baseline, frame_names
+from robocal.calibrate.split import leave_one_out_rounds
 from robocal.estimate.identifiability import analyse
 from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot
@@ -202,9 +203,8 @@ def _constant(data: DataSet) -> float | None:
     found = [o for o in data.observations if o.kind in ("position", "pose")]
     if len(found) != 1 or (found[0].target is not None and len(np.unique(found[0].target)) > 1):
         return None
-    units = found[0].configuration
-    everyone = np.unique(units)
-    return float(constant_errors(found[0].value[:, :3], units, everyone, everyone[:0]).mean())
+    missed = constant_errors(found[0].value[:, :3], found[0].configuration, leave_one_out_rounds(data))
+    return float(missed.mean())
 
 
 def _poses(data: DataSet, mine: Errors, theirs: Errors | None) -> tuple[dict[str, Any], ...]:

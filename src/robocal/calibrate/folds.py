@@ -1,0 +1,221 @@
+"""The errors of measurements that were not fitted, for any split.
+
+    1 fit       every round fits its own units: all rounds as one batch, each with weights of its own
+    2 profile   frames that only held-out rows can see (a new marker, a new placement) are fitted to those rows, with
+                everything shared frozen
+    3 errors    of the held-out rows; profiled ones are enlarged by sqrt(N / (N - p)) for the p numbers that N numbers
+                had to give for step 2
+
+Rows that see nothing but such frames (two sockets a known distance apart) take no part in step 2: they stay evidence.
+`unseen` keeps the columns and the noise of one fit to everything; `trial` asks for them anew from the units of a round,
+which is stricter and costs a whole fit for each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.calibrate.baseline import baseline, frame_names
+from robocal.calibrate.evidence import errors
+from robocal.calibrate.fit import Fit, fit
+from robocal.calibrate.identification import Options
+from robocal.calibrate.split import Split
+from robocal.estimate.identifiability import analyse
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import Problem
+from robocal.measure.data import DataSet
+
+__all__ = ["Trial", "Unseen", "leave_one_out", "merge", "trial", "unseen"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+Watch = Callable[[dict[str, object]], None]
+CHUNK = 256
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """Errors by SI unit in the order of `evidence.errors`, each (N,), NaN where a row was never held out or proves
+    nothing; `profiled` (K,) tells the rounds in which frames were fitted to held-out rows."""
+
+    value: dict[str, Array]
+    profiled: Bools
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Baseline and identified model as the fitted units of one round know them, with what they miss elsewhere."""
+
+    base: Problem
+    base_x: Array
+    part: Fit
+    before: Unseen
+    after: Unseen
+
+
+def unseen(problem: Problem, x: Array, split: Split, units: Sequence[str], local: Sequence[str] = ()) -> Unseen:
+    """Exact, non-linear errors of every held-out row: all rounds in one batch, each started from x (1, P).
+
+    `units` are the SI units in which errors are wanted, `local` the parameters that may be profiled: those of frames.
+    """
+    x = np.atleast_2d(x)
+    out, profiled = _empty(problem, x, units), np.zeros(len(split), dtype=bool)
+    weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
+    for names, rounds in _alike(problem, split, local):
+        shared = [n for n in problem.free if n not in names]
+        for first in range(0, len(rounds), CHUNK):
+            some = rounds[first : first + CHUNK]
+            part = problem.with_free(shared).with_weights(split.fit[some] * weight)
+            start = np.repeat(x, len(some), axis=0)
+            found = least_squares(part, start).x if shared else start
+            factor = np.ones((len(some), problem.units))
+            if names:
+                profiled[some] = True
+                for b, k in enumerate(some):
+                    found[b], factor[b] = _profile(problem, found[b : b + 1], split.held[k], names)
+            _collect(out, problem, found, factor, split, some)
+    return Unseen(out, profiled)
+
+
+def _empty(problem: Problem, x: Array, units: Sequence[str]) -> dict[str, Array]:
+    seen = problem.residuals(x)
+    return {u: np.full(len(errors(seen, u)[0]), np.nan) for u in units}
+
+
+def _collect(out: dict[str, Array], problem: Problem, x: Array, factor: Array, split: Split, rounds: Ints) -> None:
+    """Puts what the rounds miss where it belongs."""
+    residuals = problem.residuals(x)
+    turn = np.full(len(split), -1)
+    turn[rounds] = np.arange(len(rounds))
+    misses: Array
+    # A round that had nothing to learn from knows nothing.
+    able = np.asarray(split.fit[rounds].any(axis=1))
+    for unit, values in out.items():
+        misses, at = errors(residuals, unit)
+        mine = split.round_of[at]
+        rows = np.flatnonzero((mine >= 0) & (turn[mine] >= 0))
+        b = turn[mine[rows]]
+        values[rows] = np.where(able[b], np.atleast_2d(misses)[b, rows] * factor[b, at[rows]], np.nan)
+
+
+def _support(problem: Problem, names: Sequence[str]) -> Bools:
+    """Which units can see each parameter at all, by structure, (len(names), U)."""
+    made = problem.with_free(names)
+    out = np.zeros((len(names), problem.units), dtype=bool)
+    where = {n: i for i, n in enumerate(names)}
+    row_of = np.array([where[n] for n in made.free], dtype=np.int64)
+    for term in made.bound_terms:
+        for column in np.unique(term.columns):
+            out[row_of[column], term.unit] = True
+    return out
+
+
+def _alike(problem: Problem, split: Split, local: Sequence[str]) -> list[tuple[tuple[str, ...], Ints]]:
+    """The rounds, put together where the same parameters are met in held-out rows alone."""
+    candidates = list(local)
+    if not candidates or not len(split):
+        return [((), np.arange(len(split)))] if len(split) else []
+    sees = _support(problem, candidates)
+    # Only rows that see the machine can place a frame for it.
+    others = [n for n in problem.table.names if n not in set(candidates)]
+    anchors = _support(problem, others).any(axis=0)
+    alone = (sees @ split.held.T) & ~(sees @ (split.fit & anchors).T)  # (names, K)
+    patterns, which = np.unique(alone, axis=1, return_inverse=True)
+    return [
+        (tuple(n for n, yes in zip(candidates, patterns[:, i], strict=True) if yes), np.flatnonzero(which.ravel() == i))
+        for i in range(patterns.shape[1])
+    ]
+
+
+def _profile(problem: Problem, x: Array, held: Bools, names: tuple[str, ...]) -> tuple[Array, Array]:
+    """x (P,) with these parameters fitted to held-out units, and the factor of their errors by unit, (U,)."""
+    sees = _support(problem, names).any(axis=0)
+    others = [n for n in problem.table.names if n not in set(names)]
+    for used in (held & sees & _support(problem, others).any(axis=0), held & sees):
+        some = problem.with_weights(used[None].astype(float))
+        kept = analyse(some.with_free(names), x).kept if used.any() else ()
+        if len(kept) == len(names):
+            break
+    if not kept:
+        return x[0], np.ones(problem.units)
+    solution = least_squares(some.with_free(kept), x)
+    numbers = sum(int(used[t.unit].sum()) * t.scale.shape[1] for t in problem.terms)
+    # As many numbers as parameters are always met: they say nothing.
+    factor = np.sqrt(numbers / (numbers - len(kept))) if numbers > len(kept) else np.nan
+    return solution.x[0], np.where(used, factor, 1.0)
+
+
+def trial(
+    model: Chain,
+    data: DataSet,
+    split: Split,
+    k: int,
+    options: Options,
+    units: Sequence[str],
+    start: Array,
+    watch: Watch | None = None,
+) -> Trial:
+    """One round done from the beginning: start, noise and selection know its fitted units only. `start` (1, P) is where
+    frames that they cannot see are looked for."""
+    fit_units, held = split.units(k)
+    one = Split(split.held[k : k + 1], split.fit[k : k + 1], split.names[k : k + 1], split.how)
+    _, x = baseline(model, data, fit_units, watch)
+    part = fit(model, data, fit_units, options, x, watch)
+    # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
+    base, base_x = baseline(model, part.data, fit_units)
+    local = local_names(model, base)
+    x, solved = np.array(base_x), np.array(part.solution.x)
+    for names, rounds in _alike(base, one, local):
+        if not len(rounds) or not names:
+            continue
+        at = [base.table.index[n] for n in names]
+        x[:, at] = solved[:, at] = start[:, at]
+        x[0], before = _profile(base, x, one.held[0], names)
+        solved[0], after = _profile(part.problem, solved, one.held[0], names)
+        profiled = np.ones(1, dtype=bool)
+        break
+    else:
+        before = after = np.ones(base.units)
+        profiled = np.zeros(1, dtype=bool)
+    part = replace(part, solution=replace(part.solution, x=solved))
+    found = []
+    for made, there, factor in ((base, x, before), (part.problem, solved, after)):
+        values = _empty(made, there, units)
+        _collect(values, made, there, factor[None], one, np.zeros(1, dtype=np.int64))
+        found.append(Unseen(values, profiled))
+    return Trial(base, x, part, *found)
+
+
+def local_names(model: Chain, problem: Problem) -> tuple[str, ...]:
+    """The parameters that may be profiled: free ones that are not the robot's."""
+    return tuple(n for n in frame_names(model, problem) if n not in model.table)
+
+
+def merge(rounds: Sequence[Unseen]) -> Unseen:
+    """The errors of several rounds, each row from the round that held it out."""
+    value = {}
+    for unit in rounds[0].value:
+        parts = np.stack([r.value[unit] for r in rounds])
+        value[unit] = np.where(np.isnan(parts).all(axis=0), np.nan, np.nansum(parts, axis=0))
+    return Unseen(value, np.concatenate([r.profiled for r in rounds]))
+
+
+def leave_one_out(problem: Problem, x: Array, units: Ints, unit: str = "m", label: Ints | None = None) -> Array:
+    """The error of every observation when its own configuration is left out of the fit: exact, non-linear, one batch.
+
+    Configurations with the same `label` (U,), repeats of one place, are left out together. Returns (N,) in the order
+    of `errors`, NaN for configurations outside `units`.
+    """
+    label = np.arange(problem.units) if label is None else label
+    chosen = np.zeros(problem.units, dtype=bool)
+    chosen[units] = True
+    every = np.unique(label[chosen])
+    held = (label == every[:, None]) & chosen
+    split = Split(held, ~held & chosen, tuple(map(str, every)), "leave-one-out")
+    return unseen(problem, x, split, (unit,)).value[unit]

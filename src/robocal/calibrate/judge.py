@@ -1,0 +1,178 @@
+"""What the errors of unseen measurements prove: the stages of every quantity, and the verdict.
+
+A proof is a split with the errors of baseline and identified model on what it held out. The verdict takes the first
+that there is: a hold-out, a k-fold, leave-one-out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.calibrate.baseline import frame_names
+from robocal.calibrate.evidence import Statistic, Verdict, constant_errors, errors, judge
+from robocal.calibrate.fit import Fit
+from robocal.calibrate.folds import Unseen
+from robocal.calibrate.identification import Fold, Options, Stages
+from robocal.calibrate.split import Split, leave_one_out_rounds, places
+from robocal.calibrate.warn import implausible
+from robocal.estimate.problem import Problem
+from robocal.measure.data import DataSet
+
+__all__ = ["Proof", "stages", "units_of", "verdict"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+UNITS = ("m", "rad", "px")  # in which errors are told; the verdict takes the first that was measured
+BENT = 3e-3  # m per axis: what implausible changes may leave; an arm that is merely bad is explained better
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What a split held out, and what baseline and identified model missed there."""
+
+    split: Split
+    before: Unseen
+    after: Unseen
+
+    def errors(self, unit: str) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Errors (N,) of both models in one unit, and which rows prove something."""
+        before, after = self.before.value[unit], self.after.value[unit]
+        return before, after, ~(np.isnan(before) | np.isnan(after))
+
+
+def units_of(problem: Problem) -> tuple[str, ...]:
+    """The SI units in which a problem's errors are told."""
+    return tuple(u for u in UNITS if any(u == v for t in problem.terms for _, _, v in t.parts))
+
+
+def stages(
+    data: DataSet, base: Problem, base_x: Array, part: Fit, fit_units: Ints, proofs: Mapping[str, Proof], unit: str
+) -> Stages:
+    """Every stage in one unit; `proofs` by name: held_out, k_fold, leave_one_out."""
+    before, at = errors(base.residuals(base_x), unit)
+    after, _ = errors(part.problem.residuals(part.solution.x), unit)
+    inside = np.isin(at, fit_units)
+    seen: dict[str, Statistic | None] = {}
+    for name in ("held_out", "k_fold", "leave_one_out"):
+        proof = proofs.get(name)
+        seen[name] = seen[f"{name}_before"] = None
+        if proof is not None:
+            first, second, told = proof.errors(unit)
+            turned = bool(proof.after.profiled.any())
+            seen[f"{name}_before"] = Statistic.of(first[told], turned)
+            seen[name] = Statistic.of(second[told], turned)
+    constant = _constant(data, _first(proofs)) if unit == "m" else None
+    if constant is not None:
+        constant = constant[~np.isnan(constant)]
+    return Stages(
+        unit,
+        Statistic.of(before[inside]),
+        Statistic.of(after[inside]),
+        seen["held_out_before"],
+        seen["held_out"],
+        seen["leave_one_out_before"],
+        seen["leave_one_out"],
+        Statistic.of(constant) if constant is not None else None,
+        seen["k_fold_before"],
+        seen["k_fold"],
+        _folds(proofs["k_fold"], unit, at) if "k_fold" in proofs else (),
+    )
+
+
+def _folds(proof: Proof, unit: str, at: Ints) -> tuple[Fold, ...]:
+    first, second, told = proof.errors(unit)
+    mine = proof.split.round_of[at]
+    rows = [np.flatnonzero(told & (mine == k)) for k in range(len(proof.split))]
+    return tuple(
+        Fold(
+            proof.split.names[k], len(r), float(first[r].mean()), float(second[r].mean()), bool(proof.after.profiled[k])
+        )
+        for k, r in enumerate(rows)
+        if len(r)
+    )
+
+
+def _first(proofs: Mapping[str, Proof]) -> Proof | None:
+    return next((proofs[n] for n in ("held_out", "k_fold", "leave_one_out") if n in proofs), None)
+
+
+def _constant(data: DataSet, proof: Proof | None) -> Array | None:
+    """What predicting the mean would miss, where positions were measured by one instrument; None otherwise."""
+    found = [o for o in data.observations if o.kind in ("position", "pose")]
+    if (
+        len(found) != 1
+        or found[0].value.ndim != 2
+        or (found[0].target is not None and len(np.unique(found[0].target)) > 1)
+    ):
+        return None
+    split = proof.split if proof is not None else leave_one_out_rounds(data)
+    if len(split) < 2 and proof is None:
+        return None
+    return constant_errors(found[0].value[:, :3], found[0].configuration, split)
+
+
+def verdict(
+    model: Chain, data: DataSet, base: Problem, part: Fit, proofs: Mapping[str, Proof], options: Options
+) -> Verdict:
+    """Whether the model improved, with the reasons; see docs/architecture.md."""
+    label = places(data.configurations)
+    if len(np.unique(label)) < 2:
+        return Verdict("refused", ("all configurations are equal: this shows repeatability, not geometry",))
+    proof = _first(proofs)
+    if proof is None:
+        return Verdict("not_improved", ("nothing was held out, so nothing is proven",))
+    unit = units_of(base)[0]
+    before, after, told = proof.errors(unit)
+    if not told.any():
+        return Verdict("not_improved", ("no measurement was held out, so nothing is proven",))
+    constant = _constant(data, proof) if unit == "m" else None
+    at = np.concatenate([r.unit for r in base.residuals(base.start) for *_, u in r.parts if u == unit])
+    stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
+    found = judge(
+        before[told],
+        after[told],
+        constant[~np.isnan(constant)] if constant is not None else None,
+        label[at[told]],
+        rank=part.identifiability.rank,
+        # One step of linear least squares is all that was asked for.
+        converged=part.solution.reasons[0].converged or options.method == "lse",
+        seed=options.seed,
+        kind=proof.split.how,
+        stated=float(np.sqrt(3) * stated[0]) if stated else None,
+        unit=unit,
+    )
+    return _second_thoughts(model, base, part, proof, found) if found.status == "improved" else found
+
+
+def _second_thoughts(model: Chain, base: Problem, part: Fit, proof: Proof, found: Verdict) -> Verdict:
+    """An improvement that cannot be one: nothing of the robot was fitted, or a round leaves too little to fit."""
+    problem = part.problem
+    if not set(problem.free) - set(frame_names(model, base)):
+        return Verdict("not_improved", ("nothing of the robot itself is seen in these data", *found.reasons))
+    rows = _rows(problem)
+    left, sought = int((proof.split.fit @ rows).min()), problem.n - int((problem.prior[1] > 0).sum())
+    # What is left would be met exactly, and the left-out configuration by what was known of it before.
+    if len(proof.split) > 1 and left <= sought:
+        words = f"too few measurements: without one {_noun(proof)} {left} numbers are left for {sought} parameters"
+        return Verdict("not_improved", (words, *found.reasons))
+    bent = implausible(model, part)
+    left_over = max((g.rms for g in part.groups if g.unit == "m"), default=0.0)
+    if bent and left_over > BENT:
+        words = f"the model had to be bent and still leaves {left_over * 1e3:.3g} mm per axis"
+        return Verdict("refused", (words, *bent, *found.reasons))
+    return found
+
+
+def _rows(problem: Problem) -> Ints:
+    """How many numbers were measured at each unit, (U,)."""
+    counts: Sequence[Ints] = [np.bincount(t.unit, minlength=problem.units) * t.scale.shape[1] for t in problem.terms]
+    return np.asarray(np.sum(counts, axis=0))
+
+
+def _noun(proof: Proof) -> str:
+    return "configuration" if proof.split.how == "leave-one-out" else "fold"
