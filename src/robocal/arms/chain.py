@@ -13,14 +13,16 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal.arms.columns import Column
 from robocal.errors import ModelError, nearest
 from robocal.parameters import FRAME_SYMBOLS, Table
 
-__all__ = ["AXES", "Chain", "Element", "Joint", "Program", "Term", "compile_path", "cosines", "frame_element"]
+__all__ = ["AXES", "Chain", "Element", "Group", "Joint", "Program", "Term", "compile_path", "cosines", "frame_element"]
 
 Array = NDArray[np.float64]
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz", "screw", "frame")
@@ -58,6 +60,15 @@ class Joint:
 def frame_element(owner: str) -> Element:
     """The element of a whole frame whose six parameters are `owner.x` ... `owner.rz`."""
     return Element("frame", tuple(Term(f"{owner}.{s}") for s in FRAME_SYMBOLS))
+
+
+@dataclass(frozen=True)
+class Group:
+    """What was added to a chain beyond geometry: its name, the options that it was added with, its parameters."""
+
+    name: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    parameters: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -179,7 +190,9 @@ def compile_path(elements: Iterable[Element], table: Table) -> Program:
 class Chain:
     """A serial arm: elements from the base to the tool, its joints, and its parameter table (SI, rad).
 
-    `geometric` names the parameters that describe the joints' geometry: no gains, no base, no tool.
+    `geometric` names the parameters that describe the joints' geometry: no gains, no base, no tool. `derived` are
+    columns that are computed from a configuration (`columns.py`), `groups` what was added beyond geometry
+    (`groups.py`).
     """
 
     name: str
@@ -190,6 +203,8 @@ class Chain:
     source: str = ""
     meta: Mapping[str, object] = field(default_factory=dict, compare=False)
     geometric: tuple[str, ...] = ()
+    derived: tuple[Column, ...] = ()
+    groups: tuple[Group, ...] = ()
 
     @cached_property
     def program(self) -> Program:
@@ -213,7 +228,7 @@ class Chain:
     def phi(
         self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None, program: Program | None = None
     ) -> Array:
-        """The columns (m, C) that a program reads: joint values (m, n) and named extras (m,)."""
+        """The columns (m, C) that a program reads: joint values (m, n), named extras (m,), and what follows from them."""
         q = np.atleast_2d(np.asarray(joints, float))
         if q.shape[1] != len(self.joints):
             raise ModelError(
@@ -222,6 +237,9 @@ class Chain:
         known = {name: q[:, i] for i, name in enumerate(self.joint_names)}
         known.update({k: np.broadcast_to(np.asarray(v, float), (len(q),)) for k, v in (extra or {}).items()})
         columns = (program or self.program).columns
+        for made in self.derived:
+            if any(name in columns for name in made.names):
+                known.update(made.columns(q, known))
         for column in columns:
             if column not in known:
                 raise ModelError(

@@ -1,0 +1,131 @@
+"""Moments of gravity at the joints of an arm, as columns that compliance multiplies.
+
+They depend on the geometry that is being identified, and are taken at the nominal model all the same. The relative
+error is that of nominal lengths and angles (1e-3), of a deflection (1e-3 rad): second order, 1e-6 rad.
+`joints.refreshed` takes them at another model, so that this can be measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain, Element
+from robocal.arms.screws import chart
+from robocal.errors import ModelError, nearest
+
+__all__ = ["Gravity", "Load", "axis_of", "cut", "drive", "link_end"]
+
+Array = NDArray[np.float64]
+Known = Mapping[str, Array]
+
+
+# --- where things are in a chain ------------------------------------------------------------------------------------
+
+
+def drive(chain: Chain, joint: str) -> int:
+    """The number of the element that a joint moves. Raises ModelError for an unknown joint."""
+    for i, element in enumerate(chain.elements):
+        if any(t.column == joint for t in element.terms):
+            return i
+    raise ModelError("no joint has this name", key=joint, suggestion=nearest(joint, chain.joint_names))
+
+
+def link_end(chain: Chain, joint: str) -> int:
+    """The number of elements up to where the row of a joint ends: behind the last one that it owns a parameter of."""
+    _ = drive(chain, joint)
+    owned = [i for i, e in enumerate(chain.elements) if any(t.parameter.rpartition(".")[0] == joint for t in e.terms)]
+    return owned[-1] + 1
+
+
+def cut(chain: Chain, count: int) -> Chain:
+    """The first elements of a chain, as a chain."""
+    return replace(chain, elements=chain.elements[:count])
+
+
+def axis_of(element: Element) -> tuple[Array, Array]:
+    """Axis, u and v as rows (3, 3) with u x v = axis, and a point (3,) of the axis, in the coordinates behind the
+    element."""
+    if element.axis == "screw":
+        v, w = np.array(element.screw[:3]), np.array(element.screw[3:])
+        turning = bool(w.any())
+        axis = (w if turning else v) / np.linalg.norm(w if turning else v)
+        point = np.cross(w, v) if turning else np.zeros(3)
+    else:
+        axis, point = np.eye(3)["xyz".index(element.axis[1])], np.zeros(3)
+    u, v = chart(axis)
+    return np.stack([axis, u, v]), point
+
+
+# --- moments --------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Load:
+    """A mass (kg) that link `link` carries, its centre `at` in the frame in which the link's row ends (m); link "" is
+    the tool.
+
+    `column` names a recorded column that multiplies the mass (the payload); where it was not recorded, it is zero.
+    """
+
+    link: str
+    mass: float
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    column: str = ""
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """Moments of gravity at chosen joints, of the loads behind each, at the nominal model.
+
+        M_j = R_j^T sum_l (p_l - o_j) x m_l g,     columns `gravity.j`, `gravity.j.u`, `gravity.j.v`  (N m)
+
+    along the joint's axis and along two directions u, v perpendicular to it, which turn with the link. `acceleration`
+    is g in base coordinates (m/s^2).
+    """
+
+    model: Chain
+    joints: tuple[str, ...]
+    loads: tuple[Load, ...]
+    acceleration: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    label: str = "gravity"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(f"{self.label}.{j}{end}" for j in self.joints for end in ("", ".u", ".v"))
+
+    @cached_property
+    def _links(self) -> dict[str, Chain]:
+        """The arm cut off where each link ends; the whole arm for the tool."""
+        wanted = {load.link for load in self.loads}
+        return {name: cut(self.model, link_end(self.model, name)) if name else self.model for name in wanted}
+
+    @cached_property
+    def _joints(self) -> dict[str, tuple[Chain, Array, Array]]:
+        """The arm cut off right behind each joint, with its directions and a point of its axis there."""
+        at = {joint: drive(self.model, joint) for joint in self.joints}
+        return {j: (cut(self.model, i + 1), *axis_of(self.model.elements[i])) for j, i in at.items()}
+
+    def columns(self, q: Array, known: Known) -> dict[str, Array]:
+        order = [*self.model.joint_names, ""]
+        weight = np.asarray(self.acceleration, float)
+        points, forces = [], []
+        for load in self.loads:
+            pose = self._links[load.link].pose(q, known)
+            points.append(pose[:, :3, :3] @ np.asarray(load.at) + pose[:, :3, 3])
+            mass = np.full(len(q), load.mass) * (known.get(load.column, 0.0) if load.column else 1.0)
+            forces.append(mass[:, None] * weight)
+        out = {}
+        for joint, (arm, frame, origin) in self._joints.items():
+            pose = arm.pose(q, known)
+            centre = pose[:, :3, :3] @ origin + pose[:, :3, 3]
+            behind = [i for i, load in enumerate(self.loads) if order.index(load.link) >= order.index(joint)]
+            moment = sum((np.cross(points[i] - centre, forces[i]) for i in behind), np.zeros((len(q), 3)))
+            along = np.einsum("ca,mba,mb->mc", frame, pose[:, :3, :3], moment)
+            for i, end in enumerate(("", ".u", ".v")):
+                out[f"{self.label}.{joint}{end}"] = along[:, i]
+        return out

@@ -1,0 +1,138 @@
+"""The groups beyond geometry by name: what may be stated of each, and how it is added to a chain.
+
+    gain  eccentricity  ripple  backlash  compliance  sag  bending  expansion
+
+Options are plain SI values; a chain keeps them with the names of the parameters that each group added, so that it can
+be written to a file and read again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from robocal.arms import joints
+from robocal.arms.chain import Chain, Group
+from robocal.arms.gravity import Load
+from robocal.arms.masses import published_loads
+from robocal.errors import ModelError, nearest
+
+__all__ = ["GROUPS", "Rule", "add", "held", "released", "rule_of"]
+
+Options = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A group: its options, the SI unit of its prior, what it needs to be recorded, and the function that adds it."""
+
+    name: str
+    options: tuple[str, ...]
+    unit: str
+    prior: float
+    add: Callable[[Chain, Options], Chain]
+    meaning: str
+    needs: str = ""
+
+
+def _common(options: Options, *keys: str) -> dict[str, Any]:
+    return {k: options[k] for k in ("joints", "prior", *keys) if k in options}
+
+
+def _loads(chain: Chain, options: Options) -> tuple[Load, ...]:
+    """Masses as stated, else as published; a payload alone may do."""
+    found: tuple[Load, ...] = tuple(options["links"]) if "links" in options else published_loads(chain)
+    if not found and not options.get("payload_only"):
+        raise ModelError(
+            "the masses of this robot's links are not known", key="groups", found=chain.name,
+            expected="compliance: {links: [{joint, mass, com}, ...]} in robot.yaml, or the group sag, which needs none",
+        )  # fmt: skip
+    return found
+
+
+def _compliance(chain: Chain, options: Options) -> Chain:
+    recorded = options.get("torque") == "recorded"
+    loads = () if recorded else _loads(chain, options)
+    return joints.with_compliance(chain, loads=loads, **_common(options, "gravity", "torque"))
+
+
+GROUPS = {
+    rule.name: rule
+    for rule in (
+        Rule(
+            "gain", ("joints", "prior"), "1", joints.GAIN, lambda c, o: joints.with_gains(c, **_common(o)),
+            "scale of the joint sensor or gear",
+        ),
+        Rule(
+            "eccentricity", ("joints", "prior", "harmonics"), "rad", joints.GEAR,
+            lambda c, o: joints.with_eccentricity(c, **_common(o, "harmonics")), "gear or encoder off its axis, per turn of the joint",
+        ),
+        Rule(
+            "ripple", ("joints", "prior", "harmonics", "highest"), "rad", joints.GEAR,
+            lambda c, o: joints.with_eccentricity(c, **_common(o) | {"harmonics": o.get("harmonics", {})}),
+            "teeth, strain waves and sensor lines; orders are sought in the data",
+        ),
+        Rule(
+            "backlash", ("joints", "prior"), "rad", joints.GEAR, lambda c, o: joints.with_backlash(c, **_common(o)),
+            "half the play, by the side of approach", "approach",
+        ),
+        Rule(
+            "compliance", ("joints", "prior", "gravity", "torque", "links", "payload_only"), "rad/(N m)", joints.SOFT, _compliance,
+            "twist of joints under torque",
+        ),
+        Rule(
+            "sag", ("joints", "prior", "gravity"), "rad kg/(N m)", 5 * joints.SOFT,
+            lambda c, o: joints.with_sag(c, **_common(o, "gravity")), "twist of joints under masses that nobody knows",
+        ),
+        Rule(
+            "bending", ("joints", "prior", "gravity", "links", "payload_only"), "rad/(N m)", joints.SOFT,
+            lambda c, o: joints.with_bending(c, loads=_loads(c, o), **_common(o, "gravity")), "bending of bearings and links",
+        ),
+        Rule(
+            "expansion", ("prior", "reference", "per_joint"), "1/K", joints.GROWTH,
+            lambda c, o: joints.with_expansion(c, **{k: o[k] for k in ("prior", "reference", "per_joint") if k in o}),
+            "thermal growth of all lengths", "temperature",
+        ),
+    )
+}  # fmt: skip
+
+
+def rule_of(name: str) -> Rule:
+    """The group with this name. Raises ModelError with the nearest one."""
+    if name not in GROUPS:
+        raise ModelError(
+            "unknown group", key="groups", found=name, expected=", ".join(GROUPS), suggestion=nearest(name, GROUPS)
+        )
+    return GROUPS[name]
+
+
+def add(chain: Chain, name: str, options: Options | None = None) -> Chain:
+    """The chain with a group; its parameters are free and hold their priors. Raises ModelError for what the group does
+    not know."""
+    rule, options = rule_of(name), dict(options or {})
+    for key in options:
+        if key not in rule.options:
+            raise ModelError(
+                "unknown option of a group", key=f"groups.{name}.{key}", expected=", ".join(rule.options),
+                suggestion=nearest(key, rule.options),
+            )  # fmt: skip
+    if any(g.name == name for g in chain.groups):
+        raise ModelError("this group is there already", key=f"groups.{name}")
+    made = rule.add(chain, options)
+    before = {p.name: p for p in chain.table.rows}
+    own = tuple(p.name for p in made.table.rows if before.get(p.name) != p)
+    return replace(made, groups=(*chain.groups, Group(name, options, own)))
+
+
+def held(chain: Chain, names: Iterable[str] | None = None) -> Chain:
+    """The chain with some groups' parameters (all by default) fixed at their values."""
+    wanted = {g.name for g in chain.groups} if names is None else set(names)
+    fixed = {p for g in chain.groups if g.name in wanted for p in g.parameters}
+    return replace(chain, table=chain.table.with_free(n for n in chain.table.free if n not in fixed))
+
+
+def released(chain: Chain, names: Iterable[str]) -> Chain:
+    """The chain with some groups' parameters free."""
+    freed = {p for g in chain.groups if g.name in set(names) for p in g.parameters}
+    return replace(chain, table=chain.table.with_free({*chain.table.free, *freed}))

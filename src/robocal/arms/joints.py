@@ -1,0 +1,294 @@
+"""Beyond geometry: what joints and links do that lengths and angles cannot say, as named groups of parameters.
+
+Every function gives the chain back with parameters and terms added; a term is a coefficient times a column
+(`columns.py`), so nothing else in the product changes.
+
+    gain          q_j -> (1 + e) q_j                                    j.gain            [1]
+    eccentricity  q_j -> q_j + sum_k c_k cos(k q_j) + s_k sin(k q_j)    j.cos1 j.sin1 ... [rad]
+    backlash      q_j -> q_j + b sign of approach                       j.backlash        [rad]
+    compliance    q_j -> q_j + c torque about the axis                  j.compliance      [rad/(N m)]
+    sag           q_j -> q_j + sum_l s_l (torque of 1 kg at link l)     j.sag_l           [rad kg/(N m)]
+    bending       Ru(c_u M_u) Rv(c_v M_v) behind the joint              j.bend_u j.bend_v [rad/(N m)]
+    expansion     every length l -> l (1 + a (T - T_0))                 thermal.expansion [1/K], or one per joint
+
+Sources: Whitney, Lozinski and Rourke, Industrial robot forward calibration method and results (1986) for gears,
+eccentricity and compliance; Judd and Knasinski, A technique to calibrate industrial robots with experimental
+verification (1990) for harmonics of the gear; Khalil and Besnard, Geometric calibration of robots with flexible
+joints and links (2002) for gravity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from robocal.arms.chain import Chain, Element, Term
+from robocal.arms.columns import Column, Harmonic, Recorded
+from robocal.arms.gravity import Gravity, Load, axis_of, drive
+from robocal.errors import ModelError, nearest
+from robocal.parameters import Parameter, Table
+
+__all__ = [
+    "refreshed",
+    "with_backlash",
+    "with_bending",
+    "with_compliance",
+    "with_eccentricity",
+    "with_expansion",
+    "with_gains",
+    "with_sag",
+]
+
+COMPLIANCE = "rad/(N m)"
+# What a group's parameters are expected to be off by, unless a prior is stated: typical of geared arms.
+GAIN, GEAR, SOFT, GROWTH = 1e-3, 3.5e-4, 5e-5, 2e-5
+GRAVITY = (0.0, 0.0, -9.81)
+
+
+def _turning(chain: Chain, joints: Sequence[str]) -> tuple[str, ...]:
+    """The named joints (default: those that turn). Raises ModelError for an unknown name or a joint that slides."""
+    known = {j.name: j.type for j in chain.joints}
+    for name in joints:
+        if name not in known:
+            raise ModelError("no joint has this name", key=name, suggestion=nearest(name, known))
+    return tuple(joints) if joints else tuple(n for n, kind in known.items() if kind == "revolute")
+
+
+def _added(
+    chain: Chain, parameters: Iterable[Parameter], terms: Iterable[tuple[int, Term]], columns: Iterable[Column] = ()
+) -> Chain:
+    """The chain with parameters, terms by element number, and computed columns; what is there already stays."""
+    elements = list(chain.elements)
+    for at, term in terms:
+        elements[at] = replace(elements[at], terms=(*elements[at].terms, term))
+    new = tuple(c for c in columns if c not in chain.derived)
+    return replace(
+        chain, elements=tuple(elements), table=chain.table + tuple(parameters), derived=(*chain.derived, *new)
+    )
+
+
+def _sign(chain: Chain, joint: str) -> tuple[int, float]:
+    """The element that a joint moves, and with which sign."""
+    at = drive(chain, joint)
+    return at, next(t.factor for t in chain.elements[at].terms if t.column == joint)
+
+
+# --- the groups -----------------------------------------------------------------------------------------------------
+
+
+def with_gains(chain: Chain, joints: Sequence[str] = (), prior: float = GAIN) -> Chain:
+    """Frees the gains of joints (all by default), each with a prior (no unit)."""
+    names = {f"{j}.gain" for j in (joints or chain.joint_names)}
+    for name in names:
+        _ = chain.table[name]
+    rows = (replace(p, free=True, prior=prior) if p.name in names else p for p in chain.table.rows)
+    return replace(chain, table=Table(tuple(rows)))
+
+
+def with_eccentricity(
+    chain: Chain,
+    joints: Sequence[str] = (),
+    harmonics: Sequence[float] | Mapping[str, Sequence[float]] = (1, 2),
+    prior: float = GEAR,
+) -> Chain:
+    """Adds cos and sin of multiples of the joint's own angle to turning joints, the same orders for all or some for
+    each by name; `prior` in rad.
+
+    Order 2 x ratio is what a strain-wave gear adds per turn of its motor. What a joint has already stays as it is.
+    Raises ModelError for an order that is not above zero.
+    """
+    each = harmonics if isinstance(harmonics, Mapping) else dict.fromkeys(_turning(chain, joints), harmonics)
+    parameters, terms, columns = [], [], []
+    for joint in _turning(chain, tuple(each)) if each else ():
+        for order in each[joint]:
+            if not 0 < order < np.inf:
+                raise ModelError(
+                    "not an order of a harmonic", key="harmonics", found=order, expected="a number above 0"
+                )
+            at, sign = _sign(chain, joint)
+            wave = Harmonic(joint, float(order))
+            names = [f"{joint}.{symbol}{_word(order)}" for symbol in ("cos", "sin")]
+            if names[0] in chain.table:
+                continue
+            columns.append(wave)
+            parameters += [Parameter(name, 0.0, "rad", True, prior) for name in names]
+            terms += [(at, Term(name, column, sign)) for name, column in zip(names, wave.names, strict=True)]
+    return _added(chain, parameters, terms, columns)
+
+
+def _word(order: float) -> str:
+    """An order inside a parameter's name, which has one dot only."""
+    return f"{order:g}".replace(".", "_")
+
+
+def with_backlash(chain: Chain, joints: Sequence[str] = (), prior: float = GEAR) -> Chain:
+    """Adds half the play, times the recorded sign of approach (column `approach.joint`, -1, 0 or 1); `prior` in rad."""
+    parameters, terms, columns = [], [], []
+    for joint in _turning(chain, joints):
+        at, sign = _sign(chain, joint)
+        side = Recorded(f"approach.{joint}")
+        columns.append(side)
+        parameters.append(Parameter(f"{joint}.backlash", 0.0, "rad", True, prior))
+        terms.append((at, Term(f"{joint}.backlash", side.names[0], sign)))
+    return _added(chain, parameters, terms, columns)
+
+
+def with_compliance(
+    chain: Chain,
+    joints: Sequence[str] = (),
+    loads: Sequence[Load] = (),
+    *,
+    gravity: tuple[float, float, float] = GRAVITY,
+    torque: str = "gravity",
+    prior: float = SOFT,
+) -> Chain:
+    """Adds the twist of joints under torque: computed from loads (and the recorded `payload` at the tool), or recorded
+    as `torque.joint` (N m) when `torque` is "recorded"; `prior` in rad/(N m).
+
+    Raises ModelError when nothing weighs anything.
+    """
+    chosen = _turning(chain, joints)
+    weight = _gravity(chain, chosen, loads, gravity) if torque == "gravity" else None
+    parameters, terms = [], []
+    columns: list[Column] = [] if weight is None else [weight]
+    for joint in chosen:
+        at, sign = _sign(chain, joint)
+        name = f"{joint}.compliance"
+        column = f"gravity.{joint}"
+        if weight is None:
+            given = Recorded(f"torque.{joint}")
+            columns.append(given)
+            column = given.names[0]
+        parameters.append(Parameter(name, 0.0, COMPLIANCE, True, prior))
+        # A measured torque counts with the joint's own sign, a computed one about the element's axis.
+        terms.append((at, Term(name, column, sign if weight is None else 1.0)))
+    return _added(chain, parameters, terms, columns)
+
+
+def with_bending(
+    chain: Chain,
+    joints: Sequence[str] = (),
+    loads: Sequence[Load] = (),
+    *,
+    gravity: tuple[float, float, float] = GRAVITY,
+    prior: float = SOFT,
+) -> Chain:
+    """Adds the bending of bearings and links: right behind each joint, two turns across its axis, each by its
+    component of the moment of gravity; `prior` in rad/(N m)."""
+    chosen = _turning(chain, joints)
+    weight = _gravity(chain, chosen, loads, gravity)
+    made = chain
+    for joint in chosen:
+        at = drive(made, joint)
+        (_, u, v), point = axis_of(made.elements[at])
+        bends, parameters = [], []
+        for symbol, direction in (("u", u), ("v", v)):
+            name = f"{joint}.bend_{symbol}"
+            parameters.append(Parameter(name, 0.0, COMPLIANCE, True, prior))
+            screw = (*np.cross(point, direction), *direction)
+            bends.append(
+                Element("screw", (Term(name, f"gravity.{joint}.{symbol}"),), 0.0, tuple(float(s) for s in screw))
+            )
+        elements = (*made.elements[: at + 1], *bends, *made.elements[at + 1 :])
+        made = _added(replace(made, elements=elements), parameters, ())
+    return _added(made, (), (), [weight])
+
+
+def _gravity(
+    chain: Chain, joints: tuple[str, ...], loads: Sequence[Load], gravity: tuple[float, float, float]
+) -> Gravity:
+    for load in loads:
+        if load.link:
+            _ = drive(chain, load.link)
+    carried = Load("", 1.0, column="payload")
+    # One source of moments per model, whichever groups ask for it.
+    known = next((c for c in chain.derived if isinstance(c, Gravity)), None)
+    model = known.model if known else _bare(chain)
+    return Gravity(model, chain.joint_names, (*loads, carried), _direction(gravity))
+
+
+def _bare(chain: Chain) -> Chain:
+    """The chain without what was added beyond geometry: terms of the joints' own columns only."""
+    plain = {"1", *chain.joint_names}
+    kept = [replace(e, terms=tuple(t for t in e.terms if t.column in plain)) if e.terms else e for e in chain.elements]
+    elements = tuple(new for new, old in zip(kept, chain.elements, strict=True) if new.terms or not old.terms)
+    return replace(chain, elements=elements, derived=(), groups=())
+
+
+def _direction(gravity: tuple[float, float, float]) -> tuple[float, float, float]:
+    if not np.isfinite(gravity).all() or not np.any(gravity):
+        raise ModelError("gravity has no direction", key="gravity", found=list(gravity), expected="such as 0, 0, -9.81")
+    return gravity
+
+
+def with_sag(
+    chain: Chain,
+    joints: Sequence[str] = (),
+    *,
+    gravity: tuple[float, float, float] = GRAVITY,
+    prior: float = 5.0 * SOFT,
+) -> Chain:
+    """Adds the twist of joints under unknown masses: what 1 kg at the end of each link behind it would do, times
+    compliance times that mass; `prior` in rad kg/(N m).
+
+    Any mass on the line between two frames' origins is a sum of two such masses, so this is the general gravity torque
+    of an arm with slender links.
+    """
+    chosen = _turning(chain, joints)
+    model = _bare(chain)
+    parameters, terms, columns = [], [], []
+    for i, link in enumerate(chain.joint_names):
+        own = tuple(j for j in chosen if chain.joint_names.index(j) <= i)
+        if own:
+            columns.append(Gravity(model, own, (Load(link, 1.0),), _direction(gravity), f"gravity of {link}"))
+        for joint in own:
+            name = f"{joint}.sag_{link}"
+            parameters.append(Parameter(name, 0.0, "rad kg/(N m)", True, prior))
+            terms.append((drive(chain, joint), Term(name, f"gravity of {link}.{joint}")))
+    return _added(chain, parameters, terms, columns)
+
+
+def with_expansion(chain: Chain, reference: float = 293.15, *, per_joint: bool = False, prior: float = GROWTH) -> Chain:
+    """Adds thermal growth of every length of the joints' rows, times (temperature - reference) in K; `prior` in 1/K.
+
+    Raises ModelError for conventions that place axes in base coordinates: they hold no lengths of links.
+    """
+    warm = Recorded("temperature", reference)
+    elements: list[Element] = []
+    owners: list[str] = []
+    owner = "base"
+    for element in chain.elements:
+        # A constant transform belongs to the row before it.
+        owner = element.terms[0].parameter.rpartition(".")[0] if element.terms else owner
+        name = f"{owner}.expansion" if per_joint else "thermal.expansion"
+        fixed = [(t.factor * chain.table[t.parameter].value, t.column) for t in element.terms]
+        grown, length = [element], 0.0
+        if owner not in ("base", "tool", "home") and element.axis == "frame":
+            span = tuple(v for v, _ in fixed[:3])
+            length = float(np.linalg.norm(span))
+            grown = [Element("screw", (Term(name, warm.names[0]),), 0.0, (*span, 0.0, 0.0, 0.0)), element]
+        elif owner not in ("base", "tool", "home") and element.axis in ("tx", "ty", "tz"):
+            length = element.constant + sum(v for v, column in fixed if column == "1")
+            grown = [replace(element, terms=(*element.terms, Term(name, warm.names[0], length)))]
+        elements += grown if length else [element]
+        owners += [name] if length else []
+    if not owners:
+        raise ModelError(
+            "thermal growth needs the lengths of the links", key="expansion", found=chain.convention,
+            expected="a convention with lengths, such as dh or urdf",
+        )  # fmt: skip
+    parameters = [Parameter(n, 0.0, "1/K", True, prior) for n in dict.fromkeys(owners)]
+    return _added(replace(chain, elements=tuple(elements)), parameters, (), [warm])
+
+
+def refreshed(chain: Chain, model: Chain) -> Chain:
+    """The same chain with moments of gravity taken at another model's geometry (that of an identified chain)."""
+    derived = tuple(
+        replace(c, model=c.model.with_values({n: model.table[n].value for n in c.model.table.names}))
+        if isinstance(c, Gravity)
+        else c
+        for c in chain.derived
+    )
+    return replace(chain, derived=derived)
