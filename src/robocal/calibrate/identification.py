@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
+from robocal.calibrate.bands import Coverage
 from robocal.calibrate.evidence import Statistic, Verdict
 from robocal.calibrate.noise import Group
 from robocal.estimate.identifiability import Identifiability
+from robocal.estimate.uncertainty import Total
 from robocal.parameters import Table
 
 __all__ = ["Band", "Fold", "Identification", "Options", "ParameterResult", "RowTable", "Stages"]
@@ -68,6 +70,7 @@ class ParameterResult:
     status: str  # identified | prior | dropped | fixed
     data_share: float | None
     note: str = ""
+    interval: tuple[float, float] | None = None  # 95 %, from `sigma`
 
 
 @dataclass(frozen=True)
@@ -157,3 +160,7 @@ class Identification:
     embargoed_ids: tuple[str, ...] = ()  # neither fitted nor held out: tied to what is held out
     how: str = ""  # in words, how the unseen measurements were chosen
     extra: Mapping[str, object] = field(default_factory=dict)
+    total: Total | None = None  # what the parameters may be off by, hidden partners included
+    baseline: Table | None = None  # the nominal model with frames and tool fitted
+    coverage: tuple[Coverage, ...] = ()  # of the bands, on what was held out
+    joints: Array | None = None  # (n, 2) the range in which each joint was measured

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
+from robocal.calibrate.bands import coverage_of, measured_range, total_of
 from robocal.calibrate.baseline import baseline, frame_names
 from robocal.calibrate.fit import Fit, fit
 from robocal.calibrate.folds import local_names, merge, trial, unseen
@@ -80,7 +81,8 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     # The instrument's own bars: the same columns, weighed with the stated noise alone.
     stated = build(model, data).with_weights(whole.problem.weights).with_free(whole.problem.free)
     known = all(obs.sigma is not None for obs in data.observations)
-    results = parameter_results(model, whole, u, uncertainty(stated, whole.solution.x) if known else None)
+    off = total_of(whole)
+    results = parameter_results(model, whole, u, off, uncertainty(stated, whole.solution.x) if known else None)
     ids = data.configurations.ids
     return Identification(
         model,
@@ -107,6 +109,10 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
         data_warnings(model, data, whole, fit_units, options.method),
         tuple(ids[i] for i in np.flatnonzero(~used)),
         best.split.how if best else "",
+        total=off,
+        baseline=base.table.with_values(base_x[0, : len(base.table)]),
+        coverage=coverage_of(part, held),
+        joints=measured_range(data.configurations),
     )
 
 

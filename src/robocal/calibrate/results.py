@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.calibrate.identification import Band, ParameterResult, RowTable
 from robocal.estimate.problem import Problem
-from robocal.estimate.uncertainty import Uncertainty, band
+from robocal.estimate.uncertainty import Total, Uncertainty, band, quantile
 from robocal.geometry import so3
 from robocal.measure.base import Rows
 from robocal.measure.base import problem as build
@@ -35,15 +35,16 @@ WIDER = 1.5
 
 
 def parameter_results(
-    model: Chain, fit: Fit, u: Uncertainty, stated: Uncertainty | None
+    model: Chain, fit: Fit, u: Uncertainty, off: Total, stated: Uncertainty | None
 ) -> tuple[ParameterResult, ...]:
-    """Every parameter of the problem, in table order, with status and note; `stated` is the covariance under the stated
-    noise alone."""
+    """Every parameter of the problem, in table order, with status and note; `off` is what it may be off by in all,
+    `stated` the covariance under the stated noise alone."""
     table = fit.problem.table
     seen = fit.identifiability
     values = fit.solution.x[0]
     share = dict(zip(seen.names, seen.share, strict=True))
-    total = dict(zip(seen.names, np.sqrt(np.diag(seen.posterior)), strict=True))
+    total = dict(zip(off.names, off.sigma, strict=True))
+    reach = quantile(off.dof)
     sigma = dict(zip(fit.problem.free, u.sigma, strict=True))
     instrument = dict(zip(fit.problem.free, stated.sigma_instrument, strict=True)) if stated else {}
     hidden: dict[str, list[str]] = {}
@@ -77,6 +78,7 @@ def parameter_results(
             status, note = "dropped", by_name[row.name].text
         else:
             status = "fixed"
+        bar = max(total[row.name], sigma[row.name]) if row.name in sigma else None
         out.append(
             ParameterResult(
                 row.name,
@@ -84,12 +86,13 @@ def parameter_results(
                 nominal,
                 float(values[i]),
                 float(delta[i]),
-                max(total[row.name], sigma[row.name]) if row.name in sigma else None,
+                bar,
                 _number(instrument, row.name),
                 _number(sigma, row.name),
                 status,
                 _number(share, row.name),
                 note,
+                None if bar is None else (float(values[i] - reach * bar), float(values[i] + reach * bar)),
             )
         )
     return tuple(out)

@@ -121,7 +121,11 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
         made = errors_table(residuals, title) if residuals is not None else None
         if made is not None:
             terminal.show(made, Text(""))
-    terminal.show(*parameters(result), *hidden(result))
+    shares = result.prediction.coverage if result.prediction else []
+    for c in shares:
+        words = f"of {c.n} held-out measurements ({c.quantity}), {c.whole:.0%} lie in their {c.level:.0%} region as fitted"
+        terminal.show(Text(words, style="dim"))
+    terminal.show(*([Text("")] if shares else []), *parameters(result), *hidden(result))
     show_warnings(terminal, result.warnings)
     show_paths(terminal, outcome.written)
     if outcome.left_out:
@@ -143,13 +147,13 @@ def parameters(result: Any) -> list[Any]:
     fitted = [p for p in result.parameters if p.status in ("identified", "prior")]
     own = [p for p in fitted if p.name.rpartition(".")[0] not in owners]
     counts = {s: sum(p.status == s for p in result.parameters) for s in ("identified", "prior", "dropped", "fixed")}
-    made = table("parameter", "nominal", "identified", "change", "± sigma", "unit", "", right=(1, 2, 3, 4))
+    made = table("parameter", "nominal", "identified", "change", "± 95 %", "unit", "", right=(1, 2, 3, 4))
     for p in own[:MOST]:
         digits = _digits(p.sigma)
         note = "" if p.status == "identified" else (p.note or "mostly prior")
         note = note.replace("only a combination with ", "only with ").removesuffix(" is seen")
         made.add_row(
-            p.name, _fixed(p.nominal, digits), _fixed(p.identified, digits), _fixed(p.delta, digits, True), figure(p.sigma, 2), p.unit,
+            p.name, _fixed(p.nominal, digits), _fixed(p.identified, digits), _fixed(p.delta, digits, True), _half(p.interval), p.unit,
             Text(note, style="yellow"),
         )  # fmt: skip
     out: list[Any] = [made] if own else []
@@ -209,6 +213,13 @@ def show_paths(terminal: Terminal, written: Sequence[Any]) -> None:
     if written and not terminal.json:
         ordered = sorted(written, key=lambda p: (p.name != "report.html", p.name))
         terminal.say(f"Written to {ordered[0].parent}: {', '.join(p.name for p in ordered)}")
+
+
+def _half(interval: Sequence[float | None] | None) -> str:
+    """Half the width of a 95 % interval."""
+    if interval is None or interval[0] is None or interval[1] is None:
+        return "-"
+    return figure((interval[1] - interval[0]) / 2, 2)
 
 
 def _digits(sigma: float | None) -> int:

@@ -6,6 +6,14 @@ J is whitened with local blocks eliminated, P the prior information. A direction
 keep what cannot be seen) is as uncertain as was expected without data, and costs no degree of freedom. With a robust
 loss every row counts with its weight. The *instrument* bars use the stated sigma; the *as fitted* bars scale them by
 sqrt(chi2 / dof) when that is above one, because a model that leaves more than the noise deserves no smaller bars.
+
+Columns that were not fitted still have errors, and hand them to those that were. With H = (J_k^T J_k + P)^-1 of the
+kept columns and G = H J_k^T J_d of the dropped ones, the estimate differs from the truth t (counted from nominal) by
+
+    e_k = H J_k^T noise + G t_d - H P t_k,    e_d = -t_d,    cov(e) = C + B S^2 B^T
+
+with B the response to t and S the errors expected without data. That is the covariance of what was done, not of the
+best that could be done.
 """
 
 from __future__ import annotations
@@ -14,16 +22,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from robocal.estimate.identifiability import block_columns, eliminate, triangle
 from robocal.estimate.problem import LOSSES, TUNING, Problem
 from robocal.estimate.rows import Linear
 
-__all__ = ["Uncertainty", "band", "effective_columns", "uncertainty"]
+__all__ = ["LEVEL", "Total", "Uncertainty", "band", "effective_columns", "quantile", "radius", "total", "uncertainty"]
 
 Array = NDArray[np.float64]
 # Singular values below this share of the largest are rounding.
 RESOLUTION = 1e-13
+LEVEL = 0.95  # of every interval and band
 
 
 @dataclass(frozen=True)
@@ -109,3 +119,81 @@ def band(jacobian: Array, covariance: Array) -> Array:
     -> (m,)."""
     variance = np.einsum("mdi,ij,mdj->m", jacobian, covariance, jacobian, optimize=True)
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+@dataclass(frozen=True)
+class Total:
+    """What an estimate may be off by, over all free names (SI, rotation vectors in their tangent).
+
+    noise (n, n): covariance from measurement noise, zero for what was not fitted; response (n, n): how the estimate's
+    error answers to the truth; expected (n,): the errors expected without data; dof of the noise, infinite where it is
+    known.
+    """
+
+    names: tuple[str, ...]
+    noise: Array
+    response: Array
+    expected: Array
+    dof: float = float("inf")
+
+    @property
+    def covariance(self) -> Array:
+        """Of estimate minus truth, (n, n)."""
+        hidden = self.response * self.expected
+        return np.asarray(self.noise + hidden @ hidden.T)
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations (n,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+def total(problem: Problem, kept: tuple[str, ...], x: Array, *, factor: float = 1.0, dof: float = np.inf) -> Total:
+    """What the fit of the `kept` columns may be off by, at its solution x (1, P); the problem has all columns free.
+
+    `factor` multiplies the bars of the noise (`Uncertainty.factor`), `dof` are the degrees of freedom of its estimate.
+    """
+    lin = _reweighted(problem.linearize(x), problem)
+    n, scale = problem.n, problem.scales
+    scaled = triangle(eliminate(lin, problem.block_size)) * scale
+    hold = np.sqrt(problem.prior[1]) * scale
+    chosen = np.isin(problem.free, kept)
+    k, d = np.flatnonzero(chosen), np.flatnonzero(~chosen)
+    stacked = np.vstack([scaled[:, k], np.diag(hold[k])])
+    u, values, vt = np.linalg.svd(stacked, full_matrices=False)
+    known = values > RESOLUTION * values.max(initial=0.0)
+    root = vt.T / np.where(known, values, 1.0)
+    # What is not known at all answers to nothing, and is as uncertain as expected.
+    gain = np.where(known, root, 0.0) @ u.T
+    noise, response = np.zeros((n, n)), np.zeros((n, n))
+    noise[np.ix_(k, k)] = factor**2 * (root @ root.T)
+    response[np.ix_(k, d)] = gain[:, :n] @ scaled[:, d]
+    response[np.ix_(k, k)] = 0.0 if not hold[k].any() else -gain[:, n:] * hold[k]
+    response[d, d] = -1.0
+    # The prior is part of H already: H = H J^T J H + H P H, and the second part is what the truth contributes.
+    if hold[k].any():
+        noise[np.ix_(k, k)] = factor**2 * (gain[:, :n] @ gain[:, :n].T) + _unknown(root, known)
+    both = np.outer(scale, scale)
+    return Total(problem.free, noise * both, response * scale[:, None] / scale, np.array(scale), float(dof))
+
+
+def _unknown(root: Array, known: NDArray[np.bool_]) -> Array:
+    return np.asarray(root[:, ~known] @ root[:, ~known].T)
+
+
+def quantile(dof: float = np.inf, level: float = LEVEL) -> float:
+    """Half the width of a two-sided interval in standard deviations: Student's t, normal for infinite dof."""
+    return float(special.stdtrit(min(dof, 1e9), 0.5 + level / 2)) if dof > 0 else float("inf")
+
+
+def radius(covariance: Array, dof: float = np.inf, level: float = LEVEL) -> Array:
+    """Radius of the ball that holds the error with this probability; covariance (..., d, d) -> (...).
+
+    |e|^2 is matched by g chi2_h with the same mean and variance: g = tr(V^2) / tr(V), h = tr(V)^2 / tr(V^2); with
+    estimated noise by g h F(h, dof). Source: Box, Some theorems on quadratic forms (1954).
+    """
+    first = np.trace(covariance, axis1=-2, axis2=-1)
+    second = np.sum(covariance * np.swapaxes(covariance, -1, -2), axis=(-2, -1))
+    h = np.where(second > 0, first**2 / np.where(second > 0, second, 1.0), 1.0)
+    f = special.chdtri(h, 1 - level) / h if not np.isfinite(dof) else special.fdtri(h, max(dof, 1.0), level)
+    return np.asarray(np.sqrt(np.maximum(first, 0.0) * f))

@@ -23,12 +23,14 @@ __all__ = [
     "Combination",
     "CombinationTerm",
     "Correlation",
+    "Coverage",
     "Fit",
     "Group",
     "Identifiability",
     "InputHash",
     "Observability",
     "ParameterResult",
+    "Prediction",
     "Provenance",
     "Residuals",
     "Result",
@@ -86,7 +88,7 @@ class Verdict(Part):
 
 class ParameterResult(Part):
     """One parameter; sigma as fitted, with what hidden (dropped) partners may be off by; sigma_conditional if these were
-    exactly nominal, sigma_instrument if besides the stated noise were all there is.
+    exactly nominal, sigma_instrument if besides the stated noise were all there is; interval holds the truth with 95 %.
 
     delta is the change; of a rotation vector's components, the turn about the axes of the parent frame. data_share is
     how much of its value the data said (1) or the prior (0).
@@ -103,6 +105,7 @@ class ParameterResult(Part):
     status: Literal["identified", "prior", "dropped", "fixed"]
     data_share: Number = None
     note: str = ""
+    interval: tuple[Number, Number] | None = None
 
 
 class CombinationTerm(Part):
@@ -231,8 +234,19 @@ class Provenance(Part):
     options: dict[str, Any] = Field(default_factory=dict)
 
 
+class Coverage(Part):
+    """How many of n held-out measurements lay in their bands of this level: component by component, and as a whole."""
+
+    quantity: str
+    level: float
+    components: Number
+    whole: Number
+    n: int
+
+
 class Prediction(Part):
-    """Error predicted away from the data: one standard deviation over sampled joint configurations."""
+    """Error predicted away from the data: one standard deviation over sampled joint configurations; coverage says
+    whether held-out measurements lay in their bands as fitted."""
 
     unit: str
     mean: Number
@@ -240,6 +254,7 @@ class Prediction(Part):
     max: Number
     n: int
     region: str
+    coverage: list[Coverage] = Field(default_factory=list)
 
 
 class Result(Part):

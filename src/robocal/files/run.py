@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from robocal.errors import nearest
+from robocal.files.covariance import COVARIANCE
 from robocal.files.result import Result
 from robocal.files.text import write_files
 
-__all__ = ["RESIDUAL_COLUMNS", "residual_text", "write_run"]
+__all__ = ["ACCURACY", "RESIDUAL_COLUMNS", "residual_text", "write_run"]
 
 RESIDUAL_COLUMNS = (
     "configuration", "set", "group", "kind", "target",
@@ -26,6 +27,7 @@ RESIDUAL_COLUMNS = (
     "dx_after_mm", "dy_after_mm", "dz_after_mm",
     "angle_before_deg", "angle_after_deg", "angle_held_out_deg",
 )  # fmt: skip
+ACCURACY = "accuracy_map.csv"
 RESULT, RESIDUALS, REPORT, ROBOTS = (
     "result.json",
     "residuals.csv",
@@ -64,10 +66,11 @@ def write_run(
     report: str | None,
     *,
     robot_name: str = ROBOTS[0],
+    more: Mapping[str, str] | None = None,
 ) -> tuple[Path, ...]:
-    """Writes a run folder; files of an earlier run that this one does not have are removed. Raises FileError, and then
-    nothing changed."""
-    files = {RESULT: result.to_json()}
+    """Writes a run folder, with `more` texts by file name; files of an earlier run that this one does not have are
+    removed. Raises FileError, and then nothing changed."""
+    files = {RESULT: result.to_json(), **(more or {})}
     if robot_text is not None:
         files[robot_name] = robot_text
     if residuals is not None:
@@ -75,7 +78,7 @@ def write_run(
     if report is not None:
         files[REPORT] = report
     written = write_files(folder, files)
-    for name in (RESIDUALS, REPORT, *ROBOTS):
+    for name in (RESIDUALS, REPORT, COVARIANCE, ACCURACY, *ROBOTS):
         if name not in files:
             with contextlib.suppress(OSError):
                 (Path(folder) / name).unlink(missing_ok=True)

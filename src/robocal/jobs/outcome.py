@@ -14,12 +14,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from robocal import __version__
 from robocal.calibrate import evidence
 from robocal.calibrate.identification import Identification, Stages
 from robocal.errors import MissingExtra
 from robocal.files import result as files
+from robocal.files.covariance import COVARIANCE, Knowledge, covariance_text
 from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot, render_robot
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
@@ -29,6 +31,7 @@ __all__ = ["Outcome", "provenance", "residual_columns", "save", "to_result"]
 
 Array = NDArray[np.float64]
 MM, DEG = UNITS["mm"], UNITS["deg"]
+WHOLE = {"m": "positions", "rad": "orientations"}
 METHODS = {
     "lm": "Levenberg-Marquardt",
     "gauss-newton": "Gauss-Newton",
@@ -117,6 +120,7 @@ def _parameter(p: Any, robot: Robot) -> files.ParameterResult:
         status=p.status,
         data_share=p.data_share,
         note=p.note,
+        interval=None if p.interval is None else tuple(unit.from_si(v) for v in p.interval),
     )
 
 
@@ -200,7 +204,14 @@ def _prediction(found: Identification) -> files.Prediction | None:
     if found.band is None or found.options.method in ("pinv", "lse"):
         return None
     b = found.band
-    return files.Prediction(unit="mm", mean=b.mean * 1e3, p95=b.p95 * 1e3, max=b.max * 1e3, n=b.n, region=b.region)
+    quantity = {"m": "position", "rad": "orientation", "px": "pixels"}
+    shares = [
+        files.Coverage(quantity=quantity.get(c.unit, c.unit), level=c.level, components=c.components, whole=c.whole, n=c.n)
+        for c in found.coverage
+    ]
+    return files.Prediction(
+        unit="mm", mean=b.mean * 1e3, p95=b.p95 * 1e3, max=b.max * 1e3, n=b.n, region=b.region, coverage=shares
+    )
 
 
 def _band_words(found: Identification) -> tuple[str, ...]:
@@ -209,6 +220,12 @@ def _band_words(found: Identification) -> tuple[str, ...]:
         return ()
     b = found.band
     return (
+        *(
+            f"only {c.whole:.0%} of {c.n} held-out {WHOLE[c.unit]} lie in their 95 % region: trust the held-out errors, not the bars"
+            for c in found.coverage
+            # Fewer than one honest band in a thousand would miss so many.
+            if c.unit in WHOLE and special.bdtr(round(c.whole * c.n), c.n, c.level) < 1e-3
+        ),
         f"elsewhere in the {b.region}, the predicted error is {b.mean * 1e3:.3g} mm on average and {b.p95 * 1e3:.3g} mm at the "
         "95th percentile (one standard deviation; what was not seen is as uncertain as expected)",
     )
@@ -274,8 +291,21 @@ def save(outcome: Outcome, folder: Path) -> Outcome:
         page = None
         outcome = replace(outcome, result=_warned(outcome.result, f"report.html was left out: {missing}"))
     name = "calibrated.urdf" if robot.format == "urdf" else "calibrated.yaml"
-    written = write_run(folder, outcome.result, text, outcome.residuals, page, robot_name=name)
+    more = {COVARIANCE: covariance_text(knowledge(outcome.identification), _si(outcome.identification))}
+    written = write_run(folder, outcome.result, text, outcome.residuals, page, robot_name=name, more=more)
     return replace(outcome, written=written)
+
+
+def knowledge(found: Identification) -> Knowledge:
+    """What an identification knows of its parameters."""
+    assert found.total is not None
+    by_name = {p.name: p for p in found.parameters}
+    values = {n: by_name[n].identified for n in found.total.names}
+    return Knowledge(found.total, values, {n: by_name[n].nominal for n in found.total.names}, found.joints)
+
+
+def _si(found: Identification) -> dict[str, str]:
+    return {p.name: p.unit for p in found.parameters}
 
 
 def _warned(result: files.Result, words: str) -> files.Result:

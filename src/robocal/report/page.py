@@ -198,7 +198,7 @@ def _parameters(result: Result) -> dict[str, Any]:
         "fixed": [r for r in rows if r["status"] == "fixed"],
         "has": {
             key: any(str(row[key]).strip() not in ("–", "") for row in rows)
-            for key in ("instrument", "share", "note", "sigma")
+            for key in ("instrument", "share", "note", "sigma", "half")
         },
         "counts": [
             (s, sum(r["status"] == s for r in rows)) for s in tables.STATUS if any(r["status"] == s for r in rows)

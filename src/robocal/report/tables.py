@@ -85,7 +85,7 @@ def parameter_rows(parameters: Sequence[Mapping[str, object]]) -> list[Row]:
             unit = str(p.get("unit"))
             reach[unit] = max(reach.get(unit, 0.0), abs(delta) + 2 * sigma)
     rows = [_parameter(p, reach.get(str(p.get("unit")), 0.0)) for p in ordered]
-    for key in ("nominal", "identified", "delta", "sigma", "instrument"):
+    for key in ("nominal", "identified", "delta", "sigma", "half", "instrument"):
         for row, text in zip(rows, align([str(r[key]) for r in rows]), strict=True):
             row[key] = text
     return rows
@@ -97,6 +97,8 @@ def _parameter(p: Mapping[str, object], reach: float) -> Row:
     smallest = sigma or instrument
     share = finite(p.get("data_share"))
     moved = status in ("identified", "prior")
+    ends = [finite(v) for v in entries(p.get("interval"))]
+    half = (ends[1] - ends[0]) / 2 if len(ends) == 2 and ends[0] is not None and ends[1] is not None else None
 
     def show(value: object) -> str:
         return fixed(value, decimals(smallest)) if smallest else plain(value)
@@ -108,6 +110,7 @@ def _parameter(p: Mapping[str, object], reach: float) -> Row:
         "identified": show(p.get("identified")) if moved or p.get("identified") != p.get("nominal") else MISSING,
         "delta": (("+" if delta and delta > 0 else "") + show(delta)) if moved or delta else MISSING,
         "sigma": show(sigma) if sigma is not None else MISSING,
+        "half": MISSING if half is None else fixed(half, decimals(half)),
         "instrument": fixed(instrument, max(decimals(instrument), decimals(smallest or 1))) if instrument else MISSING,
         "status": status or MISSING,
         "sign": STATUS.get(status, ""),
