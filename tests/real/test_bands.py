@@ -41,7 +41,9 @@ def _range(each):
     return np.stack([each[..., 0].min(axis=0), each[..., 0].max(axis=0)], axis=1)
 
 
-@pytest.mark.parametrize(("series", "kind", "held"), [("C", "position", 500), ("D", "position", 482), ("C", "pose", 500)])
+@pytest.mark.parametrize(
+    ("series", "kind", "held"), [("C", "position", 500), ("D", "position", 482), ("C", "pose", 500)]
+)
 def test_ur10(ur10, series, kind, held):  # noqa: F811
     check(f"UR10 series {series}, {kind}", *ur10(series, kind), 150, held, range(5))
 

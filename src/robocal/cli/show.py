@@ -123,7 +123,9 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
             terminal.show(made, Text(""))
     shares = result.prediction.coverage if result.prediction else []
     for c in shares:
-        words = f"of {c.n} held-out measurements ({c.quantity}), {c.whole:.0%} lie in their {c.level:.0%} region as fitted"
+        words = (
+            f"of {c.n} held-out measurements ({c.quantity}), {c.whole:.0%} lie in their {c.level:.0%} region as fitted"
+        )
         terminal.show(Text(words, style="dim"))
     terminal.show(*([Text("")] if shares else []), *parameters(result), *hidden(result))
     show_warnings(terminal, result.warnings)

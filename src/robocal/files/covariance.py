@@ -122,4 +122,6 @@ def read_covariance(path: str | os.PathLike[str]) -> Knowledge:
 
 def _length(path: Path, key: str, found: int, expected: int) -> None:
     if found != expected:
-        raise FormatError("wrong number of values", file=path, key=key, found=found, expected=f"{expected}, as in names")
+        raise FormatError(
+            "wrong number of values", file=path, key=key, found=found, expected=f"{expected}, as in names"
+        )

@@ -206,7 +206,9 @@ def _prediction(found: Identification) -> files.Prediction | None:
     b = found.band
     quantity = {"m": "position", "rad": "orientation", "px": "pixels"}
     shares = [
-        files.Coverage(quantity=quantity.get(c.unit, c.unit), level=c.level, components=c.components, whole=c.whole, n=c.n)
+        files.Coverage(
+            quantity=quantity.get(c.unit, c.unit), level=c.level, components=c.components, whole=c.whole, n=c.n
+        )
         for c in found.coverage
     ]
     return files.Prediction(
