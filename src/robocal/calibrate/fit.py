@@ -3,7 +3,8 @@
     1 noise    everything that is free, each column held softly at ten times its expected error: what remains is the
     noise
     2 select   the columns that are seen above that noise; the others stay where they are
-    3 fit      those columns alone, without the soft hold, first with the noise of step 1, then with their own
+    3 fit      those columns alone, without the soft hold, by the chosen estimator, first with the noise of step 1, then
+    with their own
 
 The noise must come from a fit that explains all it can. Taken from a fit of a few columns it would contain their
 missing partners, hide them, and so confirm itself.
@@ -18,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
+from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Options
 from robocal.calibrate.noise import Group, apply_noise, assess
 from robocal.errors import ModelError
@@ -53,6 +55,8 @@ class Fit:
     groups: tuple[Group, ...]
     data: DataSet  # with the sigma that was used
     restarted: int = 0
+    covariance: Array | None = None  # of the free columns, where the estimator has one of its own
+    notes: tuple[str, ...] = ()
 
 
 def unit_weights(count: int, units: Ints) -> Array:
@@ -75,12 +79,9 @@ def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Arr
     names = candidate.free
     if not names:
         raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
-    if options.method in ("pinv", "lse"):
-        if options.loss != "none":
-            raise ModelError("the pseudo-inverse knows no robust loss", key="loss", found=options.loss, expected="none")
-        solution = least_squares(
-            candidate, start, method=options.method, max_iterations=options.max_iterations, watch=watch
-        )
+    method = estimator(options.method, options.loss)
+    if method.blind:
+        solution = method.run(candidate, start, options, watch).solution
         groups = assess(stated, candidate, solution.x, units, len(names))
         # A step taken blindly deserves a covariance in units of what it left behind.
         data, candidate = posed({(g.name, g.unit): g.tau for g in groups if g.stated is None})
@@ -95,10 +96,9 @@ def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Arr
     restarted = 0
     for _ in range(2):
         chosen = candidate.with_free(kept)
-        solution = least_squares(
-            chosen, start, method=options.method, max_iterations=options.max_iterations, watch=watch
-        )
-        if not solution.reasons[0].converged:
+        found = method.run(chosen, start, options, watch)
+        solution = found.solution
+        if method.restarts and not solution.reasons[0].converged:
             solution, restarted = _restart(chosen, start, solution, options)
         groups = assess(stated, chosen, solution.x, units, effective_columns(chosen, solution.x))
         new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
@@ -112,7 +112,7 @@ def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Arr
         # The report speaks of the set that was fitted.
         dropped = tuple(n for n in names if n not in kept)
         final = replace(final, kept=kept, dropped=dropped, combinations=seen.combinations)
-    return Fit(chosen, solution, final, tuple(groups), data, restarted)
+    return Fit(chosen, solution, final, tuple(groups), data, restarted, found.covariance, found.notes)
 
 
 def _noise(

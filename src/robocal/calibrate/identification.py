@@ -33,8 +33,8 @@ class Options:
     start, noise and selection in every round: strict, and as slow as so many identifications. Without it the rounds
     keep the columns and the noise of the fit to everything, as leave-one-out does.
 
-    `keep_all` frees every parameter that says so, without dropping what cannot be seen (the pseudo-inverse methods do
-    so by themselves).
+    `keep_all` frees every parameter that says so, without dropping what cannot be seen (the blind methods do so by
+    themselves). `particles` is how many the particle filter takes.
     """
 
     method: str = "lm"
@@ -49,6 +49,7 @@ class Options:
     folds: int | None = None
     blocks: int = 10
     reselect: bool = False
+    particles: int = 1000
 
 
 @dataclass(frozen=True)

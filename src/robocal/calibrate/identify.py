@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.calibrate.bands import coverage_of, measured_range, total_of
 from robocal.calibrate.baseline import baseline, frame_names
+from robocal.calibrate.estimators import batched
 from robocal.calibrate.fit import Fit, fit
 from robocal.calibrate.folds import local_names, merge, trial, unseen
 from robocal.calibrate.identification import Identification, Options
@@ -58,12 +59,17 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     proofs, part, fit_units = {}, whole, everyone
     told = units_of(base)
     if options.folds is not None:
-        proofs["k_fold"] = _k_fold(model, data, (base, base_x), whole, split, options, watch)
-    wanted = options.leave_one_out if options.leave_one_out is not None else count <= MANY and options.folds is None
-    if wanted and count > 2 and options.method in ("lm", "gauss-newton"):
+        if watch:
+            watch({"stage": "folds", "units": len(split)})
+        quick = batched(options) and not options.reselect
+        proofs["k_fold"] = _rounds(model, data, (base, base_x), whole, split, options, watch, quick)
+    # By itself only where it is one batch; who asks for it gets it from any method, by refits.
+    cheap = count <= MANY and options.folds is None and batched(options)
+    if (cheap if options.leave_one_out is None else options.leave_one_out) and count > 2:
         if watch:
             watch({"stage": "leave-one-out", "units": count})
-        proofs["leave_one_out"] = _in_batch(model, (base, base_x), whole, leave_one_out_rounds(data))
+        rounds = leave_one_out_rounds(data)
+        proofs["leave_one_out"] = _rounds(model, data, (base, base_x), whole, rounds, options, watch, batched(options))
     if options.folds is None and len(split):
         fit_units, held = split.units(0)
         one = trial(model, data, split, 0, options, told, base_x, watch)
@@ -74,6 +80,8 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     used = split.fit[0] | split.held[0] if len(held) else np.ones(len(everyone), dtype=bool)
     best = next((proofs[n] for n in ("held_out", "k_fold", "leave_one_out") if n in proofs), None)
     u = uncertainty(whole.problem, whole.solution.x, estimated=any(g.stated is None for g in whole.groups))
+    if whole.covariance is not None:
+        u = replace(u, covariance=whole.covariance)
     values = whole.solution.x[0]
     names = whole.problem.table.names
     table = whole.problem.table.with_values(values[: len(names)])
@@ -130,7 +138,7 @@ def _in_batch(model: Chain, base: tuple[Problem, Array], whole: Fit, split: Spli
     )
 
 
-def _k_fold(
+def _rounds(
     model: Chain,
     data: DataSet,
     base: tuple[Problem, Array],
@@ -138,11 +146,10 @@ def _k_fold(
     split: Split,
     options: Options,
     watch: Watch | None,
+    quick: bool,
 ) -> Proof:
-    """The rounds of a k-fold: one batch, or each from the beginning."""
-    if watch:
-        watch({"stage": "folds", "units": len(split)})
-    if not options.reselect and options.method in ("lm", "gauss-newton"):
+    """The rounds of a split: `quick` as one batch, else each from the beginning."""
+    if quick:
         return _in_batch(model, base, whole, split)
     trials = [trial(model, data, split, k, options, units_of(base[0]), base[1], watch) for k in range(len(split))]
     return Proof(split, merge([t.before for t in trials]), merge([t.after for t in trials]))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import frame_names
+from robocal.calibrate.estimators import estimator
 from robocal.calibrate.evidence import Statistic, Verdict, constant_errors, errors, judge
 from robocal.calibrate.fit import Fit
 from robocal.calibrate.folds import Unseen
@@ -139,8 +140,8 @@ def verdict(
         constant[~np.isnan(constant)] if constant is not None else None,
         label[at[told]],
         rank=part.identifiability.rank,
-        # One step of linear least squares is all that was asked for.
-        converged=part.solution.reasons[0].converged or options.method == "lse",
+        # Some methods end after as many steps as were asked for.
+        converged=part.solution.reasons[0].converged or estimator(options.method).finite,
         seed=options.seed,
         kind=proof.split.how,
         stated=float(np.sqrt(3) * stated[0]) if stated else None,

@@ -10,6 +10,7 @@ from scipy import special
 
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, parallel_axes
+from robocal.calibrate.estimators import estimator
 from robocal.geometry import fits
 from robocal.measure.data import DataSet
 
@@ -65,8 +66,9 @@ def data_warnings(
                 "uncertainties are those of the fit"
             )
     rows_of = [fit.problem.table[n] for n in fit.problem.free]
-    if method in ("pinv", "lse") and any(p.prior or np.isfinite([p.lower, p.upper]).any() for p in rows_of):
+    if estimator(method).blind and any(p.prior or np.isfinite([p.lower, p.upper]).any() for p in rows_of):
         out.append(f"{method} takes no notice of priors and bounds")
+    out.extend(fit.notes)
     out.extend(implausible(model, fit))
     out.extend(_outliers(data, fit))
     out.extend(_drift(fit))

@@ -69,7 +69,9 @@ Prior = Annotated[
 Method = Annotated[
     str,
     typer.Option(
-        "--method", metavar="METHOD", help="lm, gauss-newton, pinv (iterated pseudo-inverse), lse (one step)."
+        "--method",
+        metavar="METHOD",
+        help="lm, gauss-newton, ekf, particle; to compare with: pinv (iterated pseudo-inverse), lse (one step), ekf-100.",
     ),
 ]
 Loss = Annotated[
@@ -91,6 +93,7 @@ LeaveOneOut = Annotated[
     ),
 ]
 KeepAll = Annotated[bool, typer.Option("--keep-all", help="Fit also what the data cannot tell apart.")]
+Particles = Annotated[int, typer.Option("--particles", metavar="N", min=50, max=100_000, help="For --method particle.")]
 Iterations = Annotated[int, typer.Option("--iterations", metavar="N", min=1, help="At most this many.")]
 
 # validate, export

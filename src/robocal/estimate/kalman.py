@@ -1,35 +1,45 @@
-"""The extended Kalman filter over configurations, on the same problem as least squares.
+"""The extended Kalman filter on the same problem as least squares, one configuration after the other.
 
-    S = H P H^T + I,  K = P H^T S^-1,  x <- x (+) K (-r - H e),  P <- (I - K H) P (I - K H)^T + K K^T
+    S = H P H^T + I,  K = P H^T S^-1,  x <- x (+) K (-r - H e),  P <- (I - K H) P
 
 r and H are whitened, so the measurement noise is the identity. e is the step from the prior to the current iterate
-(zero in the first pass: the plain EKF; more passes are the iterated EKF). A local block enters at its prior, is
-updated with its configuration's rows and marginalised. Source: Bell and Cathey, The iterated Kalman filter update as
-a Gauss-Newton method (1993).
+(zero in the first pass: the plain EKF; more passes are the iterated EKF). It is computed in square-root information
+form, P^-1 = R^T R and R <- QR of (R, H), which holds from the vaguest prior to the last digit of a good instrument. A
+local block enters at its prior, is updated with its configuration's rows and marginalised. Under a robust loss an
+observation weighs what its innovation, measured with its *predicted* spread, deserves. An estimate beyond a bound is
+projected onto it in the metric of P. `stacked` is the recursion of Attia and Ammari (2019, equations 4.2 to 4.9): all
+rows at once, P grows by Q before each pass. Sources: Bierman, Factorization Methods (1977); Bell and Cathey, The
+iterated Kalman filter update as a Gauss-Newton method (1993); Simon and Chia, Kalman filtering with state equality
+constraints (2002).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 from robocal.errors import ModelError
-from robocal.estimate.problem import Problem
+from robocal.estimate.problem import LOSSES, TUNING, Problem
+from robocal.estimate.rows import Linear
 
-__all__ = ["Filtered", "kalman"]
+__all__ = ["Filtered", "kalman", "stacked"]
 
 Array = NDArray[np.float64]
+Watch = Callable[[dict[str, object]], None]
 
 
 @dataclass(frozen=True)
 class Filtered:
-    """Where the filter ended: x (1, P), covariance of the free columns (n, n)."""
+    """Where the filter ended: x (1, P), covariance of the free columns (n, n); `history` are the costs (half the sum of
+    squares) that the passes of `stacked` began with, and the last."""
 
     x: Array
     covariance: Array
+    history: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def kalman(
@@ -39,7 +49,7 @@ def kalman(
     covariance: Array | None = None,
     local_sigma: float = 1.0,
     passes: int = 1,
-    watch: Callable[[dict[str, object]], None] | None = None,
+    watch: Watch | None = None,
 ) -> Filtered:
     """Filters the units of a problem in order, starting from x (1, P) with covariance (n, n).
 
@@ -48,21 +58,14 @@ def kalman(
     """
     x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
     n, size = problem.n, problem.block_size
-    p = np.diag(problem.scales**2) if covariance is None else np.array(covariance)
-    owner: dict[int, int] = {}
-    for term in problem.terms:
-        for block, unit in {(int(b), int(u)) for b, u in zip(term.local, term.unit, strict=True) if b >= 0}:
-            if owner.setdefault(block, unit) != unit:
-                raise ModelError(
-                    "the filter needs every local block to belong to one configuration", found=f"block {block}"
-                )
+    root = np.diag(1.0 / problem.scales) if covariance is None else _root(covariance)
+    _blocks_have_one_owner(problem)
+    big = np.zeros((size + n, size + n))
     for unit in range(problem.units):
-        big: Array = np.zeros((n + size, n + size))
-        big[:n, :n] = p
-        big[n:, n:] = np.eye(size) * local_sigma**2
-        moved: Array = np.zeros(n + size)
-        gain: Array = np.zeros((0, 0))
-        h: Array = np.zeros((0, 0))
+        big[:size, :size] = np.eye(size) / local_sigma
+        big[size:, size:] = root
+        moved = np.zeros(size + n)
+        weight: Array | None = None
         for _ in range(passes):
             lin = problem.linearize(x, np.array([unit]))
             if not len(lin.r):
@@ -70,19 +73,114 @@ def kalman(
             blocks = np.unique(lin.local[lin.local >= 0])
             if len(blocks) > 1:
                 raise ModelError("the filter takes one local block per configuration", found=f"{len(blocks)} blocks")
-            h = np.hstack([lin.j, lin.jl])
-            gain = np.asarray(np.linalg.solve(h @ big @ h.T + np.eye(len(h)), h @ big), dtype=np.float64).T
-            target: Array = gain @ (h @ moved - lin.r)
+            h = np.hstack([lin.jl, lin.j])
+            if weight is None:
+                weight = np.sqrt(_weights(problem, lin, h, big))
+            rows = np.vstack([big, weight[:, None] * h])
+            right = np.concatenate([np.zeros(len(big)), weight * (h @ moved - lin.r)])
+            r = np.asarray(np.linalg.qr(np.column_stack([rows, right]), mode="r"))
+            target = solve_triangular(r[: size + n, : size + n], r[: size + n, -1])
+            if problem.bounded:
+                target[size:] = _within(problem, x, target[size:], moved[size:], r[size : size + n, size : size + n])
             step = target - moved
             local = np.zeros((1, problem.blocks, size))
             if size:
-                local[0, blocks] = step[n:]
-            x = problem.retract(x, step[None, :n], local if size else None)
+                local[0, blocks] = step[:size]
+            x = problem.retract(x, step[None, size:], local if size else None)
             moved = target
-        if len(h):
-            keep = np.eye(n + size) - gain @ h
-            # Joseph's form stays symmetric and positive where the short form does not.
-            p = (keep @ big @ keep.T + gain @ gain.T)[:n, :n]
+            root = r[size : size + n, size : size + n]
         if watch:
             watch({"stage": "filter", "unit": unit, "units": problem.units})
-    return Filtered(x, p)
+    inverse = solve_triangular(root, np.eye(n)) if n else root
+    return Filtered(x, inverse @ inverse.T)
+
+
+def stacked(
+    problem: Problem,
+    x: Array | None = None,
+    *,
+    covariance: Array,
+    process: Array,
+    noise: Array | float = 1.0,
+    passes: int = 100,
+    watch: Watch | None = None,
+) -> Filtered:
+    """The recursion of the seed: every pass takes all rows at once, linearised where the last one ended.
+
+        P <- P + Q,  K = P J^T (J P J^T + R)^-1,  x <- x (+) K (-r(x)),  P <- (I - K J) P
+
+    The innovation is y - h(x): with J relinearised, equation 4.8 as printed would subtract J X a second time. `noise`
+    is the variance of each whitened row, () or (N,): R / sigma^2. Raises ModelError for local blocks, a robust loss, or
+    bounds.
+    """
+    if problem.blocks or problem.loss != "none" or problem.bounded:
+        raise ModelError(
+            "the stacked filter knows no local blocks, robust loss or bounds", expected="the sequential filter (ekf)"
+        )
+    x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
+    p = np.array(covariance)
+    history = []
+    for count in range(passes + 1):
+        lin = problem.linearize(x)
+        history.append(0.5 * float(lin.r @ lin.r))
+        if watch:
+            watch({"stage": "iterate", "iteration": count, "cost": history[-1], "active": 1})
+        if count == passes or not np.isfinite(history[-1]):
+            break
+        j = lin.j / np.sqrt(noise)[..., None] if np.ndim(noise) else lin.j / np.sqrt(noise)
+        r = lin.r / np.sqrt(noise)
+        # The same gain from the side of the parameters, which are fewer than the rows.
+        p = np.linalg.inv(np.linalg.inv(p + process) + j.T @ j)
+        p = 0.5 * (p + p.T)
+        x = problem.retract(x, -(p @ (j.T @ r))[None])
+    return Filtered(x, p, np.array(history))
+
+
+def _root(covariance: Array) -> Array:
+    """R with R^T R = P^-1, upper triangular."""
+    try:
+        lower = np.linalg.cholesky(np.asarray(covariance, float))
+    except np.linalg.LinAlgError:
+        raise ModelError("the filter's covariance must be positive definite", key="covariance") from None
+    # P = L L^T, so P^-1 = L^-T L^-1, and R = L^-1 up to a rotation from the left.
+    return np.asarray(np.linalg.qr(solve_triangular(lower, np.eye(len(lower)), lower=True), mode="r"))
+
+
+def _blocks_have_one_owner(problem: Problem) -> None:
+    owner: dict[int, int] = {}
+    for term in problem.terms:
+        for block, unit in {(int(b), int(u)) for b, u in zip(term.local, term.unit, strict=True) if b >= 0}:
+            if owner.setdefault(block, unit) != unit:
+                raise ModelError(
+                    "the filter needs every local block to belong to one configuration", found=f"block {block}"
+                )
+
+
+def _weights(problem: Problem, lin: Linear, h: Array, root: Array) -> Array:
+    """rho'(s) of every row's observation, s the innovation's square over its predicted variance (H P H^T + I)_ii."""
+    from robocal.estimate._kernels import robust
+
+    if problem.loss == "none":
+        return np.ones(len(lin.r))
+    a = solve_triangular(root, h.T, trans="T")
+    s = np.bincount(lin.observation, lin.r**2 / (1.0 + np.einsum("ij,ij->j", a, a)))
+    kind, tuning = LOSSES[problem.loss], problem.tuning or TUNING[problem.loss]
+    return np.array([robust(kind, tuning, v)[1] for v in s])[lin.observation]
+
+
+def _within(problem: Problem, x: Array, target: Array, moved: Array, root: Array) -> Array:
+    """The step from the prior, projected onto the bounds that it would cross: the nearest point in the metric of P."""
+    lower, upper = problem.bounds
+    here = x[0, problem.index] - moved  # values at the prior, so that value = here + step
+    low, high = lower - here, upper - here
+    held = np.zeros(problem.n, dtype=bool)
+    for _ in range(problem.n):
+        new = (target < low) | (target > high)
+        if not (new & ~held).any():
+            break
+        held |= new
+        inverse = solve_triangular(root, np.eye(problem.n))
+        p = inverse @ inverse.T
+        goal = np.clip(target, low, high)[held]
+        target = target + p[:, held] @ np.linalg.solve(p[np.ix_(held, held)], goal - target[held])
+    return np.clip(target, low, high)

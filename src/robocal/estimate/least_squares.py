@@ -44,11 +44,12 @@ class Reason(IntEnum):
     SINGULAR = 5  # no damping makes the matrix positive definite
     NOT_FINITE = 6  # the cost at the start is not a number
     STALLED = 7  # no step lowers the cost
+    FILTERED = 8  # no iteration was asked for: every configuration was taken in
 
     @property
     def converged(self) -> bool:
-        """Whether the result is a minimum."""
-        return self in (Reason.COST, Reason.GRADIENT, Reason.STEP)
+        """Whether the result is a minimum, or all that was asked for."""
+        return self in (Reason.COST, Reason.GRADIENT, Reason.STEP, Reason.FILTERED)
 
     @property
     def text(self) -> str:
@@ -65,6 +66,7 @@ _WORDS = {
     Reason.SINGULAR: "stopped: singular",
     Reason.NOT_FINITE: "stopped: the residuals are not finite",
     Reason.STALLED: "stopped: no step lowers the cost",
+    Reason.FILTERED: "every configuration was taken in",
 }
 
 

@@ -265,23 +265,26 @@ class Problem:
         parts: list[tuple[Array, ...]] = []
         count = 0
         for term in self.bound_terms:
-            m, d = term.scale.shape
-            r, jac, jloc = term.evaluate(x, np.zeros(1, dtype=np.int64), 0, m)
+            d = term.scale.shape[1]
             keep = chosen[term.unit]
+            # One configuration's rows lie together: only their span is evaluated.
+            first, last = (np.flatnonzero(keep)[[0, -1]] + [0, 1]) if keep.any() else (0, min(1, len(keep)))
+            r, jac, jloc = term.evaluate(x, np.zeros(1, dtype=np.int64), int(first), int(last - first))
             scale = term.scale[keep] * np.sqrt(weight[term.unit[keep]])[:, None]
             dense = np.zeros((int(keep.sum()), d, self.n))
-            narrow = jac[0][keep] * scale[..., None]
+            inside = keep[first:last]
+            narrow = jac[0][inside] * scale[..., None]
             for i, column in enumerate(term.columns):
                 # Two columns of a term may feed one tangent column, so add rather than assign.
                 dense[..., column] += narrow[..., i]
             wide = np.zeros((len(dense), d, self.block_size))
             if jloc.shape[-1]:
-                wide[:] = jloc[0][keep] * scale[..., None]
+                wide[:] = jloc[0][inside] * scale[..., None]
             observation = count + np.arange(len(dense))
             count += len(dense)
             parts.append(
                 (
-                    (r[0][keep] * scale).ravel(),
+                    (r[0][inside] * scale).ravel(),
                     dense.reshape(len(dense) * d, self.n),
                     wide.reshape(len(dense) * d, self.block_size),
                     np.repeat(term.local[keep], d),

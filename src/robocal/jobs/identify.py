@@ -9,10 +9,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify as solve
 from robocal.errors import FileError, ModelError, nearest
-from robocal.estimate.least_squares import METHODS
 from robocal.jobs.inputs import Inputs, Watch, choose, computable, read_inputs
 from robocal.jobs.outcome import Outcome, provenance, residual_columns, save, to_result
 
@@ -31,6 +31,7 @@ class Choices:
     leave_one_out: bool | None = None
     keep_all: bool = False
     iterations: int = 100
+    particles: int = 1000
     seed: int = 0
     free: tuple[str, ...] = ()
     fix: tuple[str, ...] = ()
@@ -41,27 +42,27 @@ class Choices:
     @property
     def options(self) -> Options:
         """The same for the solver. Raises ModelError for words it does not know."""
-        for key, value, known in (("--method", self.method, METHODS), ("--loss", self.loss, LOSSES)):
-            if value not in known:
-                raise ModelError(
-                    "unknown option", key=key, found=value, expected=", ".join(known), suggestion=nearest(value, known)
-                )
+        method = estimator(self.method, self.loss if self.loss in LOSSES else "none")
+        if self.loss not in LOSSES:
+            raise ModelError(
+                "unknown option",
+                key="--loss",
+                found=self.loss,
+                expected=", ".join(LOSSES),
+                suggestion=nearest(self.loss, LOSSES),
+            )
         if self.hold_out is not None and not 0 <= self.hold_out <= 0.5:
             raise ModelError("the held-out share must lie between 0 and 0.5", key="--hold-out", found=self.hold_out)
-        plain = self.method in ("pinv", "lse")
-        if plain and self.loss != "none":
-            raise ModelError(
-                "the pseudo-inverse methods know no robust loss", key="--loss", found=self.loss, expected="--method lm"
-            )
         return Options(
             method=self.method,
             # The seeds' way uses everything that was measured, unless somebody asks for proof.
-            hold_out=0.0 if plain and self.hold_out is None else self.hold_out,
+            hold_out=0.0 if method.blind and self.hold_out is None else self.hold_out,
             seed=self.seed,
             loss=self.loss,
             max_iterations=self.iterations,
             leave_one_out=self.leave_one_out,
             keep_all=self.keep_all,
+            particles=self.particles,
         )
 
     @property

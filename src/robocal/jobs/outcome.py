@@ -18,6 +18,7 @@ from scipy import special
 
 from robocal import __version__
 from robocal.calibrate import evidence
+from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Identification, Stages
 from robocal.errors import MissingExtra
 from robocal.files import result as files
@@ -32,12 +33,6 @@ __all__ = ["Outcome", "provenance", "residual_columns", "save", "to_result"]
 Array = NDArray[np.float64]
 MM, DEG = UNITS["mm"], UNITS["deg"]
 WHOLE = {"m": "positions", "rad": "orientations"}
-METHODS = {
-    "lm": "Levenberg-Marquardt",
-    "gauss-newton": "Gauss-Newton",
-    "pinv": "iterated pseudo-inverse",
-    "lse": "one linear least-squares step",
-}
 
 
 @dataclass(frozen=True)
@@ -85,7 +80,7 @@ def to_result(
         robot=files.RobotSummary(
             name=chain.name, convention=chain.convention, joints=len(chain.joints), source=chain.source
         ),
-        method=METHODS.get(found.options.method, found.options.method)
+        method=estimator(found.options.method).title
         + ("" if found.options.loss == "none" else f", {found.options.loss} loss"),
         verdict=files.Verdict(status=found.verdict.status, reasons=list(found.verdict.reasons)),  # type: ignore[arg-type]
         parameters=[_parameter(p, robot) for p in found.parameters],
@@ -193,7 +188,7 @@ def _fit(found: Identification) -> files.Fit:
     sources = list(dict.fromkeys(g.source for g in found.groups))
     return files.Fit(
         iterations=found.iterations,
-        reason="one step, as asked" if found.options.method == "lse" else found.reason,
+        reason="as many steps as were asked for" if estimator(found.options.method).finite else found.reason,
         history=list(found.history), chi2=found.chi2, dof=found.dof, groups=groups,
         sigma_source=", ".join(sources),
     )  # fmt: skip
@@ -201,7 +196,7 @@ def _fit(found: Identification) -> files.Fit:
 
 def _prediction(found: Identification) -> files.Prediction | None:
     """The prediction band in mm."""
-    if found.band is None or found.options.method in ("pinv", "lse"):
+    if found.band is None or estimator(found.options.method).blind:
         return None
     b = found.band
     quantity = {"m": "position", "rad": "orientation", "px": "pixels"}
@@ -218,7 +213,7 @@ def _prediction(found: Identification) -> files.Prediction | None:
 
 def _band_words(found: Identification) -> tuple[str, ...]:
     """The predicted error away from the data; a method that fits what cannot be seen has no honest one."""
-    if found.band is None or found.options.method in ("pinv", "lse"):
+    if found.band is None or estimator(found.options.method).blind:
         return ()
     b = found.band
     return (

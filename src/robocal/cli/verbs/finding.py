@@ -49,6 +49,7 @@ def identify(
     leave_one_out: o.LeaveOneOut = None,
     keep_all: o.KeepAll = False,
     iterations: o.Iterations = 100,
+    particles: o.Particles = 1000,
     seed: o.Seed = 0,
     base: o.Base = None,
     tip: o.Tip = None,
