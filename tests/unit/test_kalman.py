@@ -8,7 +8,7 @@ from measure.scenarios import HAND, TRACKER, arm, build, made, observations
 from unit.plain_terms import Plain, linear, plain_problem
 
 from robocal.errors import ModelError
-from robocal.estimate.kalman import kalman
+from robocal.estimate.kalman import kalman, stacked
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import uncertainty
 
@@ -124,3 +124,68 @@ def test_two_blocks_in_one_configuration_are_refused(rng):
     )
     with pytest.raises(ModelError, match="one local block"):
         kalman(plain_problem(term, np.zeros(2), blocks=2, block_size=6))
+
+
+# --- vague priors, robust losses, bounds ------------------------------------------------------------------------------------
+
+
+def test_a_vague_prior_costs_no_digits(rng):
+    """Nine decades between what was expected and what the instrument says: the square-root form keeps them."""
+    a, x = rng.normal(size=(30, 4)), rng.normal(size=4)
+    p = plain_problem(linear(a, a @ x, sigma=1e-5), np.zeros(4))
+    f = kalman(p, covariance=1e8 * np.eye(4))
+    np.testing.assert_allclose(f.x[0], x, atol=1e-9)
+    np.testing.assert_allclose(f.covariance, 1e-10 * np.linalg.inv(a.T @ a), rtol=1e-6)
+
+
+def test_a_covariance_that_is_none_is_refused():
+    with pytest.raises(ModelError, match="positive definite"):
+        kalman(plain_problem(linear(np.eye(2), np.ones(2)), np.zeros(2)), covariance=np.diag([1.0, -1.0]))
+
+
+@pytest.mark.parametrize("loss", ["huber", "cauchy", "tukey"])
+def test_a_gross_row_hardly_moves_the_robust_filter(rng, loss):
+    a, x = rng.normal(size=(40, 3)), rng.normal(size=3)
+    y = a @ x + 0.01 * rng.normal(size=40)
+    y[25] += 5.0
+    p = plain_problem(linear(a, y, sigma=0.01), np.zeros(3), prior=[10.0] * 3)
+    plain, robust = (np.linalg.norm(kalman(q).x[0] - x) for q in (p, p.with_loss(loss)))
+    clean = np.linalg.norm(kalman(plain_problem(linear(np.delete(a, 25, 0), np.delete(y, 25), sigma=0.01), np.zeros(3), prior=[10.0] * 3)).x[0] - x)  # fmt: skip
+    assert robust < 2 * clean < 0.1 * plain
+
+
+def test_bounds_are_kept_and_the_rest_is_the_best_within_them(rng):
+    a, y = rng.normal(size=(20, 3)), rng.normal(size=20)
+    free = plain_problem(linear(a, y, unit=np.zeros(20, dtype=int)), np.zeros(3), prior=[5.0] * 3)
+    limit = 0.5 * float(kalman(free).x[0, 1])
+    low, high = ([-9.0, limit, -9.0], [9.0] * 3) if limit < 0 else ([-9.0] * 3, [9.0, limit, 9.0])
+    p = plain_problem(linear(a, y, unit=np.zeros(20, dtype=int)), np.zeros(3), prior=[5.0] * 3, lower=low, upper=high)
+    f = kalman(p)
+    assert f.x[0, 1] == pytest.approx(limit)
+    np.testing.assert_allclose(f.x, least_squares(p, cost_tolerance=1e-20).x, atol=1e-7)
+
+
+# --- the stacked recursion --------------------------------------------------------------------------------------------------
+
+
+def test_one_stacked_pass_is_the_filter(rng):
+    a, y = rng.normal(size=(12, 3)), rng.normal(size=12)
+    p = plain_problem(linear(a, y, sigma=0.2), np.zeros(3))
+    prior = np.diag([0.5, 1.0, 2.0])
+    one, whole = stacked(p, covariance=0.5 * prior, process=0.5 * prior, passes=1), kalman(p, covariance=prior)
+    np.testing.assert_allclose(one.x, whole.x, atol=1e-12)
+    np.testing.assert_allclose(one.covariance, whole.covariance, atol=1e-12)
+
+
+def test_stacked_noise_is_a_variance_per_whitened_row(rng):
+    a, y = rng.normal(size=(12, 3)), rng.normal(size=12)
+    wide, fine = (plain_problem(linear(a, y, sigma=s), np.zeros(3)) for s in (0.3, 0.1))
+    args = {"covariance": np.eye(3), "process": 0.1 * np.eye(3), "passes": 4}
+    for noise in (9.0, np.full(12, 9.0)):
+        np.testing.assert_allclose(stacked(fine, noise=noise, **args).x, stacked(wide, **args).x, atol=1e-12)
+
+
+def test_what_the_stacked_recursion_does_not_know_is_refused(rng):
+    p = plain_problem(linear(np.eye(2), np.ones(2)), np.zeros(2))
+    with pytest.raises(ModelError, match="robust loss or bounds"):
+        stacked(p.with_loss("huber"), covariance=np.eye(2), process=np.eye(2))

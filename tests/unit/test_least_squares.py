@@ -142,6 +142,7 @@ def test_every_reason_has_words():
         Reason.COST,
         Reason.GRADIENT,
         Reason.STEP,
+        Reason.FILTERED,
     }
 
 

@@ -118,7 +118,7 @@ def stacked(
             "the stacked filter knows no local blocks, robust loss or bounds", expected="the sequential filter (ekf)"
         )
     x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
-    p = np.array(covariance)
+    p: Array = np.array(covariance, dtype=np.float64)
     history = []
     for count in range(passes + 1):
         lin = problem.linearize(x)
@@ -130,7 +130,7 @@ def stacked(
         j = lin.j / np.sqrt(noise)[..., None] if np.ndim(noise) else lin.j / np.sqrt(noise)
         r = lin.r / np.sqrt(noise)
         # The same gain from the side of the parameters, which are fewer than the rows.
-        p = np.linalg.inv(np.linalg.inv(p + process) + j.T @ j)
+        p = np.asarray(np.linalg.inv(np.linalg.inv(p + process) + j.T @ j), dtype=np.float64)
         p = 0.5 * (p + p.T)
         x = problem.retract(x, -(p @ (j.T @ r))[None])
     return Filtered(x, p, np.array(history))

@@ -8,7 +8,8 @@ back, one by one, so it starts near the answer and not in a prior that no number
 exp(-1/2 sum rho): a robust loss is a heavy-tailed density (Cauchy: Student's t), and the weighted mean is its posterior
 mean. Weights are logarithms until they are normalised by their largest, so nothing underflows. When fewer than half of
 the particles count, they are resampled systematically and roughened: shrunk to their mean and scattered by as much
-(Liu and West), which a Metropolis test accepts or refuses, so that roughening adds no spread of its own. Sources:
+(Liu and West), which a Metropolis test accepts or refuses, so that roughening adds no spread of its own. Another hill of the density,
+far from the filter's answer, is not found. Sources:
 Gordon, Salmond and Smith, Novel approach to nonlinear / non-Gaussian Bayesian state estimation (1993); Kitagawa (1996)
 for systematic resampling; Gilks and Berzuini, Following a moving target (2001).
 """
@@ -30,10 +31,10 @@ __all__ = ["Cloud", "density", "effective", "normalised", "particles", "systemat
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Watch = Callable[[dict[str, object]], None]
-WIDER = 1.5  # how much wider than the filter's covariance the particles start: tails are heavier than it knows
+WIDER = 3.0  # particles start with 1 + WIDER / sqrt(n) times the filter's covariance: tails are heavier than it knows
 ENOUGH = 0.5  # of the particles must count, else they are resampled
 ROUGH = 0.6  # part of the spread that roughening draws anew
-MOVES = 4  # roughening steps after each resampling, and at the end
+MOVES = 6  # roughening steps after each resampling, and at the end
 CHUNK = 256  # particles that are evaluated at once
 NOTHING = -1e200  # the logarithm of no weight at all: finite, so that differences of logarithms stay numbers
 
@@ -126,13 +127,13 @@ def particles(
         raise ModelError("the particle filter knows no local blocks", found=f"{problem.blocks} blocks", expected="lm")
     x = np.atleast_2d(x)
     n = problem.n
-    root, centre = _gaussian(problem, x)
-    step = centre + np.sqrt(WIDER) * solve_triangular(root, rng.standard_normal((n, count))).T
+    seen = _Linearised(problem, x)
+    root, centre, wider = seen.root, seen.centre, seen.wider
+    step = centre + np.sqrt(wider) * solve_triangular(root, rng.standard_normal((n, count))).T
     log_w = np.zeros(count)
-    seen = Linearised(problem, x)
     value, ratio = seen(step)
     done, resampled, fewest = 0, 0, float(count)
-    tried = taken = 0
+    tried, taken = 0, 0.0
     while True:
         # As many further configurations as leave enough particles that count.
         path = log_w[:, None] + np.cumsum(ratio[:, done:], axis=1)
@@ -166,12 +167,13 @@ def particles(
     )
 
 
-class Linearised:
-    """The two densities that the particles move between, as functions of tangent steps (B, n) from one x (1, P)."""
+class _Linearised:
+    """The two densities between which the particles move, as functions of tangent steps (B, n) from one x (1, P)."""
 
     def __init__(self, problem: Problem, x: Array) -> None:
         self.problem, self.x = problem, x
         self.root, self.centre = _gaussian(problem, x)
+        self.wider = 1.0 + WIDER / np.sqrt(max(problem.n, 1))
         lin = problem.linearize(x)
         slope = _slopes(problem, lin.r, lin.observation)
         self.unit, self.j, self.r = lin.unit, np.sqrt(slope)[:, None] * lin.j, np.sqrt(slope) * lin.r
@@ -187,12 +189,12 @@ class Linearised:
         exact = density(self.problem, x)[:, self.unit[self.order][self.edge]]
         linear = step @ self.j.T + self.r
         gauss = -0.5 * np.add.reduceat(linear[:, self.order] ** 2, self.edge, axis=1)
-        first = full - full / WIDER
+        first = full - full / self.wider
         if self.problem.bounded:
             lower, upper = self.problem.bounds
             value = x[:, self.problem.index]
             first = np.where(((value < lower) | (value > upper)).any(axis=1), NOTHING, first)
-        return full / WIDER, np.column_stack([first, exact - gauss])
+        return full / self.wider, np.column_stack([first, exact - gauss])
 
 
 def _gaussian(problem: Problem, x: Array) -> tuple[Array, Array]:
@@ -219,13 +221,15 @@ def _slopes(problem: Problem, r: Array, observation: Ints) -> Array:
     return np.array([robust(kind, tuning, s)[1] for s in np.bincount(observation, r**2)])[observation]
 
 
-def _resample(step: Array, value: Array, ratio: Array, w: Array, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+def _resample(
+    step: Array, value: Array, ratio: Array, w: Array, rng: np.random.Generator
+) -> tuple[Array, Array, Array]:
     index = systematic(w, rng)
     return step[index], value[index], ratio[index]
 
 
 def _roughen(
-    seen: Linearised, step: Array, value: Array, ratio: Array, done: int, rng: np.random.Generator
+    seen: _Linearised, step: Array, value: Array, ratio: Array, done: int, rng: np.random.Generator
 ) -> tuple[Array, Array, Array, float]:
     """One shrunk and scattered step of every particle, tested against the density reached so far; the share accepted.
 
