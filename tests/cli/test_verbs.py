@@ -269,7 +269,7 @@ def test_not_improved_is_three_with_everything_written(tmp_path: Path) -> None:
 
 def test_the_recipe_holds_every_option(case: Path) -> None:
     found = robocal("identify", "robot.yaml", "data.yaml", "--json", "--method", "lse").document
-    assert found["fit"]["reason"] == "one step, as asked"
+    assert found["fit"]["reason"] == "as many steps as were asked for"
     options = found["provenance"]["options"]
-    assert {"free", "fix", "prior", "keep_all", "seed", "iterations", "method", "loss"} <= set(options)
+    assert {"free", "fix", "prior", "keep_all", "seed", "iterations", "particles", "method", "loss"} <= set(options)
     assert options["hold_out"] == 0.0 and options["leave_one_out"] is False
