@@ -53,7 +53,7 @@ def test_command(place, capsys, folder, number, status, verdict):
 
 def test_every_command_is_tried():
     """The validation and the UR10 have tests of their own below."""
-    known = {(folder, number) for folder, number, *_ in EXPECTED} | {("rv-2aj", 1), ("ur10-tracker", 0)}
+    known = {(folder, number) for folder, number, *_ in EXPECTED} | {("rv-2aj", 1), ("rv-2aj", 3), ("ur10-tracker", 0)}
     folders = sorted(p.name for p in EXAMPLES.iterdir() if p.is_dir())
     assert {(f, i) for f in folders for i in range(len(commands(f)))} == known
 
@@ -69,6 +69,17 @@ def test_rv_2aj_elsewhere(place, capsys):
         line.split()[0]: float(line.split()[-5]) for line in text.splitlines() if line.startswith(("this", "against"))
     }
     assert mean["this"] < 1.0 < 5.0 < mean["against"]
+
+
+def test_rv_2aj_program(place, capsys):
+    first, last = commands("rv-2aj")[0], commands("rv-2aj")[3]
+    assert main(shlex.split(first)[1:]) == 0
+    capsys.readouterr()
+    status, document = run(last, capsys)
+    assert status == 0 and document["status"] | {"near singular": 0} == {
+        "ok": 6, "orientation relaxed": 0, "near singular": 0, "outside limits": 0, "unreachable": 1
+    }  # fmt: skip
+    assert document["errors"]["after"]["max"] < 1e-3 < 2.5 < document["errors"]["before"]["mean"] < 4.0
 
 
 def test_ur10(place, capsys, shared_data):

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from robocal.cli.verbs.finding import check, demo, identify, validate
-from robocal.cli.verbs.handing import export, report
+from robocal.cli.verbs.handing import compensate, export, report
 from robocal.cli.verbs.making import new, simulate
 
 __all__ = ["build"]
@@ -53,6 +53,7 @@ VERBS: dict[Callable[..., Any], str] = {
     check: "Say what files contain and what they can tell.",
     identify: "Identify true parameters, and prove the gain.",
     validate: "Measure a model's error on other data.",
+    compensate: "Correct targets for a controller that keeps its model.",
     export: "Hand a model on: YAML, URDF, table, offsets.",
     simulate: "Simulate measurements of an imperfect robot.",
     report: "Write report.html again.",

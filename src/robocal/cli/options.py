@@ -109,6 +109,26 @@ Nominal = Annotated[
     _option("--nominal", metavar="ROBOT", text="What offsets are counted from; a run folder knows it."),
 ]
 
+# compensate
+Targets = Annotated[
+    str, _argument("TARGETS", "A CSV whose headers carry units (poses, positions, joints), or a YAML beside it.")
+]
+Controller = Annotated[
+    str | None,
+    _option("--nominal", metavar="ROBOT", text="The model that the controller keeps; a run folder knows it."),
+]
+Tool = Annotated[
+    str,
+    typer.Option(
+        "--tool",
+        metavar="TOOL",
+        help="What both models carry: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; or own, each its own.",
+    ),
+]
+CompensationFolder = Annotated[
+    str | None, _option("-o", "--output", metavar="DIR", text="Write compensated.csv and compensation.json here.")
+]
+
 # simulate
 Poses = Annotated[
     int,

@@ -7,12 +7,15 @@ R = R_C(c) R_B(b) R_A(a), each about the fixed axes. Roll-pitch-yaw is extrinsic
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from robocal.geometry import so3
 
-__all__ = ["FORMS", "euler", "euler_axes", "quaternion", "rpy", "to_rpy"]
+__all__ = ["FORMS", "euler", "euler_axes", "quaternion", "rpy", "to_form", "to_rpy"]
 
 Array = NDArray[np.float64]
 
@@ -74,3 +77,20 @@ def to_rpy(rotation: ArrayLike) -> Array:
     roll = np.where(pole, np.arctan2(-r[..., 1, 2], r[..., 1, 1]), np.arctan2(r[..., 2, 1], r[..., 2, 2]))
     yaw = np.where(pole, 0.0, np.arctan2(r[..., 1, 0], r[..., 0, 0]))
     return np.stack([roll, np.arctan2(-r[..., 2, 0], cosine), yaw], axis=-1)
+
+
+def to_form(rotation: ArrayLike, form: str, order: str = "XYZ", *, intrinsic: bool = True) -> Array:
+    """The numbers (k, w) of rotations (k, 3, 3) in a form of `FORMS`, rows of a matrix one after the other, angles in
+    rad; where Euler angles are not unique the last one is zero."""
+    r = np.asarray(rotation, float).reshape(-1, 3, 3)
+    if form == "matrix":
+        return r.reshape(-1, 9)
+    if form == "rotation_vector":
+        return so3.log(r)
+    turned = Rotation.from_matrix(r)
+    if form == "euler":
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # the poles, see above
+            return np.asarray(turned.as_euler(order.upper() if intrinsic else order.lower()))
+    xyzw = np.asarray(turned.as_quat())
+    return xyzw if form == "quaternion_xyzw" else xyzw[:, [3, 0, 1, 2]]

@@ -11,12 +11,12 @@ from pathlib import Path
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import convention_of, default_free, rows
 from robocal.errors import FileError, ModelError, nearest
-from robocal.files.result import Result, read_result
 from robocal.files.robot import Robot, describe
 from robocal.files.rows import leaves, same
 from robocal.files.text import write_text
 from robocal.files.units import UNITS, Units, number
 from robocal.jobs.inputs import open_arm
+from robocal.jobs.reference import nominal_chain, run_result
 from robocal.jobs.urdf_text import urdf_text
 from robocal.parameters import FRAME_SYMBOLS
 
@@ -156,25 +156,10 @@ def joint_offsets(nominal: Chain, corrected: Mapping[str, float]) -> list[tuple[
 
 def _offsets(name: str, robot: Robot, nominal: str | None) -> str:
     """A CSV of joint offsets with their sigma where a run knows it."""
-    place = Path(name)
-    known: Result | None = (
-        read_result(place / "result.json") if place.is_dir() and (place / "result.json").is_file() else None
-    )
+    known = run_result(name)
     table = robot.chain.table
-    if nominal is not None:
-        reference = open_arm(nominal).chain
-    elif known is not None:
-        before = {
-            p.name: robot.units.of(table[p.name].unit).to_si(p.nominal)
-            for p in known.parameters
-            if p.name in table and p.nominal is not None
-        }
-        reference = robot.chain.with_values(before)
-    else:
-        raise ModelError(
-            "offsets need a robot to count from", key="--nominal", expected="--nominal ROBOT, or a run folder as ROBOT"
-        )
-    if reference.joint_names != robot.chain.joint_names or reference.table.names != table.names:
+    reference = nominal_chain(name, robot, nominal)
+    if reference.table.names != table.names:
         raise ModelError(
             "the nominal robot has other joints or parameters",
             key="--nominal",

@@ -1,11 +1,33 @@
-"""Verbs that hand results on: export, report."""
+"""Verbs that hand results on: compensate, export, report."""
 
 from __future__ import annotations
 
 from robocal.cli import options as o
 from robocal.cli.verbs.task import Task, task
 
-__all__ = ["export", "report"]
+__all__ = ["compensate", "export", "report"]
+
+
+def compensate(
+    robot: o.AnyRobot,
+    targets: o.Targets,
+    nominal: o.Controller = None,
+    tool: o.Tool = "calibrated",
+    output: o.CompensationFolder = None,
+    base: o.Base = None,
+    tip: o.Tip = None,
+    json: o.Json = False,
+) -> Task:
+    """Correct targets for a controller that keeps its nominal model: joint angles, and Cartesian poses.
+
+    Every correction is checked by driving the calibrated model with it. Targets that cannot be reached are listed, not
+    dropped.
+
+    \b
+    robocal compensate run program.csv -o program
+    robocal compensate calibrated.yaml poses.csv --nominal robot.yaml
+    """
+    return task("compensate", locals())
 
 
 def export(

@@ -1,0 +1,238 @@
+"""Targets for a robot as a CSV holds them, poses, positions or joint values with units in the headers, or a small YAML
+beside any CSV; and the compensated targets on their way out.
+
+Positions and poses are in base coordinates. Joint columns beside them say where the controller would go, which settles
+the branch; joint columns alone are a joint program, whose targets are their nominal poses.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.calibrate.compensate import STATUS, Compensation, Targets
+from robocal.errors import FormatError, nearest
+from robocal.files import orientation
+from robocal.files.csvtable import CsvTable, read_csv
+from robocal.files.datamodel import OrientationModel
+from robocal.files.dataset import InputFile
+from robocal.files.headers import CONFIGURATION, joint_columns
+from robocal.files.kinds.base import column_units
+from robocal.files.kinds.pose import PoseModel, read_pose
+from robocal.files.kinds.position import PositionModel, read_position
+from robocal.files.schema import validate
+from robocal.files.units import UNITS, Unit, Units, number, parse_unit
+from robocal.files.yamlio import Document, load
+from robocal.geometry import so3
+
+__all__ = ["TargetFile", "compensated_text", "read_targets"]
+
+Array = NDArray[np.float64]
+POSITIONS = (("x", "y", "z"), ("px", "py", "pz"))
+TURNS = (
+    (("qx", "qy", "qz", "qw"), "quaternion_xyzw"),
+    (("qw", "qx", "qy", "qz"), "quaternion_wxyz"),
+    (("rx", "ry", "rz"), "rotation_vector"),
+)
+IDS = ("id", "configuration", "pose_id", "target", "name")
+
+
+class TargetsModel(PositionModel):
+    """targets.yaml: positions with or without an orientation, joint values, or both."""
+
+    kind: Literal["targets"]
+
+
+@dataclass(frozen=True)
+class TargetFile:
+    """Targets in SI with their names; `units` are those in which the file speaks, `orientation` the form in which it
+    writes orientations and `names` its columns."""
+
+    targets: Targets
+    ids: tuple[str, ...]
+    units: Units
+    orientation: OrientationModel | None
+    names: tuple[str, ...]
+    files: tuple[InputFile, ...]
+
+
+def read_targets(path: str | os.PathLike[str], chain: Chain) -> TargetFile:
+    """Reads targets for an arm. Raises FileError or FormatError naming file, row and column or key."""
+    place = Path(path)
+    if place.suffix.lower() in (".yaml", ".yml"):
+        document = load(place)
+        if document.data.get("kind", "targets") != "targets":
+            found = document.data["kind"]
+            document.fail("this is no file of targets", ("kind",), found=found, expected="targets")
+        model = validate(TargetsModel, document)
+        options = {"separator": model.csv.separator, "decimal": model.csv.decimal, "header": model.csv.header}
+        if len(model.file) != 1:
+            document.fail("one table holds the targets", ("file",), found=model.file, expected="one file name")
+        table = read_csv(place.parent / model.file[0], **options)
+        files = [InputFile(place, document.sha256)]
+    else:
+        table, files = read_csv(place), []
+        document = Document(place, "", "", _self_description(table))
+        model = validate(TargetsModel, document)
+    return _targets(model, table, chain, document, (*files, InputFile(table.path, table.sha256)))
+
+
+def _self_description(table: CsvTable) -> dict[str, Any]:
+    """What a targets.yaml for this table would say."""
+    out: dict[str, Any] = {"robocal": 1, "kind": "targets", "file": table.path.name}
+    position = next((list(c) for c in POSITIONS if all(n in table.names for n in c)), None)
+    turn = next(((list(c), form) for c, form in TURNS if all(n in table.names for n in c)), None)
+    prefixes = [
+        n.removesuffix("_00") for n in table.names if n.endswith("_00") and n.removesuffix("_00") + "_22" in table.names
+    ]
+    if position:
+        out["position"] = {"columns": position}
+    if turn and position:
+        out["orientation"] = {"columns": turn[0], "form": turn[1]}
+    elif prefixes and (position or f"{prefixes[0]}_03" in table.names):
+        if len(prefixes) > 1:
+            found = ", ".join(prefixes)
+            raise table.fail("several columns could be the target", found=found, expected="a YAML file that names one")
+        out["orientation"] = {"columns": prefixes[0], "form": "matrix"}
+    out["configuration"] = {n: n for n in CONFIGURATION if n in table.names and n != "id"}
+    found_id = next((n for n in IDS if n in table.names), None)
+    out["configuration"] |= {"id": found_id} if found_id else {}
+    return out
+
+
+def _targets(
+    model: TargetsModel, table: CsvTable, chain: Chain, document: Document, files: tuple[InputFile, ...]
+) -> TargetFile:
+    cartesian = model.position is not None or model.orientation is not None
+    q, angle = _joints(model, table, chain, document, needed=not cartesian)
+    position = rotation = None
+    length = UNITS["mm"]
+    names: tuple[str, ...] = ("rx", "ry", "rz")
+    if cartesian:
+        values = (
+            read_position(model, table, document)
+            if model.orientation is None
+            else read_pose(cast(PoseModel, model), table, document)
+        )
+        length, angle = values.length or length, values.angle or angle
+        position = values.value[:, :3]
+        if model.orientation is not None:
+            rotation = so3.exp(values.value[:, 3:])
+            names = _column_names(model.orientation, table)
+    ids, extra = _configuration(model, table, document)
+    units = Units(length, angle or UNITS["deg"])
+    return TargetFile(Targets(position, rotation, q, extra), ids, units, model.orientation, names, files)
+
+
+def _column_names(model: OrientationModel, table: CsvTable) -> tuple[str, ...]:
+    """What the file calls the parts of an orientation."""
+    named = tuple(c for c in model.columns or () if isinstance(c, str))
+    wanted = {"matrix": 9, "quaternion_xyzw": 4, "quaternion_wxyz": 4}.get(model.form, 3)
+    if len(named) == wanted:
+        return named
+    if wanted == 9:
+        return tuple(f"r{i}{j}" for i in range(3) for j in range(3))
+    return tuple(f"r{i + 1}" for i in range(wanted))
+
+
+def _joints(
+    model: TargetsModel, table: CsvTable, chain: Chain, document: Document, *, needed: bool
+) -> tuple[Array | None, Unit | None]:
+    """Joint values (m, n), where there are any, and the unit of the angles."""
+    columns = model.joints.columns
+    if columns is None:
+        try:
+            columns = joint_columns(table, chain)
+        except FormatError as error:
+            if needed:
+                expected = f"x [mm], y [mm], z [mm], or joint columns: {error.expected}"
+                raise table.fail("there are no targets", found=error.found, expected=expected) from None
+            return None, None
+    n = len(chain.joints)
+    if len(columns) != n:
+        expected = f"{n} for {chain.name}: {', '.join(chain.joint_names)}"
+        document.fail("wrong number of joint columns", ("joints", "columns"), found=len(columns), expected=expected)
+    unit = model.joints.unit
+    if isinstance(unit, list) and len(unit) != n:
+        document.fail("wrong number of units", ("joints", "unit"), found=len(unit), expected=f"one unit, or {n}")
+    si = ["m" if j.type == "prismatic" else "rad" for j in chain.joints]
+    units = column_units(table, columns, unit, si, document, ("joints",))
+    angle = next((u for u in units if u.si == "rad"), None)
+    return table.numbers(columns) * np.array([u.factor for u in units]), angle
+
+
+def _configuration(
+    model: TargetsModel, table: CsvTable, document: Document
+) -> tuple[tuple[str, ...], dict[str, Array]]:
+    """Names of the targets (every one once) and the columns that a model may read."""
+    ids: tuple[str, ...] = tuple(f"row {line}" for line in table.lines)
+    extra: dict[str, Array] = {}
+    for name, given in model.configuration.items():
+        if name == "id":
+            ids = table.texts(given.column)
+            continue
+        at = ("configuration", name)
+        si = CONFIGURATION.get(name)
+        if si is None:
+            word = given.unit or table.unit(given.column)
+            if word is None:
+                known = ", ".join(CONFIGURATION)
+                guess = nearest(name, CONFIGURATION)
+                document.fail("unknown key", at, expected=f"{known}, or another with a unit", suggestion=guess)
+            si = parse_unit(word, file=document.path, row=document.row(at), key=f"configuration.{name}").si
+        unit = column_units(table, [given.column], given.unit, [si], document, at)[0]
+        extra[name] = unit.to_si(table.numbers([given.column])[:, 0])
+    return ids, extra
+
+
+def compensated_text(made: Compensation, file: TargetFile, chain: Chain, notes: Sequence[str]) -> str:
+    """compensated.csv: one row per target, in order; cells are empty where there is nothing to command. Orientations
+    in the form of the targets, or as a rotation vector."""
+    length, angle = file.units.length, file.units.angle
+    shown: list[tuple[str, Sequence[str]]] = [("target", file.ids), ("status", [STATUS[s] for s in made.status])]
+
+    def add(name: str, unit: Unit | None, values: Array) -> None:
+        cells = values if unit is None else unit.from_si(values)
+        shown.append((name if unit is None else f"{name} [{unit.name}]", [_cell(v) for v in cells.tolist()]))
+
+    for i, joint in enumerate(chain.joints):
+        add(joint.name, length if joint.type == "prismatic" else angle, made.joints[:, i])
+    for i, axis in enumerate("xyz"):
+        add(f"tcp_{axis}", length, made.command[:, i, 3])
+    form = file.orientation.form if file.orientation else "rotation_vector"
+    order = (file.orientation.order or "XYZ") if file.orientation else "XYZ"
+    intrinsic = file.orientation is None or file.orientation.frame != "extrinsic"
+    turn = np.full((len(made.status), len(file.names)), np.nan)
+    some = made.reached
+    if some.any():
+        turn[some] = orientation.to_form(made.command[some, :3, :3], form, order, intrinsic=intrinsic)
+    angular = form in ("euler", "rotation_vector")
+    for i, name in enumerate(file.names):
+        add(f"tcp_{name}", angle if angular else None, turn[:, i])
+    mm, deg = UNITS["mm"], UNITS["deg"]
+    add("before", mm, made.before)
+    add("after", mm, made.after)
+    add("after_by_tcp", mm, made.by_command)
+    if made.oriented:
+        add("before_angle", deg, made.before_angle)
+        add("after_angle", deg, made.after_angle)
+    add("dexterity", None, np.round(made.dexterity, 4))
+    shown.append(("note", notes))
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow([name for name, _ in shown])
+    writer.writerows(zip(*(cells for _, cells in shown), strict=True))
+    return stream.getvalue()
+
+
+def _cell(value: float) -> str:
+    return number(value) if np.isfinite(value) else ""

@@ -1,0 +1,210 @@
+"""The verb `compensate`: corrected joint values and Cartesian commands for a controller that keeps its nominal model."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal import __version__
+from robocal.arms.chain import Chain
+from robocal.calibrate.compensate import LEAP, SINGULAR_BELOW, STATUS, Compensation
+from robocal.calibrate.compensate import compensate as solve
+from robocal.calibrate.evidence import Statistic
+from robocal.errors import ModelError
+from robocal.files.dataset import InputFile
+from robocal.files.robot import Robot
+from robocal.files.targets import TargetFile, compensated_text, read_targets
+from robocal.files.text import write_files
+from robocal.jobs.inputs import Watch, computable, open_arm, robot_files
+from robocal.jobs.plain import plain
+from robocal.jobs.reference import nominal_chain, run_result
+from robocal.parameters import FRAME_SYMBOLS
+
+__all__ = ["Compensated", "compensate"]
+
+Array = NDArray[np.float64]
+TOOLS = ("calibrated", "nominal", "own")
+
+
+@dataclass(frozen=True)
+class Compensated:
+    """What a compensation came to: numbers in SI, a note per target, the table as text, and what a person should know."""
+
+    robot: Robot
+    made: Compensation
+    file: TargetFile
+    notes: tuple[str, ...]
+    text: str
+    tool: str
+    verdict: str | None
+    warnings: tuple[str, ...]
+    inputs: tuple[InputFile, ...]
+    command: str = ""
+    written: tuple[Path, ...] = ()
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the calibration is one that proved its gain (a file without a run is taken at its word), and any
+        target is reached."""
+        return self.verdict in (None, "improved") and bool(self.made.reached.any())
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Targets by status."""
+        return {word: int((self.made.status == i).sum()) for i, word in enumerate(STATUS)}
+
+    @property
+    def before(self) -> Statistic | None:
+        """Simulated errors without compensation (mm) of the targets that have a correction."""
+        m = self.made
+        return Statistic.of(1e3 * m.before[m.reached & np.isfinite(m.before)])
+
+    @property
+    def after(self) -> Statistic | None:
+        """The same with corrected joint values."""
+        return Statistic.of(1e3 * self.made.after[self.made.reached])
+
+    @property
+    def after_by_tcp(self) -> Statistic | None:
+        """The same with corrected Cartesian commands."""
+        return Statistic.of(1e3 * self.made.by_command[self.made.reached])
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What compensation.json holds."""
+        m = self.made
+        stages = {"before": self.before, "after": self.after, "after_by_tcp": self.after_by_tcp}
+        named = {k: None if s is None else s.__dict__ for k, s in stages.items()}
+        return {
+            "robocal": 1,
+            "robot": self.robot.name,
+            "tool": self.tool,
+            "verdict_of_the_calibration": self.verdict,
+            "simulated": "errors of the calibrated model driven with what is commanded",
+            "targets": len(m.status),
+            "status": self.counts,
+            "errors": {"unit": "mm"} | named,
+            "rows": [
+                {"target": name, "status": STATUS[s], "after_mm": 1e3 * a, "note": note}
+                for name, s, a, note in zip(self.file.ids, m.status, m.after.tolist(), self.notes, strict=True)
+            ],
+            "warnings": list(self.warnings),
+            "provenance": {
+                "version": __version__,
+                "command": self.command,
+                "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
+            },
+        }
+
+
+def compensate(
+    robot: str,
+    targets: str,
+    *,
+    nominal: str | None = None,
+    tool: str = "calibrated",
+    output: Path | None = None,
+    base: str | None = None,
+    tip: str | None = None,
+    command: str = "",
+    watch: Watch | None = None,
+) -> Compensated:
+    """Compensates targets; `output` gets compensated.csv and compensation.json.
+
+    `tool`: calibrated (both models carry the tool that was found), nominal (both carry the nominal one), own (each its
+    own), or six numbers in the robot's units. Raises InputError.
+    """
+    arm = open_arm(robot, base=base, tip=tip)
+    reference = nominal_chain(
+        robot, arm, nominal, base=base, tip=tip, what="compensation needs the model that the controller keeps"
+    )
+    file = read_targets(targets, arm.chain)
+    before, after = _tools(reference, arm, tool)
+    if watch:
+        watch({"stage": "compensating"})
+    with computable(robot, targets):
+        made = solve(before, after, file.targets)
+    known = run_result(robot)
+    verdict = None if known is None else known.verdict.status
+    notes = tuple(_note(made, i, after, file) for i in range(len(file.ids)))
+    found = Compensated(
+        arm, made, file, notes, compensated_text(made, file, after, notes), tool, verdict,
+        (*arm.warnings, *_warnings(made, file, verdict, reference, arm)),
+        (*robot_files(arm, robot), *file.files), command,
+    )  # fmt: skip
+    if output is None:
+        return found
+    document = json.dumps(plain(found.document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    texts = {"compensated.csv": found.text, "compensation.json": document}
+    return replace(found, written=write_files(output, texts))
+
+
+def _tools(nominal: Chain, arm: Robot, tool: str) -> tuple[Chain, Chain]:
+    """Both models with the tool that they are to carry. Raises ModelError."""
+    names = [f"tool.{s}" for s in FRAME_SYMBOLS]
+    calibrated = arm.chain
+    if tool == "own" or not all(n in c.table for n in names for c in (nominal, calibrated)):
+        return nominal, calibrated
+    if tool in TOOLS:
+        source = calibrated if tool == "calibrated" else nominal
+        values = {n: source.table[n].value for n in names}
+    else:
+        try:
+            numbers = [float(word) for word in tool.split(",")]
+        except ValueError:
+            numbers = []
+        if len(numbers) != 6 or not np.isfinite(numbers).all():
+            expected = f"{', '.join(TOOLS)}, or x,y,z,rx,ry,rz in {arm.units.length.name} and {arm.units.angle.name}"
+            raise ModelError("not a tool", key="--tool", found=tool, expected=expected)
+        values = {n: arm.units.of(calibrated.table[n].unit).to_si(v) for n, v in zip(names, numbers, strict=True)}
+    return nominal.with_values(values), calibrated.with_values(values)
+
+
+def _note(made: Compensation, i: int, chain: Chain, file: TargetFile) -> str:
+    """What a person should know of one target."""
+
+    def joint(k: int, value: float) -> str:
+        unit = file.units.length if chain.joints[k].type == "prismatic" else file.units.angle
+        return f"{chain.joints[k].name} by {unit.from_si(float(value)):.3g} {unit.name}"
+
+    words = STATUS[made.status[i]]
+    if words == "outside limits":
+        parts = [joint(k, b) for k, b in enumerate(made.beyond[i].tolist()) if b]
+        return f"needs {', '.join(parts)}" if parts else "reached only by way of joints outside their limits"
+    if words == "unreachable":
+        angle = f", {np.degrees(made.after_angle[i]):.3g} deg" if made.oriented else ""
+        return f"the nearest that the arm comes is {1e3 * made.after[i]:.3g} mm{angle}"
+    if words == "near singular":
+        step = np.abs(made.joints[i] - made.nominal[i])
+        if np.isfinite(step).all() and step.max(initial=0.0) > LEAP:
+            worst = int(np.argmax(step))
+            return f"the correction moves {joint(worst, step[worst])}"
+        return f"dexterity {made.dexterity[i]:.2g}, below {SINGULAR_BELOW:g}"
+    if words == "orientation relaxed":
+        return f"position exact, orientation off by {np.degrees(made.after_angle[i]):.3g} deg"
+    return ""
+
+
+def _warnings(made: Compensation, file: TargetFile, verdict: str | None, nominal: Chain, arm: Robot) -> tuple[str, ...]:
+    out = []
+    if verdict not in (None, "improved"):
+        out.append(f"the calibration's verdict is {verdict}: compensating with it is not known to help")
+    lost = [name for name, fine in zip(file.ids, made.reached, strict=True) if not fine]
+    if lost:
+        shown = ", ".join(lost[:5]) + (f" and {len(lost) - 5} others" if len(lost) > 5 else "")
+        out.append(f"{len(lost)} of {len(made.status)} targets cannot be reached and have no correction: {shown}")
+    if file.targets.joints is None:
+        out.append(
+            "the targets do not say where the controller's joints would be: another branch (elbow, wrist) has other "
+            "corrections; add joint columns to settle it"
+        )
+    changed = {n for n in arm.chain.table.names if n.startswith("tool.") and n in nominal.table
+               and abs(arm.chain.table[n].value - nominal.table[n].value) > 1e-12}  # fmt: skip
+    if changed:
+        out.append("the calibration changed the tool; --tool says which tool both models carry (calibrated by default)")
+    return tuple(out)

@@ -1,0 +1,48 @@
+"""What a calibrated robot was before: the nominal model that its controller still has."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from robocal.arms.chain import Chain
+from robocal.errors import ModelError
+from robocal.files.result import Result, read_result
+from robocal.files.robot import Robot
+from robocal.jobs.inputs import open_arm
+
+__all__ = ["nominal_chain", "run_result"]
+
+
+def run_result(name: str) -> Result | None:
+    """The result of the run folder that a robot was opened from; None for a file or a catalogue name."""
+    place = Path(name)
+    return read_result(place / "result.json") if place.is_dir() and (place / "result.json").is_file() else None
+
+
+def nominal_chain(name: str, robot: Robot, nominal: str | None, *, base: str | None = None, tip: str | None = None,
+                  what: str = "offsets need a robot to count from") -> Chain:  # fmt: skip
+    """The nominal model of a calibrated robot: the one that is named, else what its run started from.
+
+    Raises ModelError when nothing says what it was, or its joints are others.
+    """
+    known = run_result(name)
+    if nominal is not None:
+        reference = open_arm(nominal, base=base, tip=tip).chain
+    elif known is not None:
+        table = robot.chain.table
+        before = {
+            p.name: robot.units.of(table[p.name].unit).to_si(p.nominal)
+            for p in known.parameters
+            if p.name in table and p.nominal is not None
+        }
+        reference = robot.chain.with_values(before)
+    else:
+        raise ModelError(what, key="--nominal", expected="--nominal ROBOT, or a run folder as ROBOT")
+    if reference.joint_names != robot.chain.joint_names:
+        raise ModelError(
+            "the nominal robot has other joints or parameters",
+            key="--nominal",
+            found=nominal,
+            expected=", ".join(robot.chain.joint_names),
+        )
+    return reference
