@@ -18,6 +18,7 @@ from robocal.geometry import so3
 from robocal.measure.base import Rows
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
+from robocal.parameters import Table
 
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
@@ -45,6 +46,7 @@ def parameter_results(
     share = dict(zip(seen.names, seen.share, strict=True))
     total = dict(zip(off.names, off.sigma, strict=True))
     reach = quantile(off.dof)
+    parts = _components(table, off, values)
     sigma = dict(zip(fit.problem.free, u.sigma, strict=True))
     instrument = dict(zip(fit.problem.free, stated.sigma_instrument, strict=True)) if stated else {}
     hidden: dict[str, list[str]] = {}
@@ -79,6 +81,7 @@ def parameter_results(
         else:
             status = "fixed"
         bar = max(total[row.name], sigma[row.name]) if row.name in sigma else None
+        half = None if bar is None else reach * (parts[row.name] if row.name in parts else bar)
         out.append(
             ParameterResult(
                 row.name,
@@ -92,10 +95,24 @@ def parameter_results(
                 status,
                 _number(share, row.name),
                 note,
-                None if bar is None else (float(values[i] - reach * bar), float(values[i] + reach * bar)),
+                None if half is None else (float(values[i] - half), float(values[i] + half)),
             )
         )
     return tuple(out)
+
+
+def _components(table: Table, off: Total, values: Array) -> dict[str, float]:
+    """Standard deviations of the components of rotation vectors: `off` speaks of turns w, and v moves by Jinv(v) w."""
+    out = {}
+    covariance = off.covariance
+    for t in table.turns:
+        names = table.names[t : t + 3]
+        free = [i for i, n in enumerate(names) if n in off.names]
+        at = [off.names.index(names[i]) for i in free]
+        slope = so3.left_jacobian_inverse(values[None, t : t + 3])[0][:, free]
+        spread = np.sqrt(np.diag(slope @ covariance[np.ix_(at, at)] @ slope.T))
+        out.update({names[i]: float(spread[i]) for i in free})
+    return out
 
 
 def _number(source: dict[str, float], name: str) -> float | None:
