@@ -96,7 +96,9 @@ def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Arr
     restarted = 0
     for _ in range(2):
         chosen = candidate.with_free(kept)
-        found = method.run(chosen, start, options, watch)
+        # A loss that forgets large residuals would forget all of them at a start that is millimetres away.
+        near = least_squares(chosen.with_loss("huber"), start).x if options.loss == "tukey" else start
+        found = method.run(chosen, near, options, watch)
         solution = found.solution
         if method.restarts and not solution.reasons[0].converged:
             solution, restarted = _restart(chosen, start, solution, options)
