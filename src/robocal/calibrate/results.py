@@ -81,7 +81,7 @@ def parameter_results(
         else:
             status = "fixed"
         bar = max(total[row.name], sigma[row.name]) if row.name in sigma else None
-        half = None if bar is None else reach * (parts[row.name] if row.name in parts else bar)
+        half = None if bar is None else reach * parts.get(row.name, bar)
         out.append(
             ParameterResult(
                 row.name,
