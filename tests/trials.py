@@ -32,7 +32,10 @@ def observations(kind, m):
 def perturbed(robot, rng, share=1.0):
     """A true robot: every free parameter off by what one expects of it, but the tool, which is known to a millimetre."""
     table = robot.table
-    moved = {n: table[n].value + share * rng.normal(0, min(table[n].scale, 5e-3 if table[n].unit == "rad" else 1e-3)) for n in table.free}
+    moved = {
+        n: table[n].value + share * rng.normal(0, min(table[n].scale, 5e-3 if table[n].unit == "rad" else 1e-3))
+        for n in table.free
+    }
     return robot.with_values(moved)
 
 
@@ -61,7 +64,9 @@ class Experiment:
 
     def trials(self, count):
         """Tangent errors (count, n) of the estimates and chi2 (count,), from one start that is wrong by what is expected."""
-        start = self.clean.retract(self.clean.start, 0.3 * self.rng.normal(size=(1, self.clean.n)) * np.minimum(self.clean.scales, 5e-3))
+        start = self.clean.retract(
+            self.clean.start, 0.3 * self.rng.normal(size=(1, self.clean.n)) * np.minimum(self.clean.scales, 5e-3)
+        )
         errors, chi2 = [], []
         for first in range(0, count, CHUNK):
             some = min(CHUNK, count - first)
@@ -79,6 +84,8 @@ class Experiment:
             move = np.zeros((1, self.clean.n))
             move[0, i] = step
             ends = [self.clean.residuals(self.clean.retract(self.clean.start, s * move)) for s in (1, -1)]
-            columns.append(np.concatenate([((a.value - b.value) * a.scale).ravel() for a, b in zip(*ends, strict=True)]))
+            columns.append(
+                np.concatenate([((a.value - b.value) * a.scale).ravel() for a, b in zip(*ends, strict=True)])
+            )
         j = np.stack(columns, axis=1) / (2 * step)
         return j.T @ j

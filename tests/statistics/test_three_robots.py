@@ -29,7 +29,9 @@ def test_intervals_deviations_and_the_cramer_rao_bound(robot, kind):
     for name, inside in (("sigma known", known), ("sigma estimated", estimated)):
         for count in (FIRST, TRIALS):
             share, chance = inside[:count].mean(axis=0), np.sqrt(0.95 * 0.05 / count)
-            print(f"\n{robot} {kind}: {name}, {n} parameters, {count} trials: cover {share.min():.2%} to {share.max():.2%}, each +- {chance:.2%}")
+            print(
+                f"\n{robot} {kind}: {name}, {n} parameters, {count} trials: cover {share.min():.2%} to {share.max():.2%}, each +- {chance:.2%}"
+            )
             assert (share > 0.93).all() and (share < 0.97).all()
     # Standard deviations.
     ratio, chance = error.std(axis=0, ddof=1) / predicted.sigma_instrument, 1 / np.sqrt(2 * TRIALS)
@@ -41,10 +43,14 @@ def test_intervals_deviations_and_the_cramer_rao_bound(robot, kind):
     efficiency = error.std(axis=0, ddof=1) / bound
     whole = np.einsum("bi,ij,bj->b", error, info, error).mean() / n
     chance_whole = np.sqrt(2 / n / TRIALS)
-    print(f"{robot} {kind}: spread over Cramer-Rao bound {efficiency.min():.4f} to {efficiency.max():.4f}; all together {whole:.4f} +- {chance_whole:.4f}")
+    print(
+        f"{robot} {kind}: spread over Cramer-Rao bound {efficiency.min():.4f} to {efficiency.max():.4f}; all together {whole:.4f} +- {chance_whole:.4f}"
+    )
     assert (np.abs(efficiency - 1) < 0.05).all() and abs(whole - 1) < 0.05
     bias = np.abs(error.mean(axis=0)) / predicted.sigma_instrument
-    print(f"{robot} {kind}: bias at most {bias.max():.4f} sigma, each +- {1 / np.sqrt(TRIALS):.4f}; chi2/dof {chi2.mean() / dof:.4f} +- {np.sqrt(2 / dof / TRIALS):.4f}")
+    print(
+        f"{robot} {kind}: bias at most {bias.max():.4f} sigma, each +- {1 / np.sqrt(TRIALS):.4f}; chi2/dof {chi2.mean() / dof:.4f} +- {np.sqrt(2 / dof / TRIALS):.4f}"
+    )
     assert bias.max() < 0.05
     assert abs(chi2.mean() / dof - 1) < SURE * np.sqrt(2 / dof / TRIALS) + 1e-3
 

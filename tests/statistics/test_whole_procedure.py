@@ -68,7 +68,9 @@ def test_five_percent_gross_outliers(robot, kind):
         truth, _, data = measured(model, rng, kind, m)
         obs = data.observations[0]
         value = np.array(obs.value)
-        value[rng.choice(m, m // 20, replace=False), :3] += rng.normal(size=(m // 20, 3)) * rng.uniform(2e-3, 2e-2, (m // 20, 1))
+        value[rng.choice(m, m // 20, replace=False), :3] += rng.normal(size=(m // 20, 3)) * rng.uniform(
+            2e-3, 2e-2, (m // 20, 1)
+        )
         bad = replace(data, observations=(replace(obs, value=value),))
         row = []
         for some, loss in ((data, "none"), (bad, "none"), (bad, "huber"), (bad, "cauchy"), (bad, "tukey")):
