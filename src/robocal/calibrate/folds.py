@@ -116,6 +116,14 @@ def _support(problem: Problem, names: Sequence[str]) -> Bools:
     return out
 
 
+def _see_others(problem: Problem, names: Sequence[str]) -> Bools:
+    """Which units see anything but the things that these parameters belong to, (U,)."""
+    owners = {n.rpartition(".")[0] for n in names}
+    return np.asarray(
+        _support(problem, [n for n in problem.table.names if n.rpartition(".")[0] not in owners]).any(axis=0)
+    )
+
+
 def _alike(problem: Problem, split: Split, local: Sequence[str]) -> list[tuple[tuple[str, ...], Ints]]:
     """The rounds, put together where the same parameters are met in held-out rows alone."""
     candidates = list(local)
@@ -123,8 +131,7 @@ def _alike(problem: Problem, split: Split, local: Sequence[str]) -> list[tuple[t
         return [((), np.arange(len(split)))] if len(split) else []
     sees = _support(problem, candidates)
     # Only rows that see the machine can place a frame for it.
-    others = [n for n in problem.table.names if n not in set(candidates)]
-    anchors = _support(problem, others).any(axis=0)
+    anchors = _see_others(problem, candidates)
     alone = (sees @ split.held.T) & ~(sees @ (split.fit & anchors).T)  # (names, K)
     patterns, which = np.unique(alone, axis=1, return_inverse=True)
     return [
@@ -136,8 +143,7 @@ def _alike(problem: Problem, split: Split, local: Sequence[str]) -> list[tuple[t
 def _profile(problem: Problem, x: Array, held: Bools, names: tuple[str, ...]) -> tuple[Array, Array]:
     """x (P,) with these parameters fitted to held-out units, and the factor of their errors by unit, (U,)."""
     sees = _support(problem, names).any(axis=0)
-    others = [n for n in problem.table.names if n not in set(names)]
-    for used in (held & sees & _support(problem, others).any(axis=0), held & sees):
+    for used in (held & sees & _see_others(problem, names), held & sees):
         some = problem.with_weights(used[None].astype(float))
         kept = analyse(some.with_free(names), x).kept if used.any() else ()
         if len(kept) == len(names):
