@@ -88,6 +88,19 @@ def test_free_fix_prior(case: Path) -> None:
     assert {p["status"] for p in held["parameters"] if p["name"].startswith("tracker.")} == {"fixed"}
 
 
+def test_everything_is_held_out_once(case: Path) -> None:
+    found = robocal("identify", "robot.yaml", "data.yaml", "--json", "--folds", "3", "-o", "run").document
+    left = found["residuals"]
+    assert left["held_out"] is None and left["k_fold"]["n"] == 30 and left["k_fold"]["mean"] < left["k_fold_before"]["mean"]
+    assert [f["n"] for f in left["folds"]] == [10, 10, 10] and left["folds"][0]["name"] == "fold 1"
+    assert found["split"]["how"] == "3 folds" and len(found["split"]["fit"]) == 30
+    assert "Every fold" in Path("run/report.html").read_text(encoding="utf-8")
+    shown = robocal("identify", "robot.yaml", "data.yaml", "--hold-out", "blocks", "--folds", "3")
+    assert shown.status == 0 and "every fold, after" in shown.out and "block 3" in shown.out
+    blocks = robocal("identify", "robot.yaml", "data.yaml", "--hold-out", "blocks", "--blocks", "5", "--json").document
+    assert len(blocks["split"]["held_out"]) == 6 and blocks["provenance"]["options"]["hold_out"] == "blocks"
+
+
 def test_hold_out_zero_judges_by_leave_one_out(case: Path) -> None:
     found = robocal("identify", "robot.yaml", "data.yaml", "--json", "--hold-out", "0").document
     assert found["residuals"]["held_out"] is None and found["residuals"]["leave_one_out"]["n"] == 30

@@ -90,7 +90,7 @@ def test_series_separate_what_was_seen() -> None:
     assert [(s.key, len(s.values)) for s in three(rows)] == [("before", 20), ("after", 14), ("held", 6)]
     name, found = pairs(rows)
     assert name == "held out" and len(found) == 6
-    assert pairs(samples.refused()[1])[0] == "left out one at a time"
+    assert pairs(samples.refused()[1])[0] == "held out in turn"
     del rows["held_out_mm"]
     assert [len(s.values) for s in three(rows)] == [20, 14, 6]
     assert three({}) == []

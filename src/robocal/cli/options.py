@@ -78,12 +78,21 @@ Loss = Annotated[
     str, typer.Option("--loss", metavar="LOSS", help="none, huber, cauchy, tukey: what outliers may weigh.")
 ]
 HoldOut = Annotated[
-    float | None,
+    str | None,
     _option(
         "--hold-out",
         metavar="SHARE",
-        text="Share of configurations kept for judging, 0 to 0.5  [default: 0.2 from 25 configurations on]",
+        text="Share of configurations kept for judging, 0 to 0.5; blocks of rows in time order; or group, whole groups  "
+        "[default: 0.2 from 25 configurations on]",
     ),
+]
+Folds = Annotated[
+    int | None,
+    _option("--folds", metavar="K", text="Hold out everything once, in K rounds, and fit the model to everything."),
+]
+Blocks = Annotated[int, typer.Option("--blocks", metavar="N", min=2, help="How many, with --hold-out blocks.")]
+Reselect = Annotated[
+    bool, typer.Option("--reselect", help="With --folds: find noise and what is seen anew in every round.")
 ]
 LeaveOneOut = Annotated[
     bool | None,

@@ -24,9 +24,12 @@ STAGES = (
     ("after", "after", "as fitted"),
     ("held_out_before", "held out, before", ""),
     ("held_out", "held out, after", "not used to fit"),
+    ("k_fold_before", "every fold, before", ""),
+    ("k_fold", "every fold, after", "held out in turn"),
     ("leave_one_out", "leave-one-out", "one by one"),
     ("constant", "predicting the mean", ""),
 )
+PROOFS = ("held out, after", "every fold, after", "leave-one-out")
 
 
 def figure(value: float | None, digits: int = 4) -> str:
@@ -83,9 +86,7 @@ def errors_table(residuals: Any, title: str) -> Table | None:
         return None
     made = table(f"{title} [{residuals.unit}]", "mean", "rms", "95 %", "max", "n", "", right=(1, 2, 3, 4, 5))
     for label, s, note in rows:
-        style = (
-            "bold" if label in ("held out, after", "leave-one-out") else "dim" if label == "predicting the mean" else ""
-        )
+        style = "bold" if label in PROOFS else "dim" if label == "predicting the mean" else ""
         words = ", ".join(w for w in (note, "profiled" if s.profiled else "") if w)
         made.add_row(
             label,
@@ -97,6 +98,17 @@ def errors_table(residuals: Any, title: str) -> Table | None:
             Text(words, style="dim"),
             style=style,
         )
+    return made
+
+
+def folds_table(residuals: Any) -> Table | None:
+    """The mean error of every fold; None when there are none."""
+    if not residuals.folds:
+        return None
+    made = table(f"held out [{residuals.unit}]", "before", "after", "n", "", right=(1, 2, 3))
+    for f in residuals.folds:
+        words = Text("profiled" if f.profiled else "", style="dim")
+        made.add_row(f.name, figure(f.before), figure(f.after), str(f.n), words)
     return made
 
 
@@ -115,12 +127,16 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
         if split.held_out
         else f"{len(split.fit)} configurations"
     )
+    if split.embargoed:
+        facts += f", {len(split.embargoed)} left out because they share a place with those"
     terminal.show(Text.assemble((result.robot.name, "bold"), f"   {result.method}; {facts}; {result.fit.reason}"))
     terminal.show(verdict_line(result.verdict.status, result.verdict.reasons), Text(""))
     for residuals, title in ((result.residuals, "error"), (result.residuals.angle, "orientation")):
         made = errors_table(residuals, title) if residuals is not None else None
         if made is not None:
             terminal.show(made, Text(""))
+        if residuals is not None and (folds := folds_table(residuals)) is not None:
+            terminal.show(folds, Text(""))
     shares = result.prediction.coverage if result.prediction else []
     for c in shares:
         words = (

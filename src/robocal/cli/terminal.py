@@ -30,6 +30,7 @@ STAGES = {
     "iterate": "fitting",
     "round": "fitting",
     "leave-one-out": "leaving every configuration out once",
+    "folds": "holding out everything once",
     "judge": "judging",
     "report": "writing the report",
     "write": "writing",

@@ -155,6 +155,16 @@ class Statistic(Part):
     profiled: bool = False
 
 
+class Fold(Part):
+    """One round in which everything was held out once: mean errors, baseline and identified."""
+
+    name: str
+    n: int
+    before: Number
+    after: Number
+    profiled: bool = False
+
+
 class AngleResiduals(Part):
     """Orientation errors."""
 
@@ -164,7 +174,11 @@ class AngleResiduals(Part):
     held_out: Statistic | None = None
     held_out_before: Statistic | None = None
     leave_one_out: Statistic | None = None
+    leave_one_out_before: Statistic | None = None
     constant: Statistic | None = None
+    k_fold: Statistic | None = None
+    k_fold_before: Statistic | None = None
+    folds: list[Fold] = Field(default_factory=list)
 
 
 class Residuals(AngleResiduals):
@@ -200,12 +214,15 @@ class Fit(Part):
 
 
 class Split(Part):
-    """Which configurations were fitted and which were held out, by id."""
+    """Which configurations were fitted and which were held out, by id; embargoed ones share a place with held-out ones
+    and are neither. how: what the verdict rests on."""
 
     held_out_fraction: Number = None
     seed: int | None = None
     fit: list[str] = Field(default_factory=list)
     held_out: list[str] = Field(default_factory=list)
+    embargoed: list[str] = Field(default_factory=list)
+    how: str = ""
 
 
 class Correlation(Part):

@@ -18,6 +18,7 @@ from robocal.jobs.outcome import Outcome, provenance, residual_columns, save, to
 
 __all__ = ["Choices", "identify", "identify_inputs"]
 
+HELD = ("blocks", "group")
 LOSSES = ("none", "huber", "cauchy", "tukey")
 
 
@@ -27,7 +28,10 @@ class Choices:
 
     method: str = "lm"
     loss: str = "none"
-    hold_out: float | None = None
+    hold_out: float | str | None = None
+    folds: int | None = None
+    blocks: int = 10
+    reselect: bool = False
     leave_one_out: bool | None = None
     keep_all: bool = False
     iterations: int = 100
@@ -51,12 +55,13 @@ class Choices:
                 expected=", ".join(LOSSES),
                 suggestion=nearest(self.loss, LOSSES),
             )
-        if self.hold_out is not None and not 0 <= self.hold_out <= 0.5:
-            raise ModelError("the held-out share must lie between 0 and 0.5", key="--hold-out", found=self.hold_out)
         return Options(
             method=self.method,
             # The seeds' way uses everything that was measured, unless somebody asks for proof.
-            hold_out=0.0 if method.blind and self.hold_out is None else self.hold_out,
+            hold_out=0.0 if method.blind and self.hold_out is None else share(self.hold_out),
+            folds=self.folds,
+            blocks=self.blocks,
+            reselect=self.reselect,
             seed=self.seed,
             loss=self.loss,
             max_iterations=self.iterations,
@@ -69,6 +74,21 @@ class Choices:
     def record(self) -> dict[str, Any]:
         """Every choice, for the recipe; links of a URDF when they were given."""
         return {k: v for k, v in asdict(self).items() if k not in ("base", "tip") or v is not None}
+
+
+def share(given: float | str | None) -> float | str | None:
+    """A held-out share as a number, or the word that says what is held out. Raises ModelError for anything else."""
+    if given is None or given in HELD:
+        return given
+    try:
+        number = float(given)
+    except ValueError:
+        near = nearest(str(given), HELD)
+        expected = f"a share from 0 to 0.5, {', '.join(HELD)}"
+        raise ModelError("unknown option", key="--hold-out", found=given, expected=expected, suggestion=near) from None
+    if not 0 <= number <= 0.5:
+        raise ModelError("the held-out share must lie between 0 and 0.5", key="--hold-out", found=given)
+    return number
 
 
 def identify(

@@ -75,7 +75,7 @@ def to_result(
     """result.json of an identification."""
     chain = found.nominal
     held = len(found.held_ids)
-    count = held + len(found.fit_ids)
+    count = held + len(found.fit_ids) + len(found.embargoed_ids)
     return files.Result(
         robot=files.RobotSummary(
             name=chain.name, convention=chain.convention, joints=len(chain.joints), source=chain.source
@@ -92,6 +92,8 @@ def to_result(
             seed=found.options.seed,
             fit=list(found.fit_ids),
             held_out=list(found.held_ids),
+            embargoed=list(found.embargoed_ids),
+            how=found.how,
         ),
         prediction=_prediction(found),
         correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
@@ -154,8 +156,18 @@ def _statistic(s: evidence.Statistic | None, unit: Unit) -> files.Statistic | No
 
 
 def _stage(stages: Stages | None, unit: Unit) -> dict[str, Any]:
-    names = ("before", "after", "held_out", "held_out_before", "leave_one_out", "constant")
-    return {"unit": unit.name} | ({n: _statistic(getattr(stages, n), unit) for n in names} if stages else {})
+    if stages is None:
+        return {"unit": unit.name}
+    names = (
+        *("before", "after", "held_out", "held_out_before"),
+        *("leave_one_out", "leave_one_out_before", "constant", "k_fold", "k_fold_before"),
+    )
+    k = _size(unit)
+    folds = [
+        files.Fold(name=f.name, n=f.n, before=f.before * k, after=f.after * k, profiled=f.profiled)
+        for f in stages.folds
+    ]
+    return {"unit": unit.name, "folds": folds} | {n: _statistic(getattr(stages, n), unit) for n in names}
 
 
 def _residuals(found: Identification) -> files.Residuals:

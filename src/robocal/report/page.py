@@ -27,6 +27,7 @@ __all__ = ["render"]
 
 Result = Mapping[str, object]
 Columns = Mapping[str, Sequence[object]]
+UNSEEN = {"held_out": "Held out", "k_fold": "Every fold", "leave_one_out": "Leave one out"}
 INDICES = {
     "O1": "size of the region of likely parameters: geometric mean of the singular values",
     "O2": "smallest over largest singular value",
@@ -116,11 +117,13 @@ def _errors(result: Result, residuals: Columns) -> dict[str, Any]:
     has_angle = bool(three(residuals, "angle_", "deg"))
     drawn = arrows(residuals)
     split = section(result, "split")
-    held = next((key for key in ("held_out", "leave_one_out") if section(distances, key)), "")
+    held = next((key for key in UNSEEN if section(distances, key)), "")
     return {
         "tiles": _tiles(distances, angle),
         "unit": unit_text(distances.get("unit")),
         "statistics": tables.statistics(distances),
+        "rounds": tables.rounds(distances),
+        "angle_rounds": tables.rounds(angle),
         "angle_unit": unit_text(angle.get("unit")),
         "angle_statistics": tables.statistics(angle),
         "series": three(residuals),
@@ -136,6 +139,7 @@ def _errors(result: Result, residuals: Columns) -> dict[str, Any]:
             "seed": split.get("seed"),
             "fit": ranges(entries(split.get("fit"))),
             "held_out": ranges(entries(split.get("held_out"))),
+            "embargoed": ranges(entries(split.get("embargoed"))),
             "n_fit": len(entries(split.get("fit"))),
             "n_held_out": len(entries(split.get("held_out"))),
         },
@@ -149,10 +153,8 @@ def _percent(value: object) -> str:
 
 def _tiles(distances: Mapping[str, object], angle: Mapping[str, object]) -> list[dict[str, Any]]:
     """The big numbers: before, after, and the one that nothing was fitted to."""
-    keys = {"before": "Before", "after": "After, seen by the fit", "held_out": "Held out"}
-    if not section(distances, "held_out") and section(distances, "leave_one_out"):
-        del keys["held_out"]
-        keys["leave_one_out"] = "Leave one out"
+    proof = next((key for key in UNSEEN if section(distances, key)), "held_out")
+    keys = {"before": "Before", "after": "After, seen by the fit", proof: UNSEEN[proof]}
     out = []
     for key, name in keys.items():
         s, turn = section(distances, key), section(angle, key)
@@ -161,7 +163,7 @@ def _tiles(distances: Mapping[str, object], angle: Mapping[str, object]) -> list
         small = [(k, significant(s.get(k))) for k in ("rms", "p95", "max") if finite(s.get(k)) is not None]
         out.append(
             {
-                "key": "held" if key in ("held_out", "leave_one_out") else key,
+                "key": "held" if key in UNSEEN else key,
                 "name": name,
                 "number": number if mean is not None else "",
                 "unit": unit_text(distances.get("unit")),

@@ -59,7 +59,7 @@ def three(residuals: Columns, quantity: str = "", unit: str = "mm") -> list[Seri
     if not any(v is not None for v in held):
         held = [a if o else None for a, o in zip(after, out, strict=True)]
     after = [None if o else a for a, o in zip(after, out, strict=True)]
-    last = "held out" if any(out) else "left out one at a time"
+    last = "held out" if any(out) else "held out in turn"
     found = []
     for key, name, values in (
         ("before", "before", before),
@@ -73,14 +73,14 @@ def three(residuals: Columns, quantity: str = "", unit: str = "mm") -> list[Seri
 
 
 def pairs(residuals: Columns) -> tuple[str, list[tuple[float, float]]]:
-    """The errors before and after of the same measurements: of those held out, or left out one at a time, or else of
+    """The errors before and after of the same measurements: of those held out, or held out in turn, or else of
     the fit; and which."""
     before = [finite(v) for v in column(residuals, "before_mm")]
     out = is_held_out(residuals)
     for name, after, rows in (
         ("held out", column(residuals, "held_out_mm"), out),
         ("held out", column(residuals, "after_mm"), out),
-        ("left out one at a time", column(residuals, "held_out_mm"), [not o for o in out]),
+        ("held out in turn", column(residuals, "held_out_mm"), [not o for o in out]),
         ("seen by the fit", column(residuals, "after_mm"), [not o for o in out]),
     ):
         numbers = [finite(v) if use else None for v, use in zip(after, rows, strict=True)]

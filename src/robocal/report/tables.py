@@ -22,7 +22,7 @@ from robocal.report.series import column
 from robocal.report.svg import num
 from robocal.report.words import chi2_word
 
-__all__ = ["groups", "mappings", "options", "parameter_rows", "statistics", "worst"]
+__all__ = ["groups", "mappings", "options", "parameter_rows", "rounds", "statistics", "worst"]
 
 Row = dict[str, object]
 NAMES = {
@@ -32,6 +32,12 @@ NAMES = {
     "held_out": (
         "Held out, after",
         "corrected model, on measurements that it never saw: the number that counts",
+        "held",
+    ),
+    "k_fold_before": ("Every fold, before", "nominal model, on the measurements of each fold in turn", "before"),
+    "k_fold": (
+        "Every fold, after",
+        "every measurement predicted by a model that was fitted to the other folds: the number that counts",
         "held",
     ),
     "leave_one_out": ("Leave one out", "each configuration predicted by a model fitted to all the others", "held"),
@@ -71,6 +77,17 @@ def statistics(residuals: Mapping[str, object]) -> list[Row]:
     columns = [align([row[i] for row in cells]) for i in range(4)]
     for i, row in enumerate(rows):
         row["values"] = [texts[i] for texts in columns]
+    return rows
+
+
+def rounds(residuals: Mapping[str, object]) -> list[Row]:
+    """One row per fold: mean error of baseline and identified model."""
+    rows: list[Row] = []
+    for f in mappings(residuals.get("folds")):
+        n = finite(f.get("n"))
+        row: Row = {k: significant(f.get(k)) for k in ("before", "after")}
+        row |= {"name": str(f.get("name") or MISSING), "n": MISSING if n is None else f"{n:.0f}"}
+        rows.append(row | {"profiled": f.get("profiled") is True})
     return rows
 
 

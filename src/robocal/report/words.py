@@ -147,6 +147,15 @@ def proof(residuals: Mapping[str, object]) -> str:
         return f"On {many}measurements that the identification never saw, the mean error is {show(held)}" + (
             f"; the nominal model, over all measurements, leaves {show(before)}." if before is not None else "."
         )
+    folded, folded_before = _mean(residuals, "k_fold"), _mean(residuals, "k_fold_before")
+    if folded is not None:
+        rounds = len(entries(residuals.get("folds")))
+        text = (
+            f"Everything was held out once, in {rounds} folds, and predicted by a model that was fitted to the others: "
+        )
+        factor = times_smaller(folded_before, folded) if folded_before is not None else ""
+        went = f"the mean error went from {show(folded_before)} to" if factor else "the mean error is"
+        return f"{text}{went} {show(folded)}" + (f", {factor}." if factor else ".")
     if single is not None:
         text = "No set was held out as a whole; each configuration was predicted from all the others instead. "
         text += f"That mean error is {show(single)}"

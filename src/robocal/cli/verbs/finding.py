@@ -46,6 +46,9 @@ def identify(
     method: o.Method = "lm",
     loss: o.Loss = "none",
     hold_out: o.HoldOut = None,
+    folds: o.Folds = None,
+    blocks: o.Blocks = 10,
+    reselect: o.Reselect = False,
     leave_one_out: o.LeaveOneOut = None,
     keep_all: o.KeepAll = False,
     iterations: o.Iterations = 100,
@@ -61,6 +64,7 @@ def identify(
     robocal identify robot.yaml data.yaml -o run
     robocal identify ur10 tracker.csv camera.yaml --fix j1 --loss huber
     robocal identify rv-2aj data.yaml --method pinv --free alpha,beta,d,r
+    robocal identify panda front.yaml right.yaml high.yaml --hold-out group --folds 3
 
     Exit status 0 when the verdict is improved, 3 when it is not.
     """

@@ -1,0 +1,156 @@
+"""Errors of what was not fitted: folds are refits, frames met only there are profiled, and nothing leaks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from unit.arm_data import TOOL, arm, measured, true_arm
+
+from robocal.calibrate.evidence import errors
+from robocal.calibrate.folds import leave_one_out, unseen
+from robocal.calibrate.identification import Options
+from robocal.calibrate.identify import identify
+from robocal.calibrate.split import leave_one_out_rounds, make_split
+from robocal.estimate.least_squares import least_squares
+from robocal.measure.base import problem, synthesise
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
+
+DAYS = ("monday", "tuesday", "friday")
+
+
+def three_days(m=20, sigma=2e-5, seed=0, truth=None):
+    """One robot, three days, the tracker elsewhere every day."""
+    rng = np.random.default_rng(seed)
+    data = None
+    for i, day in enumerate(DAYS):
+        frame = Frame(day, (1.0 + i, 2.0 - i, 0.3, 0.1, 0.2 * i, 1.0), (True,) * 6)
+        q = rng.uniform(-1, 1, (m, 5))
+        where = Configurations(tuple(f"{day}{j}" for j in range(m)), q, groups=(day,) * m)
+        obs = Observations("position", np.arange(m), np.zeros((m, 3)), np.full((m, 3), sigma), frame)
+        made = synthesise(truth or true_arm(), DataSet(where, (obs,)), rng)
+        hidden = replace(made.observations[0], frame=replace(frame, value=(0.0,) * 6))
+        part = DataSet(where, (hidden,))
+        data = part if data is None else data + part
+    return data
+
+
+def test_folds_are_refits_of_reduced_data():
+    robot, data = arm(free=("j2.d", "j3.d", "j3.theta")), measured(24, known=True)
+    p = problem(robot, data)
+    x = least_squares(p).x
+    split = make_split(data, 0.0, folds=4)
+    found = unseen(p, x, split, ("m",))
+    assert not found.profiled.any()
+    for k in range(4):
+        fit_units, held = split.units(k)
+        own = least_squares(problem(robot, data.take(fit_units))).x
+        by_hand, at = errors(problem(robot, data.take(held)).residuals(own), "m")
+        np.testing.assert_allclose(found.value["m"][held[at]], by_hand, rtol=1e-3)
+
+
+def test_leave_one_out_of_pairs_does_not_see_the_other_end():
+    """Rows from one pose to the next. A gross error at one row must not show in the prediction of its neighbours' rounds
+    as soon as these share a place with it."""
+    m = 16
+    q = np.random.default_rng(1).uniform(-1, 1, (m, 5))
+    where = Configurations(tuple(map(str, range(m))), q)
+    first = np.arange(m - 1)
+    obs = Observations("displacement", first, np.zeros((m - 1, 3)), np.full((m - 1, 3), 2e-5), second=first + 1)
+    robot = arm(free=("j2.d", "j3.d", "j3.theta"))
+    data = synthesise(robot, DataSet(where, (obs,)), np.random.default_rng(0))
+    wrong = data.observations[0].value.copy()
+    wrong[7] += 0.01
+    dirty = DataSet(where, (replace(data.observations[0], value=wrong),))
+    missed = []
+    for some in (data, dirty):
+        p = problem(robot, some)
+        missed.append(unseen(p, least_squares(p).x, leave_one_out_rounds(some), ("m",)).value["m"])
+    neighbours, others = [6, 8], [0, 1, 2, 3, 4, 12, 13, 14]
+    np.testing.assert_allclose(missed[1][neighbours], missed[0][neighbours], rtol=0.05, atol=1e-6)
+    assert (np.abs(missed[1][others] - missed[0][others]) > 1e-5).any(), "elsewhere the gross error is felt"
+
+
+@pytest.mark.parametrize("options", [{"folds": 3}, {"folds": 3, "reselect": True}, {}])
+def test_a_new_placement_is_profiled(options):
+    """The tracker of the held-out day is found from that day's rows, for both models, and the figure says so."""
+    found = identify(arm(), three_days(), Options(hold_out="group", leave_one_out=False, **options))
+    (stage,) = found.stages
+    before, after = (stage.k_fold_before, stage.k_fold) if options else (stage.held_out_before, stage.held_out)
+    assert before.profiled and after.profiled and found.verdict.status == "improved"
+    assert after.n == (60 if options else 20) and after.mean < 6e-5 < 3e-4 < before.mean
+    if options:
+        assert [f.name for f in stage.folds] == sorted(DAYS) and all(f.profiled and f.n == 20 for f in stage.folds)
+        assert np.average([f.after for f in stage.folds]) == pytest.approx(after.mean)
+        assert found.held_ids == () and len(found.fit_ids) == 60 and found.how == "3 folds of groups"
+    np.testing.assert_allclose(np.nanmean(found.rows.unseen), after.mean)
+    plain = identify(arm(), three_days(), Options(leave_one_out=False, folds=4)).stages[0].k_fold
+    assert not plain.profiled and after.mean < 1.6 * plain.mean
+
+
+def test_degrees_of_freedom_of_the_profile_are_put_back():
+    """The true robot, its frame fitted to n held-out rows: without the factor rms would fall short by (1 - 6 / 3 n)."""
+    ratio, raw = [], []
+    robot = arm(free=())
+    for seed in range(60):
+        data = three_days(m=6, seed=seed, truth=robot)
+        p = problem(robot, data)
+        known = problem(robot, three_days(m=6, seed=seed, truth=robot))
+        start = _where_they_stand(known)
+        x = least_squares(p, start).x
+        found = unseen(p, x, make_split(data, "group", folds=3), ("m",), p.free)
+        assert found.profiled.all()
+        ratio.append(np.mean(found.value["m"] ** 2))
+        raw.append(np.mean(errors(p.residuals(x), "m")[0] ** 2))
+    assert np.mean(ratio) == pytest.approx(3 * 2e-5**2, rel=0.06)
+    assert np.mean(raw) == pytest.approx(3 * 2e-5**2 * (1 - 6 / 18), rel=0.06)
+
+
+def _where_they_stand(p):
+    x = p.start.copy()
+    for i, day in enumerate(DAYS):
+        for s, v in zip(("x", "y", "z", "rx", "ry", "rz"), (1.0 + i, 2.0 - i, 0.3, 0.1, 0.2 * i, 1.0), strict=True):
+            x[0, p.table.index[f"{day}.{s}"]] = v
+    return x
+
+
+def test_as_many_numbers_as_unknowns_prove_nothing():
+    """A marker seen once is met exactly by its own place: no error of zero is reported."""
+    marker = Frame("once", (0.0,) * 6, (True,) * 3 + (False,) * 3, "tool")
+    usual = Frame("usual", (0.0,) * 6, (False,) * 6, "tool")
+    target = np.zeros(30, dtype=int)
+    target[7] = 1
+    data = measured(30, targets=(usual, marker), target=target)
+    found = identify(arm(free=tuple(n for n in arm().table.free if n not in TOOL)), data, Options(hold_out=0.0))
+    once = np.array(found.rows.target) == "once"
+    assert once.sum() == 1 and np.isnan(found.rows.unseen[once]).all() and np.isfinite(found.rows.unseen[~once]).all()
+    assert found.stages[0].leave_one_out.n == 29 and found.verdict.status == "improved"
+
+
+def test_reselecting_is_what_an_identification_of_the_others_finds():
+    data = measured(40)
+    split = make_split(data, 0.0, folds=2, seed=0)
+    found = identify(arm(), data, Options(folds=2, reselect=True))
+    by_hand = np.full(40, np.nan)
+    for k in range(2):
+        fit_units, held = split.units(k)
+        part = identify(arm(), data.take(fit_units), Options(hold_out=0.0, leave_one_out=False))
+        made = problem(part.corrected, data, values=dict(zip(part.table.names, part.table.values, strict=True)))
+        by_hand[held] = errors(made.residuals(made.start), "m")[0][held]
+    np.testing.assert_allclose(found.rows.unseen, by_hand, rtol=1e-3, atol=1e-9)
+
+
+def test_folds_of_nothing_new_prove_no_gain():
+    """The true robot: whatever is fitted, folds do not get better."""
+    found = identify(arm(), measured(40, truth=arm()), Options(folds=5))
+    assert found.verdict.status == "not_improved" and "5 folds" in " ".join(found.verdict.reasons)
+
+
+def test_leave_one_out_of_a_chunk_boundary(monkeypatch):
+    data = measured(20, known=True)
+    p = problem(arm(free=("j2.d", "j3.d")), data)
+    x = least_squares(p).x
+    whole = leave_one_out(p, x, np.arange(20))
+    monkeypatch.setattr("robocal.calibrate.folds.CHUNK", 7)
+    np.testing.assert_allclose(leave_one_out(p, x, np.arange(20)), whole, rtol=1e-9)
