@@ -91,7 +91,11 @@ def test_free_fix_prior(case: Path) -> None:
 def test_everything_is_held_out_once(case: Path) -> None:
     found = robocal("identify", "robot.yaml", "data.yaml", "--json", "--folds", "3", "-o", "run").document
     left = found["residuals"]
-    assert left["held_out"] is None and left["k_fold"]["n"] == 30 and left["k_fold"]["mean"] < left["k_fold_before"]["mean"]
+    assert (
+        left["held_out"] is None
+        and left["k_fold"]["n"] == 30
+        and left["k_fold"]["mean"] < left["k_fold_before"]["mean"]
+    )
     assert [f["n"] for f in left["folds"]] == [10, 10, 10] and left["folds"][0]["name"] == "fold 1"
     assert found["split"]["how"] == "3 folds" and len(found["split"]["fit"]) == 30
     assert "Every fold" in Path("run/report.html").read_text(encoding="utf-8")
