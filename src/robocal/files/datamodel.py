@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, FiniteFloat
 
 from robocal.errors import nearest
 from robocal.files.orientation import FORMS
@@ -15,10 +15,16 @@ __all__ = [
     "ColumnModel",
     "CsvModel",
     "DataModel",
+    "FramedModel",
     "InstrumentModel",
     "JointsModel",
     "OrientationModel",
+    "ScalarModel",
+    "SecondModel",
+    "Sigma",
+    "SigmaModel",
     "TargetModel",
+    "column_model",
     "ValueModel",
 ]
 
@@ -104,6 +110,16 @@ class JointsModel(Model):
     unit: Annotated[Any, BeforeValidator(_joint_unit)] = None
 
 
+class ScalarModel(Model):
+    """A number of the instrument: a ball's radius, a bar's length. With a name it is one parameter, shared by all files
+    that use the name; free, it is identified."""
+
+    name: Name | None = None
+    value: FiniteFloat | None = None
+    unit: str | None = None
+    free: bool | None = None
+
+
 class InstrumentModel(FrameModel):
     """The instrument's own frame."""
 
@@ -124,12 +140,27 @@ class ColumnModel(Model):
     unit: str | None = None
 
 
-def _column(value: Any) -> Any:
+def column_model(value: Any) -> Any:
+    """A column by its name or number, or a mapping that says its unit too."""
     if isinstance(value, str | int) and not isinstance(value, bool):
         return ColumnModel(column=value)
     if isinstance(value, dict):
         return ColumnModel.model_validate(value)
     refuse("not a column", found=value, expected="a column, or {column: ..., unit: ...}")
+
+
+class SecondModel(JointsModel):
+    """The other configuration of a row: its joint columns, or the column with the id of another row; both where rows
+    share it."""
+
+    id: Annotated[Any, BeforeValidator(column_model)] = None
+
+
+def _several(value: Any) -> Any:
+    """A column of a configuration, or several: one per joint."""
+    if isinstance(value, dict) and "columns" in value:
+        return ValueModel.model_validate(value)
+    return column_model(value)
 
 
 def _files(value: Any) -> Any:
@@ -148,8 +179,14 @@ class DataModel(Model):
     csv: CsvModel = CsvModel()
     units: UnitsModel | None = None
     joints: JointsModel = JointsModel()
-    frame: InstrumentModel = InstrumentModel()
     targets: dict[Name, TargetModel] = Field(default_factory=dict)
-    target: Annotated[Any, BeforeValidator(_column)] = None
-    configuration: dict[str, Annotated[Any, BeforeValidator(_column)]] = Field(default_factory=dict)
+    target: Annotated[Any, BeforeValidator(column_model)] = None
+    configuration: dict[str, Annotated[Any, BeforeValidator(_several)]] = Field(default_factory=dict)
+    group: Name | None = None  # whose noise these are; by default the instrument's, or the file's
     source: str | None = None
+
+
+class FramedModel(DataModel):
+    """Data of an instrument with a frame of its own."""
+
+    frame: InstrumentModel = InstrumentModel()

@@ -17,17 +17,18 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError, nearest
 from robocal.files.csvtable import CsvTable, read_csv
-from robocal.files.datamodel import DataModel, TargetModel
+from robocal.files.configurations import read_configurations
+from robocal.files.datamodel import DataModel, FramedModel, InstrumentModel, TargetModel
 from robocal.files.doubts import Suspicion, alternatives, limit_warning, repeat_warnings, suspicions
 from robocal.files.frames import frame_vector
-from robocal.files.headers import CONFIGURATION, joint_columns, self_description
-from robocal.files.kinds.base import KindReader, Values, column_units
+from robocal.files.headers import self_description
+from robocal.files.kinds.base import Around, KindFile, Values
 from robocal.files.kinds.registry import READERS
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
-from robocal.files.units import UNITS, Unit, Units, parse_unit
+from robocal.files.units import UNITS, Unit, Units
 from robocal.files.yamlio import Document, load
-from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.measure.data import DataSet, Frame, Observations
 
 __all__ = ["InputFile", "Reading", "read_dataset", "read_datasets"]
 
@@ -89,7 +90,11 @@ def _refuse_again(made: Reading, known: dict[tuple[object, ...], Path]) -> None:
     sure. Other columns of one table are other measurements."""
     hashes = {str(f.file): f.sha256 for f in made.files}
     for obs in made.dataset.observations:
-        values = obs.value.tobytes(), b"" if obs.target is None else obs.target.tobytes()
+        joints = made.dataset.configurations.joints
+        where = b"" if joints is None else joints[obs.configuration].tobytes()
+        ends = obs.options.get("ends", ())
+        names = tuple(f.name for f in ends) if isinstance(ends, tuple) else ()
+        values = obs.value.tobytes(), where, names, b"" if obs.target is None else obs.target.tobytes()
         key = (hashes.get(obs.source), obs.kind, *values)
         if key in known:
             raise FormatError(
@@ -135,7 +140,7 @@ def read_dataset(
     return replace(total, path=place, files=tuple(files))
 
 
-def _reader(kind: object, document: Document) -> KindReader:
+def _reader(kind: object, document: Document) -> KindFile:
     if kind is None:
         document.fail("a key is missing", ("kind",), expected=", ".join(READERS))
     if not isinstance(kind, str) or kind not in READERS:
@@ -146,51 +151,51 @@ def _reader(kind: object, document: Document) -> KindReader:
 
 
 def _read_table(
-    model: DataModel, table: CsvTable, chain: Chain, reader: KindReader, document: Document, name: str
+    model: DataModel, table: CsvTable, chain: Chain, kind: KindFile, document: Document, name: str
 ) -> Reading:
-    q, angle = _joints(model, table, chain, document)
-    values = reader.read(model, table, document)
-    units = _units(model, values, angle, document)
-    targets, target = _targets(model, table, reader, chain, name, units, document)
-    configurations, index = _configurations(model, table, q, document)
-    observations = Observations(
-        reader.name,
-        index,
-        values.value,
-        values.sigma,
-        _instrument(model, name, units),
-        targets,
-        target,
-        values.extra,
-        values.options,
-        source=str(table.path),
-        rows=table.lines,
+    places = read_configurations(model, table, chain, document)
+    values = kind.read(model, table, document)
+    units = _units(model, values, places.angle, document)
+    targets, target = _targets(model, table, kind, chain, name, units, document)
+    owners = {n.rpartition(".")[0] for n in chain.table.names} | {t.name for t in targets}
+    frame = _instrument(model.frame, name, units) if isinstance(model, FramedModel) else None
+    around = Around(table, document, units, name, frozenset(owners | ({name} if frame else set())))
+    observations = []
+    for part in kind.parts(model, values, around):
+        kept = np.flatnonzero(np.isin(part.rows, places.measuring)) if part.targeted else np.arange(len(part.rows))
+        rows = part.rows[kept]
+        second = part.kind == "" and places.second is not None
+        observations.append(
+            Observations(
+                part.kind or kind.name,
+                places.first[rows],
+                part.value[kept],
+                None if part.sigma is None else part.sigma[kept],
+                frame,
+                targets if part.targeted else (),
+                target[rows] if part.targeted and target is not None else None,
+                {k: v[kept] for k, v in part.extra.items()},
+                part.options,
+                model.group or part.group or ("" if frame else name),
+                source=str(table.path),
+                rows=table.lines[rows],
+                second=places.second[rows] if second and places.second is not None else None,
+            )
+        )
+    warnings = limit_warning(places.joints, chain, table.lines, table.path)
+    for obs in observations:
+        warnings += repeat_warnings(obs, places.configurations, table.path)
+    length = values.length if kind.located else None
+    first = observations[0]
+    return Reading(
+        DataSet(places.configurations, tuple(o for o in observations if len(o))),
+        table.path,
+        (),
+        warnings,
+        suspicions(first, places.joints, chain, places.angle, length),
+        Units(values.length or units.length, places.angle),
+        alternatives(first, places.joints, chain, places.angle, length),
     )
-    warnings = limit_warning(q, chain, table.lines, table.path) + repeat_warnings(
-        observations, q, table.lines, table.path
-    )
-    doubts = suspicions(observations, q, chain, angle, values.length)
-    shown = Units(values.length or units.length, angle)
-    others = alternatives(observations, q, chain, angle, values.length)
-    return Reading(DataSet(configurations, (observations,)), table.path, (), warnings, doubts, shown, others)
-
-
-def _joints(model: DataModel, table: CsvTable, chain: Chain, document: Document) -> tuple[Array, Unit]:
-    """Joint values (k, n) in rad or m, and the unit of the angles."""
-    n = len(chain.joints)
-    columns = model.joints.columns
-    if columns is None:
-        columns = joint_columns(table, chain)
-    if len(columns) != n:
-        expected = f"{n} for {chain.name}: {', '.join(chain.joint_names)}"
-        document.fail("wrong number of joint columns", ("joints", "columns"), found=len(columns), expected=expected)
-    unit = model.joints.unit
-    if isinstance(unit, list) and len(unit) != n:
-        document.fail("wrong number of units", ("joints", "unit"), found=len(unit), expected=f"one unit, or {n}")
-    si = ["m" if j.type == "prismatic" else "rad" for j in chain.joints]
-    units = column_units(table, columns, unit, si, document, ("joints",))
-    angle = next((u for u in units if u.si == "rad"), UNITS["rad"])
-    return table.numbers(columns) * np.array([u.factor for u in units]), angle
 
 
 def _units(model: DataModel, values: Values, angle: Unit, document: Document) -> Units:
@@ -205,7 +210,7 @@ def _frame_name(
 ) -> str:
     """The instrument's name: as stated, else the file's, made unlike any owner of a parameter."""
     owners = {n.rpartition(".")[0] for n in chain.table.names}
-    given = model.frame.name
+    given = model.frame.name if isinstance(model, FramedModel) else None
     if given is not None:
         if given in owners:
             document.fail(
@@ -224,15 +229,14 @@ def _frame_name(
     return name
 
 
-def _instrument(model: DataModel, name: str, units: Units) -> Frame:
-    given = model.frame
+def _instrument(given: InstrumentModel, name: str, units: Units) -> Frame:
     # An instrument stands where it stands: metres and any turn, unless its place is stated.
     expected = (0.1, 0.1) if given.given else (10.0, 3.0)
     return Frame(name, frame_vector(given, units), given.free_flags(True), given.mount, expected)
 
 
 def _targets(
-    model: DataModel, table: CsvTable, reader: KindReader, chain: Chain, frame: str, units: Units, document: Document
+    model: DataModel, table: CsvTable, kind: KindFile, chain: Chain, frame: str, units: Units, document: Document
 ) -> tuple[tuple[Frame, ...], Ints | None]:
     """The targets and which one each row sees (None: the tool itself)."""
     models: Mapping[str, FrameModel] = model.targets
@@ -254,7 +258,7 @@ def _targets(
         # A target whose place is not stated is unknown; what this kind of measurement cannot see of it stays.
         flags = given.free_flags(not given.given)
         if given.free is None or given.free is True:
-            flags = tuple(f and s for f, s in zip(flags, reader.sees, strict=True))
+            flags = tuple(f and s for f, s in zip(flags, kind.sees, strict=True))
         expected = (0.01, 0.05) if given.given else (0.2, 3.0)
         frames.append(Frame(name, frame_vector(given, units), flags, getattr(given, "mount", "tool"), expected))
     if cells is None:
@@ -271,46 +275,3 @@ def _targets(
                 "unknown target", row, column, found=cell, expected=", ".join(order), suggestion=nearest(cell, order)
             )
     return tuple(frames), np.array([order[c] for c in cells], dtype=np.int64)
-
-
-def _configurations(model: DataModel, table: CsvTable, q: Array, document: Document) -> tuple[Configurations, Ints]:
-    """The configurations, and the one of each row; rows with the same id are the same configuration."""
-    columns: dict[str, Array] = {}
-    ids: tuple[str, ...] = tuple(f"{table.path.name}:{line}" for line in table.lines)
-    for name, given in model.configuration.items():
-        if name == "id":
-            ids = table.texts(given.column)
-            continue
-        at = ("configuration", name)
-        si = CONFIGURATION.get(name)
-        header = table.unit(given.column)
-        if si is None:
-            word = given.unit or header
-            if word is None:
-                known = ", ".join(CONFIGURATION)
-                document.fail(
-                    "unknown key",
-                    at,
-                    expected=f"{known}, or another with a unit",
-                    suggestion=nearest(name, CONFIGURATION),
-                )
-            si = parse_unit(word, file=document.path, row=document.row(at), key=f"configuration.{name}").si
-        unit = column_units(table, [given.column], given.unit, [si], document, at)[0]
-        columns[name] = unit.to_si(table.numbers([given.column])[:, 0])
-    index = np.arange(len(table))
-    if len(set(ids)) == len(ids):
-        return Configurations(ids, q, columns), index
-    first: dict[str, int] = {}
-    for row, name in enumerate(ids):
-        first.setdefault(name, row)
-    kept = np.array(list(first.values()))
-    number = {name: i for i, name in enumerate(first)}
-    index = np.array([number[name] for name in ids])
-    for row in map(int, np.flatnonzero((np.abs(q - q[kept][index]) > 1e-9).any(axis=1))):
-        original = int(table.lines[first[ids[row]]])
-        raise table.fail(
-            f"configuration {ids[row]!r} has other joint values than in row {original}",
-            row,
-            expected="one id per configuration",
-        )
-    return Configurations(tuple(first), q[kept], {k: v[kept] for k, v in columns.items()}), index

@@ -1,4 +1,5 @@
-"""Data sets to files: a CSV that describes itself, and a data.yaml beside it where frames and targets have to be said.
+"""Data sets to files: a CSV that describes itself, and a data.yaml beside it where frames, places and targets have to be
+said.
 
 What is written here is read back by `dataset.py` to the same data set.
 """
@@ -9,6 +10,7 @@ import csv
 import io
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,22 +18,20 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
-from robocal.files.headers import CONFIGURATION
+from robocal.files.headers import CONFIGURATION, PER_JOINT
+from robocal.files.kinds.base import KindFile, words
+from robocal.files.kinds.places import frame_line, frame_words
+from robocal.files.kinds.registry import READERS
 from robocal.files.rows import quoted
 from robocal.files.text import write_files
 from robocal.files.units import UNITS, Unit, Units, number
-from robocal.measure.data import DataSet, Frame, Observations
-from robocal.parameters import FRAME_SYMBOLS
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
 __all__ = ["data_text", "table_text", "write_dataset"]
 
 Array = NDArray[np.float64]
-# The columns of each kind that can be written, and those of its standard deviation.
-COLUMNS = {
-    "position": (("x", "y", "z"), ("sx", "sy", "sz")),
-    "pose": (FRAME_SYMBOLS, ("sx", "sy", "sz", "srx", "sry", "srz")),
-}
 SHOWN = {"temperature": UNITS["degC"]}
+TORQUE = UNITS["Nm"]
 
 
 def write_dataset(
@@ -42,40 +42,47 @@ def write_dataset(
     Raises FileError, or ModelError for what a table cannot hold.
     """
     place, units = Path(path), units or Units()
-    if len(dataset.observations) != 1:
-        raise ModelError("one file holds the data of one instrument", found=len(dataset.observations), expected="1")
     table = table_text(dataset, chain, units)
     if place.suffix.lower() not in (".yaml", ".yml"):
         return write_files(place.parent, {place.name: table})
     name = f"{place.stem}.csv"
-    return write_files(place.parent, {name: table, place.name: data_text(dataset.observations[0], chain, name, units)})
+    return write_files(place.parent, {name: table, place.name: data_text(dataset, chain, name, units)})
 
 
-def table_text(dataset: DataSet, chain: Chain, units: Units | None = None) -> str:
-    """The CSV of a data set with one set of observations."""
+def table_text(dataset: DataSet, chain: Chain, units: Units | None = None, *, digits: bool = True) -> str:
+    """The CSV of a data set of one file; without `digits` lengths are rounded to 0.1 um and angles to 0.1 urad."""
     units = units or Units()
-    obs, c = dataset.observations[0], dataset.configurations
-    if obs.kind not in COLUMNS:
-        raise ModelError("this kind cannot be written to a table", found=obs.kind, expected=", ".join(COLUMNS))
+    obs, places = _one(dataset)
+    c = dataset.configurations
     if c.joints is None:
         raise ModelError("a table needs joint values", found="free poses")
     headers, columns = ["configuration"], [[c.ids[i] for i in obs.configuration]]
 
     def add(name: str, unit: Unit, values: Array) -> None:
-        headers.append(f"{name} [{unit.name}]")
-        columns.append([number(v) for v in unit.from_si(values).tolist()])
+        headers.append(name if unit.name == "1" else f"{name} [{unit.name}]")
+        if not digits and unit.si in ("m", "rad"):
+            values = np.round(values, 7)
+        shown = unit.from_si(values)
+        columns.append([number(v) for v in (shown if digits else np.round(shown, 9)).tolist()])
 
-    for i, joint in enumerate(chain.joints):
-        add(joint.name, units.length if joint.type == "prismatic" else units.angle, c.joints[obs.configuration, i])
-    names, sigmas = COLUMNS[obs.kind]
-    for i, name in enumerate(names):
-        add(name, units.angle if i >= 3 else units.length, obs.value[:, i])
-    if obs.sigma is not None:
-        for i, name in enumerate(sigmas):
-            add(name, units.angle if i >= 3 else units.length, obs.sigma[:, i])
-    for name, si in CONFIGURATION.items():
-        if name in c.columns:
-            add(name, SHOWN.get(name, UNITS.get(si, UNITS["1"])), c.columns[name][obs.configuration])
+    for prefix, index in (("", obs.configuration), ("second.", obs.second)):
+        for i, joint in enumerate(chain.joints if index is not None else ()):
+            unit = units.length if joint.type == "prismatic" else units.angle
+            add(f"{prefix}{joint.name}", unit, c.joints[index, i])
+    if obs.second is not None:
+        headers.append("second")
+        columns.append([c.ids[i] for i in obs.second])
+    if len(places) > 1:
+        headers.append("place")
+        columns.append([places[i].name for i in obs.extra["place of row"].astype(int)])
+    for name, unit, values in _kind(obs).write(_bare(obs), units).columns:
+        add(name, unit, values)
+    for name in _recorded(c):
+        if np.isfinite(c.columns[name][obs.configuration]).all():
+            add(name, _unit_of(name), c.columns[name][obs.configuration])
+    if c.groups is not None:
+        headers.append("group")
+        columns.append([c.groups[i] for i in obs.configuration])
     if obs.target is not None and obs.targets:
         headers.append("target")
         columns.append([obs.targets[t].name for t in obs.target])
@@ -86,39 +93,93 @@ def table_text(dataset: DataSet, chain: Chain, units: Units | None = None) -> st
     return stream.getvalue()
 
 
-def data_text(obs: Observations, chain: Chain, file: str, units: Units | None = None) -> str:
-    """The data.yaml for a CSV that `table_text` made, with the instrument's frame and the targets."""
+def data_text(dataset: DataSet, chain: Chain, file: str, units: Units | None = None) -> str:
+    """The data.yaml for a CSV that `table_text` made, with frames, places and targets."""
     units = units or Units()
-    names, sigmas = COLUMNS[obs.kind]
+    obs, places = _one(dataset)
     lines = [
         "robocal: 1",
         f"kind: {obs.kind}",
         f"file: {quoted(file)}",
         f"units: {{length: {units.length.name}, angle: {units.angle.name}}}",
+        f"joints: {{columns: {words(chain.joint_names)}}}",
     ]
-    lines.append(f"joints: {{columns: {_list(chain.joint_names)}}}")
-    for word, part in (("position", slice(0, 3)), ("orientation", slice(3, 6))):
-        if names[part]:
-            form = ", form: rotation_vector" if word == "orientation" else ""
-            sigma = f", sigma: {{columns: {_list(sigmas[part])}}}" if obs.sigma is not None else ""
-            lines.append(f"{word}: {{columns: {_list(names[part])}{form}{sigma}}}")
+    if obs.second is not None:
+        lines.append(f"second: {{columns: {words([f'second.{n}' for n in chain.joint_names])}, id: second}}")
+    lines += _kind(obs).write(_bare(obs), units).lines
+    if len(places) == 1:
+        lines.append(f"place: {{name: {quoted(places[0].name)}, {frame_words(places[0], units)}}}")
+    elif places:
+        lines += ["places:", *(f"  {frame_line(p, units)}" for p in places), "place: place"]
+    lines += _between(dataset.observations[1:], units)
     if obs.frame is not None:
-        lines.append(f"frame: {{name: {quoted(obs.frame.name)}, {_frame(obs.frame, units)}}}")
+        lines.append(f"frame: {{name: {quoted(obs.frame.name)}, {frame_words(obs.frame, units)}, mount: {obs.frame.mount}}}")
     if obs.targets:
-        lines += ["targets:", *(f"  {quoted(t.name)}: {{{_frame(t, units)}}}" for t in obs.targets), "target: target"]
-    lines.append("configuration: {id: configuration}")
+        lines += ["targets:", *(f"  {frame_line(t, units, mount=True)}" for t in obs.targets), "target: target"]
+    known = _recorded(dataset.configurations)
+    recorded = [f"{n}: {n}" for n in known if np.isfinite(dataset.configurations.columns[n][obs.configuration]).all()]
+    recorded += ["group: group"] if dataset.configurations.groups is not None else []
+    lines.append(f"configuration: {{{', '.join(['id: configuration', *recorded])}}}")
     return "\n".join(lines) + "\n"
 
 
-def _frame(frame: Frame, units: Units) -> str:
-    words = []
-    for word, unit, part in (("xyz", units.length, frame.value[:3]), ("rotation_vector", units.angle, frame.value[3:])):
-        if any(part):
-            words.append(f"{word}: [{', '.join(number(unit.from_si(v)) for v in part)}]")
-    free = [s for s, f in zip(FRAME_SYMBOLS, frame.free, strict=True) if f]
-    words.append(f"free: {_list(free) if 0 < len(free) < 6 else str(bool(free)).lower()}")
-    return ", ".join([*words, f"mount: {frame.mount}"])
+def _unit_of(name: str) -> Unit:
+    if name.partition(".")[0] == "torque":
+        return TORQUE
+    return SHOWN.get(name, UNITS.get(CONFIGURATION.get(name, "1"), UNITS["1"]))
 
 
-def _list(names: Sequence[str]) -> str:
-    return f"[{', '.join(quoted(n) for n in names)}]"
+def _kind(obs: Observations) -> KindFile:
+    if obs.kind not in READERS:
+        raise ModelError("this kind cannot be written to a table", found=obs.kind, expected=", ".join(READERS))
+    return READERS[obs.kind]
+
+
+def _bare(obs: Observations) -> Observations:
+    """Without what this file added."""
+    return replace(obs, extra={k: v for k, v in obs.extra.items() if k != "place of row"})
+
+
+def _one(dataset: DataSet) -> tuple[Observations, tuple[Frame, ...]]:
+    """All observations of the file's kind as one, row by row, and the places that they are of. Raises ModelError when
+    they are of several instruments."""
+    first = dataset.observations[0]
+    same = [o for o in dataset.observations if o.kind == first.kind]
+    rest = [o for o in dataset.observations if o.kind != first.kind]
+    places = [p for o in same if isinstance(p := o.options.get("place"), Frame)]
+    one_place = len(same) == 1 or len(places) == len(same)
+    if not one_place or any("ends" not in o.options for o in rest):
+        raise ModelError("one file holds the data of one instrument", found=len(dataset.observations), expected="1")
+    if not places:
+        return first, ()
+    which = np.concatenate([np.full(len(o), i, dtype=float) for i, o in enumerate(same)])
+    known = all(o.sigma is not None for o in same)
+    joined = replace(
+        first,
+        configuration=np.concatenate([o.configuration for o in same]),
+        value=np.concatenate([o.value for o in same]),
+        sigma=np.concatenate([o.sigma for o in same if o.sigma is not None]) if known else None,
+        target=None if first.target is None else np.concatenate([o.target for o in same if o.target is not None]),
+        extra={k: np.concatenate([o.extra[k] for o in same]) for k in first.extra} | {"place of row": which},
+        rows=None,
+    )
+    return joined, tuple(places)
+
+
+def _between(rest: Sequence[Observations], units: Units) -> list[str]:
+    """The known distances between two places."""
+    out = []
+    for obs in rest:
+        ends = obs.options.get("ends")
+        if not isinstance(ends, tuple):
+            continue
+        unit = units.length
+        sigma = "" if obs.sigma is None else f", sigma: {number(unit.from_si(float(obs.sigma[0, 0])))}"
+        distance = number(unit.from_si(float(obs.value[0, 0])))
+        out.append(f"  - {{places: {words([e.name for e in ends])}, distance: {distance}, unit: {unit.name}{sigma}}}")
+    return ["between:", *out] if out else []
+
+
+def _recorded(configurations: Configurations) -> tuple[str, ...]:
+    """The columns of configurations that a table can hold."""
+    return tuple(n for n in configurations.columns if n in CONFIGURATION or n.partition(".")[0] in PER_JOINT)

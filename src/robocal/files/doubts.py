@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.files.units import UNITS, Unit
-from robocal.measure.data import DataSet, Observations
+from robocal.measure.base import kind_of
+from robocal.measure.data import Configurations, DataSet, Observations
 
 __all__ = ["Suspicion", "alternatives", "limit_warning", "repeat_warnings", "suspicions"]
 
@@ -47,7 +48,14 @@ class Suspicion:
             return data
         rows = np.unique(
             np.concatenate(
-                [o.configuration for o in data.observations if o.source == self.source] or [np.empty(0, int)]
+                [
+                    part
+                    for o in data.observations
+                    if o.source == self.source
+                    for part in (o.configuration, o.second)
+                    if part is not None
+                ]
+                or [np.empty(0, int)]
             )
         )
         joints = joints.copy()
@@ -148,23 +156,31 @@ def limit_warning(joints: Array, chain: Chain, lines: NDArray[np.int64], file: o
     return (f"{file}: {len(rows)} rows have a joint outside its limits ({names}), first row {lines[rows[0]]}",)
 
 
-def repeat_warnings(obs: Observations, joints: Array, lines: NDArray[np.int64], file: object) -> tuple[str, ...]:
-    """Repeated joints (and target) whose results differ by more than 10 sigma of a difference."""
-    if obs.sigma is None or len(obs) < 2:
+def repeat_warnings(obs: Observations, configurations: Configurations, file: object) -> tuple[str, ...]:
+    """Repeated joints (target, point, other configuration) whose results differ by more than 10 sigma of a
+    difference."""
+    joints = configurations.joints
+    if obs.sigma is None or len(obs) < 2 or obs.rows is None or joints is None:
         return ()
-    keys = joints if obs.target is None else np.column_stack([joints, obs.target])
-    _, group = np.unique(keys, axis=0, return_inverse=True)
+    same: list[Array] = [joints[obs.configuration]]
+    if obs.second is not None:
+        same.append(joints[obs.second])
+    if obs.target is not None:
+        same.append(obs.target[:, None].astype(float))
+    same += [v.reshape(len(obs), -1) for v in obs.extra.values()]
+    _, group = np.unique(np.hstack(same), axis=0, return_inverse=True)
     order = np.argsort(group, kind="stable")
     sorted_group = group[order].ravel()
     starts = np.flatnonzero(np.r_[True, np.diff(sorted_group) > 0])
     if len(starts) == len(obs):
         return ()
     first = np.repeat(order[starts], np.diff(np.r_[starts, len(order)]))
-    place = slice(0, 3)  # a difference of rotation vectors has no sigma near a half turn
-    gap = np.abs(obs.value[order, place] - obs.value[first, place])
-    sigma = np.hypot(obs.sigma[order, place], obs.sigma[first, place])
+    # Angles are left out: they may differ by a turn, and a difference of rotation vectors has no sigma near a half one.
+    compared = [i for a, b, unit in kind_of(obs).parts if unit != "rad" for i in range(a, b)]
+    gap = np.abs(obs.value[order] - obs.value[first])[:, compared]
+    sigma = np.hypot(obs.sigma[order], obs.sigma[first])[:, compared]
     bad = np.flatnonzero((gap > 10 * sigma).any(axis=1))
     if not len(bad):
         return ()
-    a, b = lines[first[bad[0]]], lines[order[bad[0]]]
+    a, b = obs.rows[first[bad[0]]], obs.rows[order[bad[0]]]
     return (f"{file}: {len(bad)} repeated measurements differ by more than 10 sigma, first rows {a} and {b}",)

@@ -8,10 +8,11 @@ from typing import Any
 from robocal.arms.chain import Chain
 from robocal.files.csvtable import CsvTable
 
-__all__ = ["CONFIGURATION", "joint_columns", "self_description"]
+__all__ = ["CONFIGURATION", "PER_JOINT", "joint_columns", "self_description"]
 
 # Columns of a configuration that have a meaning, and their SI unit.
 CONFIGURATION = {"id": "", "time": "s", "temperature": "K", "payload": "kg", "approach": "1"}
+PER_JOINT = ("approach", "torque")  # columns that exist once per joint, as approach.j2
 IDS = ("id", "configuration", "pose_id")
 SIGMAS = (("sx", "sy", "sz"), ("sigma_x", "sigma_y", "sigma_z"), ("std_x", "std_y", "std_z"))
 TURN_SIGMAS = (("srx", "sry", "srz"), ("sigma_rx", "sigma_ry", "sigma_rz"))
@@ -46,12 +47,54 @@ def joint_columns(table: CsvTable, chain: Chain) -> list[str]:
 
 def self_description(table: CsvTable, chain: Chain, kind: str | None) -> dict[str, Any]:
     """The mapping that a data.yaml for this table would hold. Raises FormatError when the headers do not say enough."""
+    joints = joint_columns(table, chain)
+    out: dict[str, Any] = {"robocal": 1, "file": table.path.name, "joints": {"columns": joints}}
+    second = [f"second.{name}" for name in joints]
+    two = all(name in table.names for name in second)
+    found = _other(table, two) if kind is None or kind in OTHERS else None
+    out |= found if found is not None else _located(table, two, kind)
+    if two:
+        out["second"] = {"columns": second}
+    if "target" in table.names:
+        out["target"] = "target"
+    columns = {name: name for name in CONFIGURATION if name in table.names and name != "id"}
+    columns |= {name: name for name in table.names if name.partition(".")[0] in PER_JOINT and "." in name}
+    columns |= {name: name for name in ("group",) if name in table.names}
+    found_id = next((n for n in IDS if n in table.names), None)
+    out["configuration"] = columns | ({"id": found_id} if found_id else {})
+    return out
+
+
+# Kinds whose columns need no frame or place to be described: their key, columns and sigmas, from the most telling one.
+OTHERS: dict[str, tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...]] = {
+    "spherical": (
+        ("range", ("range",), ("s_range",)),
+        ("bearing", ("azimuth", "elevation"), ("s_azimuth", "s_elevation")),
+    ),
+    "bearing": (("bearing", ("azimuth", "elevation"), ("s_azimuth", "s_elevation")),),
+    "displacement": (("displacement", ("dx", "dy", "dz"), ("sdx", "sdy", "sdz")),),
+    "distance": (("distance", ("distance",), ("s_distance",)),),
+}
+
+
+def _other(table: CsvTable, two: bool) -> dict[str, Any] | None:
+    """What the headers of a kind without a position say; None when they are of none."""
+    for kind, sections in OTHERS.items():
+        needs_two = kind in ("displacement", "distance")
+        if two == needs_two and all(n in table.names for _, names, _ in sections for n in names):
+            made = {key: {"columns": list(names)} | _sigma(table, (spread,)) for key, names, spread in sections}
+            return {"kind": kind, **made}
+    return None
+
+
+def _located(table: CsvTable, two: bool, kind: str | None) -> dict[str, Any]:
+    """What the headers of positions and poses say."""
+    out: dict[str, Any] = {}
     position = _first(table, POSITIONS)
     turn = next(((list(c), f) for c, f in TURNS if all(n in table.names for n in c)), None)
     prefixes = [
         n.removesuffix("_00") for n in table.names if n.endswith("_00") and n.removesuffix("_00") + "_22" in table.names
     ]
-    out: dict[str, Any] = {"robocal": 1, "file": table.path.name, "joints": {"columns": joint_columns(table, chain)}}
     if prefixes and turn is None:
         if len(prefixes) > 1:
             found = ", ".join(prefixes)
@@ -64,18 +107,12 @@ def self_description(table: CsvTable, chain: Chain, kind: str | None) -> dict[st
     if position:
         out["position"] = {"columns": position} | _sigma(table, SIGMAS)
     elif not (prefixes and prefixes[0] + "_03" in table.names):
-        raise table.fail(
-            "there are no columns for the position", found=", ".join(table.names), expected="x [mm], y [mm], z [mm]"
-        )
+        expected = "x [mm], y [mm], z [mm]; or what another kind measures, or a data file"
+        raise table.fail("there are no columns for the position", found=", ".join(table.names), expected=expected)
     if "orientation" in out:
         out["orientation"] |= _sigma(table, TURN_SIGMAS)
-    out["kind"] = kind or ("pose" if "orientation" in out else "position")
-    if "target" in table.names:
-        out["target"] = "target"
-    columns = {name: name for name in CONFIGURATION if name in table.names and name != "id"}
-    found_id = next((n for n in IDS if n in table.names), None)
-    out["configuration"] = columns | ({"id": found_id} if found_id else {})
-    return out
+    usual = "relative_pose" if two else "pose"
+    return {**out, "kind": kind or (usual if "orientation" in out else "position")}
 
 
 def _first(table: CsvTable, options: Sequence[Sequence[str]]) -> list[str] | None:

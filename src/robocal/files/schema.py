@@ -80,6 +80,8 @@ def validate(model: type[M], document: Document, data: Any = None, at: Path_ = (
 def _explain(fault: ErrorDetails, document: Document, at: Path_) -> NoReturn:
     path = (*at, *fault["loc"])
     context, kind, found = fault.get("ctx", {}), fault["type"], fault.get("input")
+    if isinstance(context.get("error"), ValidationError):
+        _explain(context["error"].errors(include_url=False)[0], document, path)
     if kind == "missing":
         document.fail("a key is missing", path)
     if kind == "unknown_key":

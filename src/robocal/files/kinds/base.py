@@ -1,4 +1,4 @@
-"""What every reader of a kind of measurement shares: its values, its place in the registry, units and sigmas of columns."""
+"""What every kind of measurement in files shares: values read, parts of a table, what is written, units and sigmas."""
 
 from __future__ import annotations
 
@@ -10,13 +10,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import DataModel, SigmaModel, ValueModel
-from robocal.files.units import Unit, parse_unit
+from robocal.files.datamodel import DataModel, ScalarModel, SigmaModel, ValueModel
+from robocal.files.rows import quoted
+from robocal.files.units import Unit, Units, number, parse_unit
 from robocal.files.yamlio import Document, Path_
+from robocal.measure.data import Observations
 
-__all__ = ["KindReader", "Values", "column_units", "sigmas"]
+__all__ = [
+    "Around",
+    "KindFile",
+    "Part",
+    "Values",
+    "Written",
+    "column_units",
+    "columns",
+    "contact",
+    "quantity",
+    "scalar",
+    "section",
+    "show_scalar",
+    "sigmas",
+    "whole",
+    "words",
+]
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Column = tuple[str, Unit, Array]
+FULL = (True,) * 6
 
 
 @dataclass(frozen=True)
@@ -33,13 +54,156 @@ class Values:
 
 
 @dataclass(frozen=True)
-class KindReader:
-    """A kind of measurement: the model of its data.yaml, its reader, and which parts of a target it can see."""
+class Part:
+    """Observations of one thing, such as one place: rows of the table with their values, and what the kind must
+    know."""
+
+    rows: Ints
+    value: Array
+    sigma: Array | None
+    extra: Mapping[str, Array] = field(default_factory=dict)
+    options: Mapping[str, object] = field(default_factory=dict)
+    group: str = ""  # default: the file's
+    kind: str = ""  # default: the file's
+    targeted: bool = True  # whether a thing on the tool is measured
+
+
+@dataclass(frozen=True)
+class Around:
+    """What surrounds a kind's columns: the table and its document, the units of frames, the file's own name, and names
+    that are taken."""
+
+    table: CsvTable
+    document: Document
+    units: Units
+    name: str
+    owners: frozenset[str]
+
+
+@dataclass(frozen=True)
+class Written:
+    """A kind's own part of what is written: columns (header, unit, values (k,) in SI), and its lines of data.yaml."""
+
+    columns: tuple[Column, ...]
+    lines: tuple[str, ...] = ()
+
+
+def whole(model: Any, values: Values, around: Around) -> Sequence[Part]:
+    """All rows are observations of one instrument."""
+    return [Part(np.arange(len(values.value)), values.value, values.sigma, values.extra, values.options)]
+
+
+@dataclass(frozen=True)
+class KindFile:
+    """A kind of measurement in files: the model of its data.yaml, how its columns are read and written, and which parts
+    of a target it can see; `free` says what of its place is free unless stated, and `located` whether its first three
+    values are where the tool is."""
 
     name: str
     model: type[DataModel]
     read: Callable[[Any, CsvTable, Document], Values]
-    sees: tuple[bool, ...] = (True,) * 6
+    write: Callable[[Observations, Units], Written]
+    template: str
+    sees: tuple[bool, ...] = FULL
+    parts: Callable[[Any, Values, Around], Sequence[Part]] = whole
+    free: tuple[bool, ...] = FULL
+    located: bool = False
+
+
+def quantity(
+    model: ValueModel | None,
+    table: CsvTable,
+    document: Document,
+    at: Path_,
+    si: Sequence[str],
+    names: Sequence[str],
+) -> tuple[Array, Array | None, list[Unit]]:
+    """The numbers of some columns in SI (k, d), their standard deviations, and units; `si` is the quantity of each,
+    `names` are the columns where none are stated. Raises FormatError."""
+    model = model or ValueModel()
+    columns = list(names) if model.columns is None else model.columns
+    if len(columns) != len(si):
+        found, expected = len(columns), f"{len(si)}: {', '.join(names)}"
+        document.fail("wrong number of columns", (*at, "columns"), found=found, expected=expected)
+    units = column_units(table, columns, model.unit, si, document, at)
+    numbers = table.numbers(columns) * np.array([u.factor for u in units])
+    return numbers, sigmas(model, table, units, si[0], document, at), units
+
+
+def contact(
+    model: ValueModel | None, table: CsvTable, document: Document, key: str, width: int
+) -> tuple[Array, Array | None, Unit | None]:
+    """Deviations (k, width) in m that are 0 unless columns are named, their standard deviations, and the unit. Raises
+    FormatError."""
+    if model is None:
+        return np.zeros((len(table), width)), None, None
+    if model.columns is not None:
+        names = ("deviation",) if width == 1 else ("dx", "dy", "dz")
+        value, sigma, units = quantity(model, table, document, (key,), ("m",) * width, names)
+        return value, sigma, units[0]
+    stated = model.unit
+    if stated is None and isinstance(model.sigma, SigmaModel):
+        stated = next((u for u in map(table.unit, model.sigma.columns) if u is not None), None)
+    if stated is None and model.sigma is not None:
+        document.fail("the unit is missing", (key, "unit"), expected="mm, m, ... in which sigma is stated")
+    if stated is None:
+        return np.zeros((len(table), width)), None, None
+    unit = parse_unit(stated, "m", file=document.path, row=document.row((key, "unit")), key=f"{key}.unit")
+    return np.zeros((len(table), width)), sigmas(model, table, [unit] * width, "m", document, (key,)), unit
+
+
+def scalar(model: ScalarModel | None, si: str, option: str, symbol: str, around: Around) -> dict[str, object]:
+    """The options of one number of the instrument: `option` names its owner, its value in SI and whether it is free are
+    said of `symbol`. Without a value it is free. Raises FormatError."""
+    if model is None:
+        return {option: around.name}
+    out: dict[str, object] = {option: model.name or around.name}
+    document = around.document
+    if model.value is not None:
+        unit = around.units.of(si)
+        if model.unit is not None:
+            unit = parse_unit(
+                model.unit, si, file=document.path, row=document.row((option, "unit")), key=f"{option}.unit"
+            )
+        out["values"] = {symbol: unit.to_si(model.value)}
+    elif model.unit is not None or model.free is False:
+        document.fail("a key is missing", (option, "value"), expected="a number, or free: true")
+    free = model.value is None if model.free is None else model.free
+    return {**out, "free": (symbol,) if free else ()}
+
+
+def show_scalar(key: str, options: Mapping[str, object], symbol: str, unit: Unit) -> tuple[str, ...]:
+    """The line of data.yaml that `scalar` reads back; none where nobody owns the number."""
+    if not options.get(key):
+        return ()
+    values, free = options.get("values", {}), options.get("free")
+    words = [f"name: {quoted(str(options[key]))}"]
+    if isinstance(values, Mapping) and symbol in values:
+        words += [f"value: {number(unit.from_si(values[symbol]))}", f"unit: {unit.name}"]
+    if isinstance(free, tuple):
+        words.append(f"free: {str(symbol in free).lower()}")
+    return (f"{key}: {{{', '.join(words)}}}",)
+
+
+def section(key: str, names: Sequence[str], sigmas: Sequence[str], obs: Observations, more: str = "") -> str:
+    """The line of data.yaml that names the columns of a quantity and those of its standard deviation."""
+    stated = f", sigma: {{columns: {words(sigmas)}}}" if obs.sigma is not None else ""
+    return f"{key}: {{columns: {words(names)}{more}{stated}}}"
+
+
+def columns(
+    names: Sequence[str], sigmas: Sequence[str], units: Sequence[Unit], obs: Observations, first: int = 0
+) -> tuple[Column, ...]:
+    """Columns of values from the `first` on, and of their standard deviations."""
+    made = [(n, u, obs.value[:, first + i]) for i, (n, u) in enumerate(zip(names, units, strict=True))]
+    if obs.sigma is not None:
+        made += [(n, u, obs.sigma[:, first + i]) for i, (n, u) in enumerate(zip(sigmas, units, strict=True))]
+    return tuple(made)
+
+
+def words(names: Sequence[str]) -> str:
+    """A list of names as YAML."""
+    return f"[{', '.join(quoted(n) for n in names)}]"
 
 
 def column_units(
@@ -88,14 +252,17 @@ def column_units(
 def sigmas(
     model: ValueModel, table: CsvTable, units: Sequence[Unit], si: str, document: Document, at: Path_
 ) -> Array | None:
-    """Standard deviations (k, 3) in SI: a number, one column for all, or one column each; None when not stated."""
+    """Standard deviations (k, d) in SI of d columns: a number, one column for all, or one column each; None when not
+    stated."""
+    width = len(units)
     if model.sigma is None:
         return None
     if not isinstance(model.sigma, SigmaModel):
-        return np.full((len(table), 3), model.sigma * units[0].factor)
+        return np.full((len(table), width), model.sigma * units[0].factor)
     columns = model.sigma.columns
-    if len(columns) not in (1, 3):
-        document.fail("wrong number of columns", (*at, "sigma", "columns"), found=len(columns), expected="1 or 3")
+    if len(columns) not in (1, width):
+        expected = "1" if width == 1 else f"1 or {width}"
+        document.fail("wrong number of columns", (*at, "sigma", "columns"), found=len(columns), expected=expected)
     numbers = table.numbers(columns)
     bad = np.argwhere(numbers <= 0)
     if len(bad):
@@ -111,4 +278,4 @@ def sigmas(
     stated = [table.unit(c) for c in columns]
     factors = [u.factor if s is None else parse_unit(s, si, file=table.path, column=str(c)).factor
                for u, s, c in zip(units, stated, columns, strict=False)]  # fmt: skip
-    return np.broadcast_to(numbers * np.array(factors), (len(table), 3)).copy()
+    return np.broadcast_to(numbers * np.array(factors), (len(table), width)).copy()

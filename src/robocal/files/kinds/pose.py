@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,15 +11,18 @@ from numpy.typing import NDArray
 from robocal.files import orientation
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import OrientationModel, SigmaModel
-from robocal.files.kinds.base import Values, column_units, sigmas
-from robocal.files.kinds.position import PositionModel, matrix_columns, position
-from robocal.files.units import UNITS, Unit, parse_unit
+from robocal.files.kinds.base import KindFile, Values, Written, column_units, columns, section, sigmas
+from robocal.files.kinds.position import XYZ, XYZ_SIGMA, PositionModel, matrix_columns, position
+from robocal.files.units import UNITS, Unit, Units, parse_unit
 from robocal.files.yamlio import Document, Path_
 from robocal.geometry import so3
+from robocal.measure.data import Observations
 
-__all__ = ["PoseModel", "read_pose"]
+__all__ = ["POSE", "PoseModel", "read_pose", "write_pose"]
 
 Array = NDArray[np.float64]
+TURN = ("rx", "ry", "rz")
+TURN_SIGMA = ("srx", "sry", "srz")
 ROTATION = {9: tuple(range(9)), 12: (0, 1, 2, 4, 5, 6, 8, 9, 10), 16: (0, 1, 2, 4, 5, 6, 8, 9, 10)}
 
 
@@ -98,7 +102,7 @@ def _all(
         raise table.fail(message, row, table.label(table.find(columns[0])), found=float(value[row]), expected=expected)
 
 
-def read_pose(model: PoseModel, table: CsvTable, document: Document) -> Values:
+def read_pose(model: Any, table: CsvTable, document: Document) -> Values:
     """Frame vectors (k, 6) in m and rad; sigma of the rotation about the instrument's axes."""
     place, sigma, length = position(model, table, document)
     r, axes, angle = _rotations(model.orientation, table, document)
@@ -123,3 +127,23 @@ def read_pose(model: PoseModel, table: CsvTable, document: Document) -> Values:
             turn = np.sqrt((axes**2 @ (turn**2)[..., None])[..., 0])
         both = np.hstack([sigma, turn])
     return Values(np.hstack([place, so3.log(r)]), both, length, angle)
+
+
+def write_pose(obs: Observations, units: Units) -> Written:
+    """Position and rotation vector, and their sigmas."""
+    made = columns((*XYZ, *TURN), (*XYZ_SIGMA, *TURN_SIGMA), [units.length] * 3 + [units.angle] * 3, obs)
+    turn = section("orientation", TURN, TURN_SIGMA, obs, ", form: rotation_vector")
+    return Written(made, (section("position", XYZ, XYZ_SIGMA, obs), turn))
+
+
+POSE = KindFile(
+    "pose",
+    PoseModel,
+    read_pose,
+    write_pose,
+    """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
+orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigma: 0.005}}    # or matrix, quaternion_xyzw, quaternion_wxyz, euler with order: XYZ, frame: intrinsic
+frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
+""",
+    located=True,
+)

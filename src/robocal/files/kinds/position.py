@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import DataModel, OrientationModel, ValueModel
-from robocal.files.kinds.base import Values, column_units, sigmas
-from robocal.files.units import Unit
+from robocal.files.datamodel import FramedModel, OrientationModel, ValueModel
+from robocal.files.kinds.base import KindFile, Values, Written, columns, quantity, section
+from robocal.files.units import Unit, Units
 from robocal.files.yamlio import Document, Path_
+from robocal.measure.data import Observations
 
-__all__ = ["PositionModel", "matrix_columns", "position", "read_position"]
+__all__ = ["POSITION", "PositionModel", "matrix_columns", "position"]
 
 Array = NDArray[np.float64]
 
 
-class PositionModel(DataModel):
+class PositionModel(FramedModel):
     """Positions; an orientation that is stated as well is left aside (a 3x4 matrix may hold the position)."""
 
     position: ValueModel | None = None
     orientation: OrientationModel | None = None
 
 
+XYZ = ("x", "y", "z")
+XYZ_SIGMA = ("sx", "sy", "sz")
 TRANSLATION = {12: (3, 7, 11), 16: (3, 7, 11)}
 
 
@@ -36,23 +41,37 @@ def matrix_columns(model: OrientationModel, table: CsvTable) -> list[str | int]:
     return columns
 
 
-def position(model: PositionModel, table: CsvTable, document: Document) -> tuple[Array, Array | None, Unit]:
+def position(model: Any, table: CsvTable, document: Document) -> tuple[Array, Array | None, Unit]:
     value = model.position or ValueModel()
     at: Path_ = ("position",)
-    columns = value.columns
-    if columns is None:
+    if value.columns is None:
         matrix = matrix_columns(model.orientation, table) if model.orientation else []
         if len(matrix) not in TRANSLATION:
             document.fail("no columns for the position", at, expected="position: {columns: [x, y, z], unit: mm}")
-        columns = [matrix[i] for i in TRANSLATION[len(matrix)]]
-    if len(columns) != 3:
-        document.fail("wrong number of columns", (*at, "columns"), found=len(columns), expected="3: x, y, z")
-    units = column_units(table, columns, value.unit, ("m",) * 3, document, at)
-    numbers = table.numbers(columns) * np.array([u.factor for u in units])
-    return numbers, sigmas(value, table, units, "m", document, at), units[0]
+        value = value.model_copy(update={"columns": [matrix[i] for i in TRANSLATION[len(matrix)]]})
+    numbers, sigma, units = quantity(value, table, document, at, ("m",) * 3, XYZ)
+    return numbers, sigma, units[0]
 
 
 def read_position(model: PositionModel, table: CsvTable, document: Document) -> Values:
     """Positions (k, 3) in m."""
     value, sigma, unit = position(model, table, document)
     return Values(value, sigma, length=unit)
+
+
+def write_position(obs: Observations, units: Units) -> Written:
+    """Three columns and their sigmas."""
+    return Written(columns(XYZ, XYZ_SIGMA, [units.length] * 3, obs), (section("position", XYZ, XYZ_SIGMA, obs),))
+
+
+POSITION = KindFile(
+    "position",
+    PositionModel,
+    read_position,
+    write_position,
+    """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
+frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
+""",
+    (True, True, True, False, False, False),
+    located=True,
+)

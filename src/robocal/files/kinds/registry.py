@@ -1,19 +1,33 @@
-"""The readers that exist, by the name of their kind."""
+"""The kinds of measurement that files can hold, by name: one import and one line each."""
 
 from __future__ import annotations
 
-from typing import Any, cast
-
-from robocal.files.kinds.base import KindReader
-from robocal.files.kinds.pose import PoseModel, read_pose
-from robocal.files.kinds.position import PositionModel, read_position
+from robocal.files.kinds.angular import BEARING, SPHERICAL
+from robocal.files.kinds.base import KindFile
+from robocal.files.kinds.contact import PLANE, POINT, SPHERE
+from robocal.files.kinds.distance import DISTANCE
+from robocal.files.kinds.pixels import PIXELS
+from robocal.files.kinds.pose import POSE
+from robocal.files.kinds.position import POSITION
+from robocal.files.kinds.range import RANGE
+from robocal.files.kinds.relative import DISPLACEMENT, RELATIVE_POSE
 
 __all__ = ["READERS"]
 
-READERS: dict[str, KindReader] = {
-    reader.name: reader
-    for reader in (
-        KindReader("position", PositionModel, cast(Any, read_position), (True, True, True, False, False, False)),
-        KindReader("pose", PoseModel, cast(Any, read_pose)),
+READERS: dict[str, KindFile] = {
+    kind.name: kind
+    for kind in (
+        POSITION,
+        POSE,
+        SPHERICAL,
+        BEARING,
+        RANGE,
+        DISTANCE,
+        DISPLACEMENT,
+        RELATIVE_POSE,
+        POINT,
+        PLANE,
+        SPHERE,
+        PIXELS,
     )
 }

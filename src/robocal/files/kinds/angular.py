@@ -1,0 +1,109 @@
+"""Instruments that read circles: bearings of a theodolite, and the spherical coordinates of a laser tracker.
+
+Azimuth turns about the instrument's z axis from its x axis, elevation rises from its xy plane. A zenith distance is a
+quarter turn minus the elevation: convert it before.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robocal.files.csvtable import CsvTable
+from robocal.files.datamodel import FramedModel, ValueModel
+from robocal.files.kinds.base import KindFile, Values, Written, columns, quantity, section
+from robocal.files.units import Units
+from robocal.files.yamlio import Document
+from robocal.measure.data import Observations
+
+__all__ = ["BEARING", "SPHERICAL"]
+
+ANGLES = ("azimuth", "elevation")
+ANGLE_SIGMAS = ("s_azimuth", "s_elevation")
+POINT_SEEN = (True, True, True, False, False, False)
+
+
+class BearingModel(FramedModel):
+    """Azimuth and elevation of a target."""
+
+    bearing: ValueModel = ValueModel()
+
+
+class SphericalModel(BearingModel):
+    """Range, azimuth and elevation of a target; the range has a sigma of its own."""
+
+    range: ValueModel = ValueModel()
+
+
+def read_bearing(model: BearingModel, table: CsvTable, document: Document) -> Values:
+    """Azimuth and elevation (k, 2) in rad."""
+    value, sigma, units = quantity(model.bearing, table, document, ("bearing",), ("rad", "rad"), ANGLES)
+    steep = np.abs(value[:, 1]) > np.pi / 2 + 1e-9
+    if steep.any():
+        row = int(np.flatnonzero(steep)[0])
+        column = ANGLES[1] if model.bearing.columns is None else model.bearing.columns[1]
+        raise table.fail(
+            "an elevation beyond a quarter turn",
+            row,
+            table.label(table.find(column)),
+            found=float(units[1].from_si(value[row, 1])),
+            expected="elevation above the horizon; a zenith distance is to be converted",
+        )
+    return Values(value, sigma, angle=units[0])
+
+
+def read_spherical(model: SphericalModel, table: CsvTable, document: Document) -> Values:
+    """Range in m, azimuth and elevation in rad, (k, 3)."""
+    far, spread, units = quantity(model.range, table, document, ("range",), ("m",), ("range",))
+    if (far <= 0).any():
+        row = int(np.flatnonzero(far <= 0)[0])
+        column = "range" if model.range.columns is None else model.range.columns[0]
+        raise table.fail(
+            "a range must be above 0", row, table.label(table.find(column)), found=float(units[0].from_si(far[row, 0]))
+        )
+    turned = read_bearing(model, table, document)
+    if (spread is None) != (turned.sigma is None):
+        missing = "range" if spread is None else "bearing"
+        expected = "both, or neither (then estimated)"
+        document.fail("only one of two standard deviations is stated", (missing, "sigma"), expected=expected)
+    sigma = None if spread is None or turned.sigma is None else np.hstack([spread, turned.sigma])
+    return Values(np.hstack([far, turned.value]), sigma, units[0], turned.angle)
+
+
+def write_bearing(obs: Observations, units: Units) -> Written:
+    """Two columns and their sigmas."""
+    made = columns(ANGLES, ANGLE_SIGMAS, [units.angle] * 2, obs)
+    return Written(made, (section("bearing", ANGLES, ANGLE_SIGMAS, obs),))
+
+
+def write_spherical(obs: Observations, units: Units) -> Written:
+    """Three columns and their sigmas."""
+    far = columns(("range",), ("s_range",), [units.length], obs)
+    turned = columns(ANGLES, ANGLE_SIGMAS, [units.angle] * 2, obs, 1)
+    lines = (
+        section("range", ("range",), ("s_range",), obs),
+        section("bearing", ANGLES, ANGLE_SIGMAS, obs),
+    )
+    return Written((*far, *turned), lines)
+
+
+BEARING = KindFile(
+    "bearing",
+    BearingModel,
+    read_bearing,
+    write_bearing,
+    """bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.002}}    # elevation above the horizon
+frame: {{name: theodolite, free: true}}    # one data file for each theodolite, with a frame of its own
+""",
+    POINT_SEEN,
+)
+SPHERICAL = KindFile(
+    "spherical",
+    SphericalModel,
+    read_spherical,
+    write_spherical,
+    """range: {{columns: [range], unit: {length}, sigma: 0.01}}
+bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.001}}    # elevation above the horizon
+frame: {{name: tracker, free: true}}    # where the tracker stands is found from the data
+""",
+    POINT_SEEN,
+)

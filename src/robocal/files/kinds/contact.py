@@ -1,0 +1,234 @@
+"""Contacts, which need no instrument: a ball in a socket, a ball on a plane, a probe on a sphere.
+
+What is measured is that the tool touches, so a row is joint values alone; a column of deviations is read where there is
+one (a probe that reports how far it is deflected).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, FiniteFloat
+
+from robocal.errors import nearest
+from robocal.files.csvtable import CsvTable
+from robocal.files.datamodel import ScalarModel, ValueModel, column_model
+from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, contact, quantity, scalar, show_scalar
+from robocal.files.kinds.places import BetweenModel, PlacedModel, between, each_place
+from robocal.files.schema import Model
+from robocal.files.units import UNITS, Units
+from robocal.files.yamlio import Document
+from robocal.measure.data import Observations
+
+__all__ = ["PLANE", "POINT", "SPHERE"]
+
+Array = NDArray[np.float64]
+XYZ = (True, True, True, False, False, False)
+ACROSS = (False, False, True, True, True, False)
+# The faces of a cube: unit normals that point away from its centre.
+FACES = {f"{sign}{axis}": (1 if sign == "+" else -1) * np.eye(3)[i] for i, axis in enumerate("xyz") for sign in "+-"}
+NORMAL = ("nx", "ny", "nz")
+
+
+def _several(value: Any) -> Any:
+    return value if isinstance(value, list) else [value]
+
+
+class ContactModel(PlacedModel):
+    """A contact, and how far it may be off: `contact: {sigma, unit}`."""
+
+    contact: ValueModel | None = None
+
+
+class PointModel(ContactModel):
+    """A ball in sockets, some of which may be a known distance apart."""
+
+    between: Annotated[list[BetweenModel], BeforeValidator(_several)] = []
+
+
+class SphereModel(ContactModel):
+    """A probe on spheres; the radius is that of the sphere and the probe's ball together."""
+
+    radius: ScalarModel | None = None
+
+
+class CubeModel(Model):
+    """A datum cube: the column with the touched face (+x, -x, ...), and its edge."""
+
+    column: str | int
+    edge: FiniteFloat
+
+
+class PlaneModel(ContactModel):
+    """A ball on planes; or on the faces of a cube, or on planes of one body by normal and offset."""
+
+    radius: ScalarModel | None = None
+    cube: CubeModel | None = None
+    normal: ValueModel | None = None
+    offset: Annotated[Any, BeforeValidator(lambda v: v if v is None else column_model(v))] = None
+
+
+def read_point(model: PointModel, table: CsvTable, document: Document) -> Values:
+    """Deviations (k, 3) in m, normally 0."""
+    value, sigma, unit = contact(model.contact, table, document, "contact", 3)
+    return Values(value, sigma, unit)
+
+
+def read_sphere(model: SphereModel, table: CsvTable, document: Document) -> Values:
+    """Deviations (k, 1) in m, normally 0."""
+    value, sigma, unit = contact(model.contact, table, document, "contact", 1)
+    return Values(value, sigma, unit)
+
+
+def read_plane(model: PlaneModel, table: CsvTable, document: Document) -> Values:
+    """Deviations (k, 1) in m, normally 0; normals (k, 3) and offsets (k,) where they differ by row."""
+    value, sigma, unit = contact(model.contact, table, document, "contact", 1)
+    if model.cube is not None and (model.normal is not None or model.offset is not None):
+        document.fail("planes are said twice", ("cube",), expected="cube, or normal and offset")
+    extra: dict[str, Array] = {}
+    if model.normal is not None:
+        given = model.normal
+        names = list(NORMAL) if given.columns is None else given.columns
+        if len(names) != 3:
+            document.fail("wrong number of columns", ("normal", "columns"), found=len(names), expected="3: nx, ny, nz")
+        normal = table.numbers(names)
+        size = np.linalg.norm(normal, axis=1)
+        if (np.abs(size - 1) > 2e-2).any():
+            row = int(np.flatnonzero(np.abs(size - 1) > 2e-2)[0])
+            label = table.label(table.find(names[0]))
+            raise table.fail("not a unit normal", row, label, found=float(size[row]), expected="a length of 1")
+        extra["normal"] = normal / size[:, None]
+    if model.offset is not None:
+        stated = ValueModel(columns=[model.offset.column], unit=model.offset.unit)
+        extra["offset"] = quantity(stated, table, document, ("offset",), ("m",), ("offset",))[0][:, 0]
+    if model.cube is not None:
+        extra["normal"] = _faces(model.cube, table)
+    return Values(value, sigma, unit, extra=extra)
+
+
+def _faces(cube: CubeModel, table: CsvTable) -> Array:
+    cells = table.texts(cube.column)
+    out = np.empty((len(table), 3))
+    for row, cell in enumerate(cells):
+        word = cell if cell[:1] in "+-" else f"+{cell}"
+        if word not in FACES:
+            label = table.label(table.find(cube.column))
+            raise table.fail(
+                "no face of a cube", row, label, found=cell, expected=", ".join(FACES), suggestion=nearest(cell, FACES)
+            )
+        out[row] = FACES[word]
+    return out
+
+
+def point_parts(model: PointModel, values: Values, around: Around) -> Sequence[Part]:
+    """One part for every socket, and one distance for every pair that is a known distance apart."""
+    out = []
+    frames = {}
+    for part, known in each_place(model, values, XYZ, around):
+        out.append(part)
+        frames.update(known)
+    return [*out, *between(model.between, frames, around)]
+
+
+def sphere_parts(model: SphereModel, values: Values, around: Around) -> Sequence[Part]:
+    """One part for every sphere; they share the radius."""
+    options = scalar(model.radius, "m", "radius", "radius", around)
+    shared = Values(values.value, values.sigma, extra=values.extra, options=options)
+    return [part for part, _ in each_place(model, shared, XYZ, around)]
+
+
+def plane_parts(model: PlaneModel, values: Values, around: Around) -> Sequence[Part]:
+    """One part for every plane or body."""
+    extra = dict(values.extra)
+    if model.cube is not None:
+        if model.cube.edge <= 0:
+            around.document.fail("not a length", ("cube", "edge"), found=model.cube.edge, expected="above 0")
+        extra["offset"] = np.full(len(values.value), around.units.length.to_si(model.cube.edge) / 2)
+    options = {} if model.radius is None else scalar(model.radius, "m", "radius", "radius", around)
+    shared = Values(values.value, values.sigma, extra=extra, options=options)
+    # Several planes of one body tell all six of its place.
+    free = (True,) * 6 if model.cube is not None or model.normal is not None else ACROSS
+    return [part for part, _ in each_place(model, shared, free, around)]
+
+
+def _contact(obs: Observations, units: Units) -> Written:
+    """The sigma, and deviations where there are any."""
+    size = obs.value.shape[1]
+    names = ("deviation",) if size == 1 else ("dx", "dy", "dz")
+    spread = ("s_contact",) if size == 1 else ("sdx", "sdy", "sdz")
+    made = []
+    words = []
+    if obs.value.any():
+        made += [(n, units.length, obs.value[:, i]) for i, n in enumerate(names)]
+        words.append(f"columns: [{', '.join(names)}]")
+    else:
+        words.append(f"unit: {units.length.name}")
+    if obs.sigma is not None:
+        made += [(n, units.length, obs.sigma[:, i]) for i, n in enumerate(spread)]
+        words.append(f"sigma: {{columns: [{', '.join(spread)}]}}")
+    return Written(tuple(made), (f"contact: {{{', '.join(words)}}}",))
+
+
+def write_plane(obs: Observations, units: Units) -> Written:
+    """Contact, normals and offsets."""
+    made = _contact(obs, units)
+    extra, lines = list(made.columns), list(made.lines)
+    if "normal" in obs.extra:
+        extra += [(n, UNITS["1"], obs.extra["normal"][:, i]) for i, n in enumerate(NORMAL)]
+        lines.append("normal: {columns: [nx, ny, nz]}")
+    if "offset" in obs.extra:
+        extra.append(("offset", units.length, obs.extra["offset"]))
+        lines.append("offset: offset")
+    return Written(tuple(extra), (*lines, *show_scalar("radius", obs.options, "radius", units.length)))
+
+
+def write_sphere(obs: Observations, units: Units) -> Written:
+    """Contact and radius."""
+    made = _contact(obs, units)
+    return Written(made.columns, (*made.lines, *show_scalar("radius", obs.options, "radius", units.length)))
+
+
+POINT = KindFile(
+    "point",
+    PointModel,
+    read_point,
+    _contact,
+    """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball sits
+place: place    # the column that names the socket; one socket: {{name: socket, xyz: [...]}}
+# places: {{a: {{xyz: [{near}]}}}}    # roughly where they stand; by default unknown
+# between: {{places: [a, b], distance: 50, sigma: 0.01, unit: {length}}}    # sockets a known distance apart
+""",
+    XYZ,
+    point_parts,
+    XYZ,
+)
+SPHERE = KindFile(
+    "sphere",
+    SphereModel,
+    read_sphere,
+    write_sphere,
+    """contact: {{unit: {length}, sigma: 0.01}}    # how well the probe touches
+place: place    # the column that names the sphere; one sphere: {{name: sphere, xyz: [...]}}
+radius: {{name: sphere, value: {ball}, unit: {length}, free: false}}    # sphere and probe together; unknown: free: true
+""",
+    XYZ,
+    sphere_parts,
+    XYZ,
+)
+PLANE = KindFile(
+    "plane",
+    PlaneModel,
+    read_plane,
+    write_plane,
+    """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball touches
+place: place    # the column that names the plane; one plane: {{name: plate}}
+# radius: {{name: ball, value: 5, unit: {length}, free: false}}    # of the ball on the tool; default: the tool's point touches
+# cube: {{column: face, edge: 100}}    # faces +x, -x, +y, ... of a datum cube, whose centre is the place
+""",
+    XYZ,
+    plane_parts,
+    ACROSS,
+)

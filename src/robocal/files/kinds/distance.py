@@ -1,0 +1,124 @@
+"""Distances: a ballbar from a socket on the base to a ball on the tool, a telescopic bar between two configurations.
+
+A fixed bar has no column of readings; then the length is what counts, known or not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from robocal.files.csvtable import CsvTable
+from robocal.files.datamodel import DataModel, ScalarModel, SecondModel, ValueModel
+from robocal.files.frames import frame_vector
+from robocal.files.kinds.base import (
+    Around,
+    KindFile,
+    Part,
+    Values,
+    Written,
+    columns,
+    contact,
+    quantity,
+    scalar,
+    section,
+    show_scalar,
+)
+from robocal.files.kinds.places import PlaceModel, frame_line
+from robocal.files.schema import Name
+from robocal.files.units import Units
+from robocal.files.yamlio import Document
+from robocal.measure.data import Frame, Observations
+
+__all__ = ["DISTANCE"]
+
+POINT = (True, True, True, False, False, False)
+
+
+class EndModel(PlaceModel):
+    """One end of a bar: beside the robot, or on its tool."""
+
+    mount: Literal["base", "tool"] = "base"
+
+
+class DistanceModel(DataModel):
+    """Distances between two ends, or of one target between two configurations."""
+
+    distance: ValueModel | None = None
+    length: ScalarModel | None = None
+    ends: dict[Name, EndModel] = Field(default_factory=dict)
+    second: SecondModel | None = None
+
+
+def read_distance(model: DistanceModel, table: CsvTable, document: Document) -> Values:
+    """Distances (k, 1) in m; zero where a bar of fixed length has no reading."""
+    if len(model.ends) not in (0, 2):
+        document.fail("a bar has two ends", ("ends",), found=len(model.ends), expected="2")
+    if not model.ends and model.second is None:
+        document.fail("a key is missing", ("ends",), expected="two ends, or `second`: the other configuration")
+    given = model.distance
+    if model.length is not None and (given is None or given.columns is None):
+        value, sigma, unit = contact(given, table, document, "distance", 1)
+        return Values(value, sigma, unit)
+    value, sigma, units = quantity(given, table, document, ("distance",), ("m",), ("distance",))
+    if model.length is None and (value < 0).any():
+        row = int(np.flatnonzero(value < 0)[0])
+        raise table.fail(
+            "a distance below 0", row, "distance", found=float(value[row, 0]), expected="0 or above, or `length`"
+        )
+    return Values(value, sigma, units[0])
+
+
+def parts(model: DistanceModel, values: Values, around: Around) -> Sequence[Part]:
+    """All rows are of one bar."""
+    options: dict[str, Any] = {}
+    if model.ends:
+        options["ends"] = tuple(_end(n, e, around) for n, e in model.ends.items())
+        if not any(f.mount == "tool" for f in options["ends"]):
+            around.document.fail("no end of the bar moves with the arm", ("ends",), expected="mount: tool for one end")
+    if model.length is not None:
+        options |= scalar(model.length, "m", "length", "length", around)
+    every = np.arange(len(values.value))
+    return [Part(every, values.value, values.sigma, options=options, targeted=not model.ends)]
+
+
+def _end(name: str, given: EndModel, around: Around) -> Frame:
+    if name in around.owners:
+        taken = ", ".join(sorted(around.owners))
+        around.document.fail("this name is taken", ("ends", name), found=name, expected=f"a name other than {taken}")
+    # On the tool a stated place is a part that was made; beside the robot it is where somebody put it.
+    loose = not given.given or given.mount == "base"
+    flags = (POINT if loose else (False,) * 6) if given.free is None else given.free_flags(True)
+    if given.free is True:
+        flags = POINT
+    expected = (0.01, 0.05) if given.given and given.mount == "tool" else (0.1, 0.1) if given.given else (3.0, 3.0)
+    return Frame(name, frame_vector(given, around.units), flags, given.mount, expected)
+
+
+def write_distance(obs: Observations, units: Units) -> Written:
+    """One column, the ends and the length."""
+    ends = obs.options.get("ends", ())
+    lines = [section("distance", ("distance",), ("s_distance",), obs)]
+    if isinstance(ends, tuple) and ends:
+        lines += ["ends:", *(f"  {frame_line(e, units, mount=True)}" for e in ends)]
+    lines += show_scalar("length", obs.options, "length", units.length)
+    return Written(columns(("distance",), ("s_distance",), [units.length], obs), tuple(lines))
+
+
+DISTANCE = KindFile(
+    "distance",
+    DistanceModel,
+    read_distance,
+    write_distance,
+    """distance: {{columns: [distance], unit: {length}, sigma: 0.005}}    # a fixed bar: {{unit: {length}, sigma: 0.005}}
+ends:    # a bar between two configurations has no ends, but `second: {{columns: [...]}}` as other kinds have
+  socket: {{mount: base, xyz: [{near}], free: true}}    # roughly where it stands
+  ball: {{mount: tool, xyz: [0, 0, 0], free: false}}    # where the ball sits on the tool
+# length: {{name: bar, value: 300, unit: {length}, free: false}}    # is added to the reading; unknown: free: true
+""",
+    POINT,
+    parts,
+)

@@ -1,0 +1,141 @@
+"""Pixels: where a camera saw points of a target. The points are columns, or corners of a marker by number.
+
+    corners: {column: corner, size: 60}     0 top left, 1 top right, 2 bottom right, 3 bottom left, z towards the camera
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, FiniteFloat
+
+from robocal.errors import nearest
+from robocal.files.csvtable import CsvTable
+from robocal.files.datamodel import FramedModel, ValueModel
+from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, columns, quantity, section
+from robocal.files.schema import Model, Name, refuse
+from robocal.files.units import UNITS, Units, number
+from robocal.files.yamlio import Document
+from robocal.measure.data import Observations
+from robocal.vision.camera import SYMBOLS
+
+__all__ = ["PIXELS"]
+
+Array = NDArray[np.float64]
+UV = ("u", "v")
+UV_SIGMA = ("su", "sv")
+POINT = ("point_x", "point_y", "point_z")
+# A square of edge 2 about the origin, in the order in which ArUco and AprilTag detectors list corners.
+SQUARE = np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
+
+
+def _free(value: Any) -> Any:
+    parts = [] if value in (None, False) else list(SYMBOLS) if value is True else value
+    parts = parts if isinstance(parts, list) else [parts]
+    for part in parts:
+        if part not in SYMBOLS:
+            guess = nearest(str(part), SYMBOLS)
+            refuse("not a number of a camera", found=part, expected=", ".join(SYMBOLS), suggestion=guess)
+    return tuple(dict.fromkeys(parts))
+
+
+class CameraModel(Model):
+    """A camera's intrinsics in pixels, its distortion, and what of them is identified."""
+
+    name: Name = "camera"
+    fx: FiniteFloat
+    fy: FiniteFloat
+    cx: FiniteFloat
+    cy: FiniteFloat
+    k1: FiniteFloat = 0.0
+    k2: FiniteFloat = 0.0
+    p1: FiniteFloat = 0.0
+    p2: FiniteFloat = 0.0
+    k3: FiniteFloat = 0.0
+    free: Annotated[Any, BeforeValidator(_free)] = ()
+
+
+class CornersModel(Model):
+    """Corners of a square marker: the column with their number from 0, and the length of an edge."""
+
+    column: str | int = "corner"
+    size: FiniteFloat
+
+
+class PixelsModel(FramedModel):
+    """Pixels of known points of a target, and the camera that saw them."""
+
+    pixels: ValueModel = ValueModel()
+    points: ValueModel | None = None
+    corners: CornersModel | None = None
+    camera: CameraModel
+
+
+def read_pixels(model: PixelsModel, table: CsvTable, document: Document) -> Values:
+    """Pixels (k, 2), and the points (k, 3) in m in the target's frame."""
+    given = model.pixels
+    if given.unit is None and all(table.unit(c) is None for c in given.columns or UV):
+        # Pixels are pixels.
+        given = given.model_copy(update={"unit": "px"})
+    value, sigma, _ = quantity(given, table, document, ("pixels",), ("px", "px"), UV)
+    if model.camera.fx <= 0 or model.camera.fy <= 0:
+        found = [model.camera.fx, model.camera.fy]
+        document.fail("a focal length must be above 0", ("camera",), found=found, expected="fx and fy in pixels")
+    if (model.points is None) == (model.corners is None):
+        document.fail("which points were seen?", ("points",), expected="points: {columns: [point_x, point_y, point_z], unit: mm}, or corners")
+    if model.points is not None:
+        point, _, units = quantity(model.points, table, document, ("points",), ("m",) * 3, POINT)
+        return Values(value, sigma, units[0], extra={"point": point})
+    assert model.corners is not None
+    which = table.numbers([model.corners.column])[:, 0]
+    bad = ~np.isin(which, np.arange(len(SQUARE)))
+    if bad.any():
+        row = int(np.flatnonzero(bad)[0])
+        label = table.label(table.find(model.corners.column))
+        raise table.fail("no corner of a square", row, label, found=float(which[row]), expected="0, 1, 2, 3")
+    return Values(value, sigma, extra={"point": SQUARE[which.astype(int)]})
+
+
+def parts(model: PixelsModel, values: Values, around: Around) -> Sequence[Part]:
+    """All rows are of one camera."""
+    camera = model.camera
+    extra = dict(values.extra)
+    if model.corners is not None:
+        if model.corners.size <= 0:
+            around.document.fail("not a length", ("corners", "size"), found=model.corners.size, expected="above 0")
+        extra["point"] = extra["point"] * around.units.length.to_si(model.corners.size) / 2
+    if camera.name in around.owners:
+        taken = ", ".join(sorted(around.owners))
+        expected = f"a name other than {taken}"
+        around.document.fail("this name is taken", ("camera", "name"), found=camera.name, expected=expected)
+    numbers = tuple(float(getattr(camera, s)) for s in SYMBOLS)
+    options = {"camera": camera.name, "intrinsics": numbers, "free": camera.free}
+    return [Part(np.arange(len(values.value)), values.value, values.sigma, extra, options)]
+
+
+def write_pixels(obs: Observations, units: Units) -> Written:
+    """Pixels, points and the camera."""
+    made = columns(UV, UV_SIGMA, [UNITS["px"]] * 2, obs)
+    made += tuple((n, units.length, obs.extra["point"][:, i]) for i, n in enumerate(POINT))
+    values, free = obs.options["intrinsics"], obs.options.get("free", ())
+    assert isinstance(values, tuple) and isinstance(free, tuple)
+    words = [f"{s}: {number(float(v))}" for s, v in zip(SYMBOLS, values, strict=True)]
+    camera = f"camera: {{name: {obs.options['camera']}, {', '.join(words)}, free: [{', '.join(free)}]}}"
+    lines = (section("pixels", UV, UV_SIGMA, obs), "points: {columns: [point_x, point_y, point_z]}", camera)
+    return Written(made, lines)
+
+
+PIXELS = KindFile(
+    "pixels",
+    PixelsModel,
+    read_pixels,
+    write_pixels,
+    """pixels: {{columns: [u, v], sigma: 0.2}}
+points: {{columns: [point_x, point_y, point_z], unit: {length}}}    # the seen point in the target's frame; or corners: {{column: corner, size: 60}}
+camera: {{name: lens, fx: 900, fy: 900, cx: 640, cy: 480, free: []}}    # also k1 k2 p1 p2 k3; free: true identifies all
+""",
+    parts=parts,
+)
