@@ -106,6 +106,8 @@ def data_text(dataset: DataSet, chain: Chain, file: str, units: Units | None = N
     ]
     if obs.second is not None:
         lines.append(f"second: {{columns: {words([f'second.{n}' for n in chain.joint_names])}, id: second}}")
+    if obs.group and obs.frame is None and not places:
+        lines.append(f"group: {quoted(obs.group)}")
     lines += _kind(obs).write(_bare(obs), units).lines
     if len(places) == 1:
         lines.append(f"place: {{name: {quoted(places[0].name)}, {frame_words(places[0], units)}}}")

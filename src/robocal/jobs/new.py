@@ -10,7 +10,8 @@ from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import ModelError, nearest
 from robocal.files.templates import convention_chain, templates
 from robocal.files.text import write_files
-from robocal.jobs.simulate import KINDS, refuse_existing
+from robocal.jobs.rigs import RIGS
+from robocal.jobs.simulate import refuse_existing
 
 __all__ = ["Listing", "New", "listing", "new"]
 
@@ -42,9 +43,9 @@ def listing() -> Listing:
 def new(robot: str, output: Path, *, joints: int = 6, kind: str = "position", force: bool = False) -> New:
     """Writes robot.yaml, data.yaml and measurements.csv. Raises ModelError for an unknown name, FileError for a file
     that exists."""
-    if kind not in KINDS:
+    if kind not in RIGS:
         raise ModelError(
-            "unknown kind", key="--kind", found=kind, expected=", ".join(KINDS), suggestion=nearest(kind, KINDS)
+            "unknown kind", key="--kind", found=kind, expected=", ".join(RIGS), suggestion=nearest(kind, RIGS)
         )
     if robot in catalog.names():
         arm = catalog.get(robot)

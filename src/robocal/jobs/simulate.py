@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
@@ -20,14 +20,16 @@ from robocal.files.dataset import read_dataset
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.robot import Robot, describe, parse_robot, render_robot
 from robocal.files.text import Source, write_files
+from robocal.jobs.hiding import hidden
 from robocal.jobs.inputs import Watch, open_arm
-from robocal.measure.base import synthesise
-from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.jobs.rigs import CONTACTS, RIGS, STANDS, Instrument, measure
+from robocal.measure.data import DataSet
 
 __all__ = [
     "Errors",
     "Instrument",
     "Simulated",
+    "measure",
     "parse_frame",
     "refuse_existing",
     "sample_joints",
@@ -37,11 +39,8 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-KINDS = ("position", "pose")
 # Where nobody bounds a joint: a quarter turn, or a quarter of a metre, to either side.
 WIDE = {"revolute": math.pi / 2, "prismatic": 0.25}
-# Where a tracker typically stands: two metres away, turned and tilted (m, rad).
-STANDS = (1.6, -1.1, 0.4, 0.02, -0.03, 2.1)
 
 
 @dataclass(frozen=True)
@@ -52,18 +51,6 @@ class Errors:
     length: float = 3e-4
     angle: float = 1e-3
     values: tuple[tuple[str, float], ...] = ()
-
-
-@dataclass(frozen=True)
-class Instrument:
-    """What measures: its kind, its noise per axis (m, rad), and its frame (m, rotation vector), None for base
-    coordinates."""
-
-    kind: str = "position"
-    noise: float = 5e-5
-    angle_noise: float = 1e-4
-    frame: tuple[float, ...] | None = STANDS
-    name: str = "tracker"
 
 
 @dataclass(frozen=True)
@@ -106,23 +93,6 @@ def true_chain(chain: Chain, errors: Errors, rng: np.random.Generator) -> Chain:
     return chain.with_values(moved)
 
 
-def measure(truth: Chain, q: Array, instrument: Instrument, rng: np.random.Generator | None) -> DataSet:
-    """What an instrument would read at joint values (m, n); without rng there is no noise and no sigma is stated."""
-    m = len(q)
-    width = 6 if instrument.kind == "pose" else 3
-    sigma = np.full((m, width), instrument.noise)
-    sigma[:, 3:] = instrument.angle_noise
-    exact = rng is None or not (sigma > 0).all()
-    frame = (
-        None
-        if instrument.frame is None
-        else Frame(instrument.name, instrument.frame, (True,) * 6, expected=(10.0, 3.0))
-    )
-    obs = Observations(instrument.kind, np.arange(m), np.zeros((m, width)), None if exact else sigma, frame)
-    ids = tuple(f"p{i + 1:0{len(str(m))}d}" for i in range(m))
-    return synthesise(truth, DataSet(Configurations(ids, q), (obs,)), None if exact else rng)
-
-
 def simulated_files(robot: Robot, truth: Chain, data: DataSet, about: str) -> dict[str, str]:
     """The texts of a simulation: the nominal robot, the data with its frame unknown, and the truth."""
     values = {p.name: p.value for p in truth.table.rows}
@@ -132,15 +102,13 @@ def simulated_files(robot: Robot, truth: Chain, data: DataSet, about: str) -> di
             "this robot's format cannot hold these true values", found=", ".join(left_out), expected="a robot.yaml"
         )
     suffix = "urdf" if robot.format == "urdf" else "yaml"
-    obs = data.observations[0]
-    # Base coordinates are a frame that is known; a free one starts from nowhere, as for a real tracker.
-    frame = Frame("world", free=(False,) * 6) if obs.frame is None else replace(obs.frame, value=(0.0,) * 6)
+    shown = hidden(data, data.observations[0].kind)
     label = f"# SIMULATED by robocal simulate, not measured: {about}\n"
     return {
         f"robot.{suffix}": robot.text,
         f"truth.{suffix}": true_text if suffix == "urdf" else label + true_text.partition("\n")[2],
-        "data.csv": label + table_text(data, robot.chain, robot.units),
-        "data.yaml": label + data_text(replace(obs, frame=frame), robot.chain, "data.csv", robot.units),
+        "data.csv": label + table_text(shown, robot.chain, robot.units),
+        "data.yaml": label + data_text(shown, robot.chain, "data.csv", robot.units),
     }
 
 
@@ -200,10 +168,12 @@ def simulate(
             raise ModelError(
                 "not a standard deviation", key=option, found=value, expected="a finite number, 0 or larger"
             )
-    if kind not in KINDS:
+    if kind not in RIGS:
         raise ModelError(
-            "unknown kind", key="--kind", found=kind, expected=", ".join(KINDS), suggestion=nearest(kind, KINDS)
+            "unknown kind", key="--kind", found=kind, expected=", ".join(RIGS), suggestion=nearest(kind, RIGS)
         )
+    if at is not None and kind in CONTACTS:
+        raise ModelError("where the tool touches, the joint values follow", key="--at", found=at, expected="--poses")
     arm = open_arm(robot, base=base, tip=tip)
     if arm.left_out:
         # A URDF that cannot hold its own numbers, as of a run with a fitted tool: both files become robot.yaml.

@@ -1,0 +1,277 @@
+"""What stands around a simulated arm for each kind of measurement, and what it would read.
+
+A rig takes the true arm and joint values and returns a data set without values: configurations, observations with true
+frames, places and sigmas. For contacts the arm is brought to touch: joint values are moved until the kind's own
+residual is what the contact leaves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.geometry import se3, so3
+from robocal.jobs.touching import touch
+from robocal.measure.base import synthesise
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
+
+__all__ = ["RIGS", "STANDS", "Instrument", "measure"]
+
+Array = NDArray[np.float64]
+# Where a tracker typically stands: two metres away, turned and tilted (m, rad).
+STANDS = (1.6, -1.1, 0.4, 0.02, -0.03, 2.1)
+POINT = (True, True, True, False, False, False)
+ACROSS = (False, False, True, True, True, False)
+CAMERA = (1400.0, 1400.0, 640.0, 480.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """What measures: its kind, its noise per axis (m, rad), and its frame (m, rotation vector), None for base
+    coordinates."""
+
+    kind: str = "position"
+    noise: float = 5e-5
+    angle_noise: float = 1e-4
+    frame: tuple[float, ...] | None = STANDS
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The true arm, the joint values (m, n), the instrument, and random numbers for where things stand."""
+
+    truth: Chain
+    q: Array
+    instrument: Instrument
+    rng: np.random.Generator
+
+    @property
+    def places(self) -> Array:
+        """Where the tool comes, (m, 3)."""
+        return np.asarray(self.truth.pose(self.q)[:, :3, 3])
+
+    def sigma(self, rows: int, *unit: str) -> Array:
+        """Standard deviations (rows, d) of columns in m, rad or px."""
+        size = {"m": self.instrument.noise, "rad": self.instrument.angle_noise, "px": 0.2}
+        return np.tile([size[u] for u in unit], (rows, 1))
+
+    def frame(self, name: str, free: tuple[bool, ...] = (True,) * 6, *, away: float = 0.0) -> Frame | None:
+        """The instrument's frame, at least `away` times the arm's reach from it."""
+        given = self.instrument.frame
+        if given is None:
+            return None
+        if given == STANDS and away:
+            reach = float(np.linalg.norm(self.places, axis=1).max())
+            scale = max(1.0, away * reach / float(np.linalg.norm(given[:3])))
+            given = (*(float(v) * scale for v in given[:3]), *given[3:])
+        return Frame(self.instrument.name or name, given, free, expected=(10.0, 3.0))
+
+
+Rig = Callable[[Scene], tuple[Configurations, tuple[Observations, ...]]]
+
+
+def _where(q: Array, prefix: str = "p") -> Configurations:
+    digits = len(str(len(q)))
+    return Configurations(tuple(f"{prefix}{i + 1:0{digits}d}" for i in range(len(q))), q)
+
+
+def _seen(*unit: str, name: str, away: float = 0.0) -> Rig:
+    """One row per configuration by an instrument with a frame."""
+
+    def rig(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
+        m = len(s.q)
+        frame = s.frame(name, away=away)
+        obs = Observations(s.instrument.kind, np.arange(m), np.zeros((m, len(unit))), s.sigma(m, *unit), frame)
+        return _where(s.q), (obs,)
+
+    return rig
+
+
+def _pairs(*unit: str, framed: bool) -> Rig:
+    """Every row compares a configuration with one of its own."""
+
+    def rig(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
+        m = len(s.q)
+        low, high = s.q.min(axis=0), s.q.max(axis=0)
+        both = np.vstack([s.q, s.rng.uniform(low, high, s.q.shape)])
+        one, two = _where(s.q), _where(s.q, "to")
+        frame = s.frame("camera", (False, False, False, True, True, True)) if framed else None
+        if frame is not None:
+            frame = replace(frame, value=(0.0, 0.0, 0.0, *frame.value[3:]))
+        obs = Observations(
+            s.instrument.kind, np.arange(m), np.zeros((m, len(unit))), s.sigma(m, *unit), frame,
+            second=np.arange(m, 2 * m), group="" if framed else "odometry",
+        )  # fmt: skip
+        return Configurations(one.ids + two.ids, both), (obs,)
+
+    return rig
+
+
+def _ranges(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
+    """Four receivers around the arm, not in one plane, in air of a speed that is not quite nominal."""
+    m = len(s.q)
+    centre, size = s.places.mean(axis=0), 1.3 * float(np.linalg.norm(s.places - s.places.mean(axis=0), axis=1).max())
+    corners = np.array([(1, 1, -0.6), (-1, 1, 0.9), (-1, -1, -0.4), (1, -1, 1.1)]) * size / 1.5
+    out = []
+    for i, corner in enumerate(corners + centre):
+        place = Frame(f"r{i + 1}", (*(float(v) for v in corner), 0.0, 0.0, 0.0), POINT)
+        options = {
+            "place": place,
+            "medium": "air",
+            "speed": 343.0,
+            "values": {"speed": 343.0, "delay": 0.0},
+            "free": (),
+        }
+        out.append(
+            Observations("range", np.arange(m), np.zeros((m, 1)), s.sigma(m, "m"), options=options, group=place.name)
+        )
+    return _where(s.q), tuple(out)
+
+
+def _bar(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
+    """A draw-wire or telescopic bar from a socket in front of the arm to its tool."""
+    m = len(s.q)
+    socket = Frame("socket", (*(float(v) for v in _beside(s)), 0.0, 0.0, 0.0), POINT, "base")
+    ball = Frame("ball", (0.0,) * 6, (False,) * 6, "tool")
+    obs = Observations(
+        "distance", np.arange(m), np.zeros((m, 1)), s.sigma(m, "m"), options={"ends": (socket, ball)}, group="bar"
+    )
+    return _where(s.q), (obs,)
+
+
+def _beside(s: Scene) -> Array:
+    """A place at the edge of where the tool comes."""
+    p = s.places
+    return np.asarray(p.mean(axis=0) + 1.1 * (p[np.argmax(np.linalg.norm(p - p.mean(axis=0), axis=1))] - p.mean(axis=0)))
+
+
+def _reached(s: Scene, count: int) -> list[Array]:
+    """Places that the arm reaches easily: where it comes, neither near nor far from the middle, apart from each other."""
+    p = s.places
+    far = np.linalg.norm(p - np.median(p, axis=0), axis=1)
+    ordered = p[np.argsort(np.abs(far - np.median(far)))][: max(20, len(p) // 3)]
+    out = [ordered[0]]
+    while len(out) < count:
+        gap = np.min([np.linalg.norm(ordered - o, axis=1) for o in out], axis=0)
+        out.append(ordered[int(np.argmax(gap))])
+    return [np.round(o, 3) for o in out]
+
+
+def _contacts(
+    kind: str, frames: Callable[[Scene], list[Frame]], options: dict[str, object] | None = None
+) -> Rig:
+    """The arm touches one place after the other, each from many configurations."""
+
+    def rig(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
+        places = frames(s)
+        share = np.array_split(np.arange(len(s.q)), len(places))
+        width = 3 if kind == "point" else 1
+        parts, q = [], np.empty_like(s.q)
+        for place, rows in zip(places, share, strict=True):
+            if not len(rows):
+                continue
+            mine = {**(options or {}), "place": place}
+            blank = Observations(kind, rows, np.zeros((len(rows), width)), s.sigma(len(rows), *["m"] * width),
+                                 options=mine, group=place.name)  # fmt: skip
+            q[rows] = touch(s.truth, replace(blank, configuration=np.arange(len(rows))), s.q, s.rng)
+            parts.append(blank)
+        return _where(q), tuple(parts)
+
+    return rig
+
+
+def _sockets(s: Scene) -> list[Frame]:
+    """Two sockets."""
+    a, b = _reached(s, 2)
+    return [Frame(n, (*map(float, p), 0.0, 0.0, 0.0), POINT) for n, p in zip("ab", (a, b), strict=True)]
+
+
+def _spheres(s: Scene) -> list[Frame]:
+    """Two spheres."""
+    return [Frame(f"sphere{i + 1}", (*map(float, p), 0.0, 0.0, 0.0), POINT) for i, p in enumerate(_reached(s, 2))]
+
+
+def _plates(s: Scene) -> list[Frame]:
+    """Three plates that are not parallel."""
+    turns = ((0.05, -0.04, 0.0), (1.2, 0.1, 0.0), (0.1, -1.3, 0.0))
+    places = _reached(s, 3)
+    out = []
+    for i, (p, turn) in enumerate(zip(places, turns, strict=True)):
+        # The point of the plane that its own free shift along the normal reaches from the base's origin.
+        normal = so3.exp(np.array(turn))[:, 2]
+        height = float(np.round(normal @ p, 3))
+        out.append(Frame(f"plate{i + 1}", (0.0, 0.0, height / float(normal[2]), *turn), ACROSS))
+    return out
+
+
+def _point(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
+    """Two sockets on one plate, whose distance is known."""
+    where, parts = _contacts("point", _sockets)(s)
+    a, b = (o.options["place"] for o in parts)
+    assert isinstance(a, Frame) and isinstance(b, Frame) and where.joints is not None
+    apart = float(np.linalg.norm(np.subtract(a.value[:3], b.value[:3])))
+    nowhere = Configurations((*where.ids, "a-b"), np.vstack([where.joints, np.full(where.joints.shape[1], np.nan)]))
+    known = Observations(
+        "distance", np.array([len(where)]), np.array([[apart]]), s.sigma(1, "m"), options={"ends": (a, b)}, group="a-b"
+    )
+    return nowhere, (*parts, known)
+
+
+def _camera(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
+    """A fixed camera in front of the arm that sees the four corners of a marker on the tool, where they face it."""
+    p = s.places
+    centre, size = p.mean(axis=0), float(np.linalg.norm(p - p.mean(axis=0), axis=1).max())
+    eye = centre + 3.2 * size * np.array([0.85, -0.45, 0.28])
+    forward = (centre - eye) / np.linalg.norm(centre - eye)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    looks = se3.compose(np.stack([right, np.cross(forward, right), forward], axis=1), eye)
+    frame = Frame("camera", tuple(float(v) for v in se3.to_vector(se3.inverse(looks))), (True,) * 6)
+    corner = 0.06 * np.array([(-1.0, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)])
+    m = len(s.q)
+    obs = Observations(
+        "pixels", np.repeat(np.arange(m), 4), np.zeros((4 * m, 2)), s.sigma(4 * m, "px", "px"), frame,
+        extra={"point": np.tile(corner, (m, 1))},
+        options={"camera": "lens", "intrinsics": CAMERA, "free": ()},
+    )  # fmt: skip
+    return _where(s.q), (obs,)
+
+
+RIGS: dict[str, Rig] = {
+    "position": _seen("m", "m", "m", name="tracker"),
+    "pose": _seen("m", "m", "m", "rad", "rad", "rad", name="tracker"),
+    "spherical": _seen("m", "rad", "rad", name="tracker", away=2.0),
+    "bearing": _seen("rad", "rad", name="theodolite", away=2.0),
+    "range": _ranges,
+    "distance": _bar,
+    "displacement": _pairs("m", "m", "m", framed=True),
+    "relative_pose": _pairs("m", "m", "m", "rad", "rad", "rad", framed=False),
+    "point": _point,
+    "plane": _contacts("plane", _plates),
+    "sphere": _contacts(
+        "sphere", _spheres, {"radius": "ruby", "values": {"radius": 0.015}, "free": ()}
+    ),
+    "pixels": _camera,
+}
+CONTACTS = ("point", "plane", "sphere")
+
+
+def measure(
+    truth: Chain, q: Array, instrument: Instrument, rng: np.random.Generator | None, *, scene: int = 7
+) -> DataSet:
+    """What an instrument would read at joint values (m, n), or near them where the tool must touch something; without rng
+    there is no noise and no sigma is stated. `scene` seeds where things stand."""
+    exact = rng is None or not (instrument.noise > 0 and instrument.angle_noise > 0)
+    quiet = replace(instrument, noise=0.0, angle_noise=0.0) if exact else instrument
+    where, blank = RIGS[instrument.kind](Scene(truth, q, quiet, np.random.default_rng(scene)))
+    if exact:
+        blank = tuple(replace(o, sigma=None) for o in blank)
+    data = DataSet(where, blank)
+    if instrument.kind in CONTACTS:
+        return data
+    return synthesise(truth, data, None if exact else rng)
