@@ -316,8 +316,8 @@ def test_what_is_written_is_read_back(tmp_path, rng, kind, suffix):
 
 
 def test_what_a_table_cannot_hold():
-    obs = Observations("pixels", np.arange(4), np.zeros((4, 2)))
-    with pytest.raises(ModelError, match="pixels"):
+    obs = Observations("lengths", np.arange(4), np.zeros((4, 2)))
+    with pytest.raises(ModelError, match="lengths"):
         write_dataset(DataSet(Configurations(("a",) * 4, Q), (obs,)), ARM, "never.csv")
     with pytest.raises(ModelError, match="one instrument"):
         write_dataset(DataSet(Configurations(("a",) * 4, Q), (obs, obs)), ARM, "never.csv")

@@ -45,7 +45,15 @@ SimulationFolder = Annotated[str, _option("-o", "--output", metavar="DIR", text=
 JointCount = Annotated[
     int, typer.Option("--joints", metavar="N", min=1, max=30, help="How many, when ROBOT is a convention.")
 ]
-Kind = Annotated[str, typer.Option("--kind", metavar="KIND", help="What is measured: position or pose.")]
+Kind = Annotated[
+    str,
+    typer.Option(
+        "--kind",
+        metavar="KIND",
+        help="What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, "
+        "plane, sphere, pixels.",
+    ),
+]
 List = Annotated[bool, typer.Option("--list", help="List the catalogue and the conventions.")]
 
 # identify

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from rich.text import Text
@@ -31,7 +32,9 @@ def show_check(terminal: Terminal, found: Checked) -> None:
     if found.instruments:
         made = table("instrument", "kind", "rows", "configurations", "sigma", "frame", "targets", "file", right=(2, 3))
         for i in found.instruments:
-            sigma = i["sigma_source"] if i["sigma_m"] is None else f"{figure(i['sigma_m'] * 1e3, 2)} mm"
+            stated = ((i["sigma_m"], 1e3, "mm"), (i["sigma_rad"], 180 / math.pi, "deg"), (i["sigma_px"], 1.0, "px"))
+            sigma = ", ".join(f"{figure(v * k, 2)} {unit}" for v, k, unit in stated if v is not None)
+            sigma = sigma or i["sigma_source"]
             targets = ", ".join(i["targets"]) or "the tool"
             made.add_row(
                 i["name"], i["kind"], str(i["rows"]), str(i["configurations"]), sigma, i["frame"], targets, i["source"]

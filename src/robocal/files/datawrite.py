@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import replace
@@ -60,10 +61,10 @@ def table_text(dataset: DataSet, chain: Chain, units: Units | None = None, *, di
 
     def add(name: str, unit: Unit, values: Array) -> None:
         headers.append(name if unit.name == "1" else f"{name} [{unit.name}]")
-        if not digits and unit.si in ("m", "rad"):
-            values = np.round(values, 7)
         shown = unit.from_si(values)
-        columns.append([number(v) for v in (shown if digits else np.round(shown, 9)).tolist()])
+        if not digits and unit.si in ("m", "rad"):
+            shown = np.round(shown, max(0, round(math.log10(unit.factor / 1e-7))))
+        columns.append([number(v) for v in shown.tolist()])
 
     for prefix, index in (("", obs.configuration), ("second.", obs.second)):
         for i, joint in enumerate(chain.joints if index is not None else ()):

@@ -11,6 +11,7 @@ import numpy as np
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, convention_of
 from robocal.files.datawrite import table_text
+from robocal.files.kinds.registry import READERS
 from robocal.files.robot import describe
 from robocal.files.rows import quoted
 from robocal.files.units import Units
@@ -36,21 +37,15 @@ Every joint may also have type (revolute, prismatic, fixed), limits [lower, uppe
 Check it with: robocal check robot.yaml data.yaml"""
 DATA = """# The measurements. The table may be written in any way: say how, and which columns mean what.
 robocal: 1
-kind: {kind}                 # position: x, y, z of a point; pose: position and orientation
+kind: {kind}                 # what every kind is for: docs/kinds
 file: {file}
 csv: {{separator: ",", decimal: ".", header: true}}    # columns by name, or by zero-based number without a header
+units: {{length: {length}, angle: {angle}}}    # of the frames, places and targets in this file
 joints: {{columns: [{joints}], unit: {joint_unit}}}
-position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
-{orientation}frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
-# targets: {{smr1: {{xyz: [0, 0, 100], free: true}}}}    # where the measured point sits on the tool
+{own}# targets: {{smr1: {{xyz: [0, 0, 100], free: true}}}}    # where the measured point sits on the tool
 # target: {{column: target}}                           # which target a row sees, when there are several
-configuration: {{id: configuration}}    # also: temperature, payload, approach, time
+configuration: {{id: configuration}}    # also: time, temperature, payload, approach.j1, torque.j1, group
 """
-ORIENTATION = {
-    "position": "",
-    "pose": "orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigma: 0.005}}"
-    "    # or matrix, quaternion_xyzw, quaternion_wxyz, euler with order: XYZ, frame: intrinsic\n",
-}
 TABLE = "# Example rows, computed from the nominal robot: put your measurements here.\n"
 
 
@@ -65,8 +60,12 @@ def convention_chain(convention: str, joints: int, name: str = "my robot") -> Ch
     return chain(name, convention, [{"name": f"j{i + 1}", "type": "revolute", **row} for i in range(joints)])
 
 
-def templates(arm: Chain, *, kind: str = "position", units: Units | None = None, rows: int = 5) -> dict[str, str]:
-    """The texts of robot.yaml, data.yaml and measurements.csv for an arm; the three are valid together."""
+def templates(
+    arm: Chain, *, kind: str = "position", units: Units | None = None, rows: int = 5, example: DataSet | None = None
+) -> dict[str, str]:
+    """The texts of robot.yaml, data.yaml and measurements.csv for an arm; the three are valid together.
+
+    `example` are the rows of the table; positions and poses make their own."""
     units = units or Units()
     length, angle = units.length.name, units.angle.name
     rule = CONVENTIONS[arm.convention]
@@ -80,12 +79,17 @@ def templates(arm: Chain, *, kind: str = "position", units: Units | None = None,
         "joint_unit": own[0] if len(set(own)) == 1 else f"[{', '.join(own)}]",
         "length": length,
         "angle": angle,
-        "orientation": ORIENTATION[kind].format(angle=angle),
     }
+    example = _example(arm, kind, rows, units) if example is None else example
+    near, ball = (units.length.from_si(v) for v in (0.5, 0.015))
+    own_keys = READERS[kind].template.format(
+        length=length, angle=angle, joint_unit=words["joint_unit"], near=", ".join([f"{near:g}"] * 3), ball=f"{ball:g}",
+        second=", ".join(quoted(f"second.{name}") for name in arm.joint_names),
+    )  # fmt: skip
     return {
         "robot.yaml": describe(arm, units, comment=comment),
-        "data.yaml": DATA.format(**words),
-        "measurements.csv": TABLE + table_text(_example(arm, kind, rows, units), arm, units),
+        "data.yaml": DATA.format(**words, own=own_keys),
+        "measurements.csv": TABLE + table_text(example, arm, units, digits=False),
     }
 
 

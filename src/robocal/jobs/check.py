@@ -16,6 +16,7 @@ from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot
 from robocal.geometry import fits
 from robocal.jobs.inputs import Watch, computable, open_arm, read_inputs, robot_files
+from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 
 __all__ = ["Checked", "check"]
@@ -129,13 +130,9 @@ def _data_warnings(chain: Chain, data: DataSet) -> tuple[str, ...]:
 def _instruments(data: DataSet) -> tuple[dict[str, Any], ...]:
     out = []
     for obs in data.observations:
-        sigma = (
-            None
-            if obs.sigma is None
-            else [
-                float(np.sqrt(np.mean(obs.sigma[:, a:b] ** 2))) for a, b in ((0, 3), (3, obs.sigma.shape[1])) if b > a
-            ]
-        )
+        sigma = {} if obs.sigma is None else {
+            unit: float(np.sqrt(np.mean(obs.sigma[:, a:b] ** 2))) for a, b, unit in kind_of(obs).parts
+        }  # fmt: skip
         out.append(
             {
                 "name": obs.label,
@@ -143,9 +140,10 @@ def _instruments(data: DataSet) -> tuple[dict[str, Any], ...]:
                 "source": obs.source,
                 "rows": len(obs),
                 "configurations": len(np.unique(obs.configuration)),
-                "sigma_source": "estimated from the residuals" if sigma is None else "stated",
-                "sigma_m": None if sigma is None else sigma[0],
-                "sigma_rad": None if sigma is None or len(sigma) < 2 else sigma[1],
+                "sigma_source": "stated" if sigma else "estimated from the residuals",
+                "sigma_m": sigma.get("m"),
+                "sigma_rad": sigma.get("rad"),
+                "sigma_px": sigma.get("px"),
                 "frame": "none"
                 if obs.frame is None
                 else "free"
@@ -154,6 +152,7 @@ def _instruments(data: DataSet) -> tuple[dict[str, Any], ...]:
                 if not any(obs.frame.free)
                 else "partly free",
                 "targets": [t.name for t in obs.targets],
+                "places": [f.name for f in kind_of(obs).frames(obs)],
             }
         )
     return tuple(out)

@@ -5,15 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from robocal.arms import catalog
+from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import ModelError, nearest
 from robocal.files.templates import convention_chain, templates
 from robocal.files.text import write_files
-from robocal.jobs.rigs import RIGS
-from robocal.jobs.simulate import refuse_existing
+from robocal.jobs.rigs import RIGS, Instrument, measure
+from robocal.jobs.simulate import refuse_existing, sample_joints
+from robocal.measure.data import DataSet
 
 __all__ = ["Listing", "New", "listing", "new"]
+
+ROWS = 12  # of the example table
 
 
 @dataclass(frozen=True)
@@ -59,6 +65,18 @@ def new(robot: str, output: Path, *, joints: int = 6, kind: str = "position", fo
             expected="see robocal new --list",
             suggestion=nearest(robot, known),
         )
-    texts = templates(arm, kind=kind)
+    texts = templates(arm, kind=kind, example=_example(arm, kind))
     refuse_existing(output, list(texts), force)
     return New(arm.name, arm.convention, write_files(output, texts))
+
+
+def _example(arm: Chain, kind: str) -> DataSet | None:
+    """Rows that a perfect instrument would read of the nominal robot; the templates make those of positions and poses."""
+    if kind in ("position", "pose"):
+        return None
+    within = np.clip(sample_joints(arm, ROWS, np.random.default_rng(1)), -1.0, 1.0)
+    # Joint values that are short to read.
+    short = np.where(
+        [j.type == "prismatic" for j in arm.joints], np.round(within, 2), np.radians(np.round(np.degrees(within)))
+    )
+    return measure(arm, short, Instrument(kind), None)

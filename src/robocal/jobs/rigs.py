@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.geometry import se3, so3
-from robocal.jobs.touching import touch
+from robocal.jobs.touching import span, touch
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 STANDS = (1.6, -1.1, 0.4, 0.02, -0.03, 2.1)
 POINT = (True, True, True, False, False, False)
 ACROSS = (False, False, True, True, True, False)
+SAMPLE = 300  # places that are looked at to find some that are reached easily
 CAMERA = (1400.0, 1400.0, 640.0, 480.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -97,7 +98,7 @@ def _pairs(*unit: str, framed: bool) -> Rig:
 
     def rig(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
         m = len(s.q)
-        low, high = s.q.min(axis=0), s.q.max(axis=0)
+        low, high = span(s.truth, s.q)
         both = np.vstack([s.q, s.rng.uniform(low, high, s.q.shape)])
         one, two = _where(s.q), _where(s.q, "to")
         frame = s.frame("camera", (False, False, False, True, True, True)) if framed else None
@@ -152,9 +153,10 @@ def _beside(s: Scene) -> Array:
 
 def _reached(s: Scene, count: int) -> list[Array]:
     """Places that the arm reaches easily: where it comes, neither near nor far from the middle, apart from each other."""
-    p = s.places
+    low, high = span(s.truth, s.q)
+    p = s.truth.pose(s.rng.uniform(low, high, (SAMPLE, len(low))))[:, :3, 3]
     far = np.linalg.norm(p - np.median(p, axis=0), axis=1)
-    ordered = p[np.argsort(np.abs(far - np.median(far)))][: max(20, len(p) // 3)]
+    ordered = p[np.argsort(np.abs(far - np.median(far)))][: SAMPLE // 3]
     out = [ordered[0]]
     while len(out) < count:
         gap = np.min([np.linalg.norm(ordered - o, axis=1) for o in out], axis=0)

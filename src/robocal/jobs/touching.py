@@ -12,18 +12,24 @@ from robocal.errors import ModelError
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Observations
 
-__all__ = ["touch"]
+__all__ = ["span", "touch"]
 
 Array = NDArray[np.float64]
 ROUNDS, STEPS = 30, 40
 
 
+def span(truth: Chain, near: Array) -> tuple[Array, Array]:
+    """Lower and upper joint values (n,): the limits, or the range of `near` (m, n) where there are none."""
+    low, high = truth.limits.T
+    return np.where(np.isfinite(low), low, near.min(axis=0)), np.where(np.isfinite(high), high, near.max(axis=0))
+
+
 def touch(truth: Chain, blank: Observations, near: Array, rng: np.random.Generator) -> Array:
     """Joint values at which the contact leaves noise of its sigma, (k, n): Gauss-Newton from random starts within the
-    range of those in `near`. Raises ModelError when the arm hardly reaches."""
+    joint limits, or the range of `near` where there are none. Raises ModelError when the arm hardly reaches."""
     assert blank.sigma is not None
     k, n = len(blank), near.shape[1]
-    low, high = near.min(axis=0), near.max(axis=0)
+    low, high = span(truth, near)
     wanted = blank.sigma * rng.standard_normal(blank.value.shape)
     out, left = np.empty((k, n)), np.arange(k)
     for _ in range(ROUNDS):
