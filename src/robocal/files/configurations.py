@@ -86,9 +86,7 @@ def _second_joints(second: SecondModel, first: JointsModel, table: CsvTable, cha
     return JointsModel(columns=columns, unit=first.unit if silent else second.unit)
 
 
-def _joints(
-    model: JointsModel, table: CsvTable, chain: Chain, document: Document, at: Path_
-) -> tuple[Array, Unit]:
+def _joints(model: JointsModel, table: CsvTable, chain: Chain, document: Document, at: Path_) -> tuple[Array, Unit]:
     """Joint values (k, n) in rad or m, and the unit of the angles."""
     n = len(chain.joints)
     columns = model.columns
@@ -181,7 +179,9 @@ def _merge(given: Configurations, table: CsvTable, row: Ints) -> tuple[Configura
     if given.groups is not None:
         for i, label in enumerate(given.groups):
             if label != given.groups[first[ids[i]]]:
-                message = f"configuration {ids[i]!r} belongs to another group than in row {table.lines[row[first[ids[i]]]]}"
+                message = (
+                    f"configuration {ids[i]!r} belongs to another group than in row {table.lines[row[first[ids[i]]]]}"
+                )
                 raise table.fail(message, int(row[i]), found=label, expected=given.groups[first[ids[i]]])
     # What the first row does not know, a later one of the same configuration may.
     made = given.take(kept)

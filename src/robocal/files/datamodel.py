@@ -24,8 +24,8 @@ __all__ = [
     "Sigma",
     "SigmaModel",
     "TargetModel",
-    "column_model",
     "ValueModel",
+    "column_model",
 ]
 
 

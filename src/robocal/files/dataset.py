@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError, nearest
-from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.configurations import read_configurations
+from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.datamodel import DataModel, FramedModel, InstrumentModel, TargetModel
 from robocal.files.doubts import Suspicion, alternatives, limit_warning, repeat_warnings, suspicions
 from robocal.files.frames import frame_vector

@@ -116,7 +116,9 @@ def data_text(dataset: DataSet, chain: Chain, file: str, units: Units | None = N
         lines += ["places:", *(f"  {frame_line(p, units)}" for p in places), "place: place"]
     lines += _between(dataset.observations[1:], units)
     if obs.frame is not None:
-        lines.append(f"frame: {{name: {quoted(obs.frame.name)}, {frame_words(obs.frame, units)}, mount: {obs.frame.mount}}}")
+        lines.append(
+            f"frame: {{name: {quoted(obs.frame.name)}, {frame_words(obs.frame, units)}, mount: {obs.frame.mount}}}"
+        )
     if obs.targets:
         lines += ["targets:", *(f"  {frame_line(t, units, mount=True)}" for t in obs.targets), "target: target"]
     known = _recorded(dataset.configurations)

@@ -148,7 +148,9 @@ def _bar(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
 def _beside(s: Scene) -> Array:
     """A place at the edge of where the tool comes."""
     p = s.places
-    return np.asarray(p.mean(axis=0) + 1.1 * (p[np.argmax(np.linalg.norm(p - p.mean(axis=0), axis=1))] - p.mean(axis=0)))
+    return np.asarray(
+        p.mean(axis=0) + 1.1 * (p[np.argmax(np.linalg.norm(p - p.mean(axis=0), axis=1))] - p.mean(axis=0))
+    )
 
 
 def _reached(s: Scene, count: int) -> list[Array]:
@@ -164,9 +166,7 @@ def _reached(s: Scene, count: int) -> list[Array]:
     return [np.round(o, 3) for o in out]
 
 
-def _contacts(
-    kind: str, frames: Callable[[Scene], list[Frame]], options: dict[str, object] | None = None
-) -> Rig:
+def _contacts(kind: str, frames: Callable[[Scene], list[Frame]], options: dict[str, object] | None = None) -> Rig:
     """The arm touches one place after the other, each from many configurations."""
 
     def rig(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
@@ -255,9 +255,7 @@ RIGS: dict[str, Rig] = {
     "relative_pose": _pairs("m", "m", "m", "rad", "rad", "rad", framed=False),
     "point": _point,
     "plane": _contacts("plane", _plates),
-    "sphere": _contacts(
-        "sphere", _spheres, {"radius": "ruby", "values": {"radius": 0.015}, "free": ()}
-    ),
+    "sphere": _contacts("sphere", _spheres, {"radius": "ruby", "values": {"radius": 0.015}, "free": ()}),
     "pixels": _camera,
 }
 CONTACTS = ("point", "plane", "sphere")

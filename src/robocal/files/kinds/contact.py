@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, FiniteFloat
+from pydantic import BeforeValidator, Field, FiniteFloat
 
 from robocal.errors import nearest
 from robocal.files.csvtable import CsvTable
@@ -46,7 +46,7 @@ class ContactModel(PlacedModel):
 class PointModel(ContactModel):
     """A ball in sockets, some of which may be a known distance apart."""
 
-    between: Annotated[list[BetweenModel], BeforeValidator(_several)] = []
+    between: Annotated[list[BetweenModel], BeforeValidator(_several)] = Field(default_factory=list)
 
 
 class SphereModel(ContactModel):

@@ -1,6 +1,6 @@
 """Pixels: where a camera saw points of a target. The points are columns, or corners of a marker by number.
 
-    corners: {column: corner, size: 60}     0 top left, 1 top right, 2 bottom right, 3 bottom left, z towards the camera
+corners: {column: corner, size: 60}     0 top left, 1 top right, 2 bottom right, 3 bottom left, z towards the camera
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: Document) -> Valu
         found = [model.camera.fx, model.camera.fy]
         document.fail("a focal length must be above 0", ("camera",), found=found, expected="fx and fy in pixels")
     if (model.points is None) == (model.corners is None):
-        document.fail("which points were seen?", ("points",), expected="points: {columns: [point_x, point_y, point_z], unit: mm}, or corners")
+        document.fail("which points were seen?", ("points",), expected="points: {columns: [...], unit: mm}, or corners")
     if model.points is not None:
         point, _, units = quantity(model.points, table, document, ("points",), ("m",) * 3, POINT)
         return Values(value, sigma, units[0], extra={"point": point})
@@ -134,7 +134,7 @@ PIXELS = KindFile(
     read_pixels,
     write_pixels,
     """pixels: {{columns: [u, v], sigma: 0.2}}
-points: {{columns: [point_x, point_y, point_z], unit: {length}}}    # the seen point in the target's frame; or corners: {{column: corner, size: 60}}
+points: {{columns: [point_x, point_y, point_z], unit: {length}}}    # in the target's frame; or corners: {{column: corner, size: 60}}
 frame: {{name: camera, mount: base, free: true}}    # say roughly where: the base seen from the camera; in hand: mount: tool
 camera: {{name: lens, fx: 1400, fy: 1400, cx: 640, cy: 480, free: []}}    # also k1 k2 p1 p2 k3; free: true identifies all
 """,

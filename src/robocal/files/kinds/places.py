@@ -17,13 +17,23 @@ from robocal.errors import nearest
 from robocal.files.datamodel import ColumnModel, DataModel, Sigma, column_model
 from robocal.files.frames import frame_vector
 from robocal.files.kinds.base import Around, Part, Values
-from robocal.files.schema import FrameModel, Model, Name, refuse
 from robocal.files.rows import quoted
+from robocal.files.schema import FrameModel, Model, Name, refuse
 from robocal.files.units import Units, number, parse_unit
 from robocal.measure.data import Frame
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["BetweenModel", "PlaceModel", "PlacedModel", "between", "each_place", "frame_line", "frame_of", "frame_words", "place_frames"]
+__all__ = [
+    "BetweenModel",
+    "PlaceModel",
+    "PlacedModel",
+    "between",
+    "each_place",
+    "frame_line",
+    "frame_of",
+    "frame_words",
+    "place_frames",
+]
 
 Ints = NDArray[np.int64]
 
@@ -62,9 +72,7 @@ class BetweenModel(Model):
     sigma: Sigma = None
 
 
-def frame_of(
-    name: str, given: PlaceModel, free: Sequence[bool], around: Around, at: tuple[str | int, ...]
-) -> Frame:
+def frame_of(name: str, given: PlaceModel, free: Sequence[bool], around: Around, at: tuple[str | int, ...]) -> Frame:
     """T_base_place as a frame; what its kind can see of it is free unless stated. Raises FormatError for a name that is
     taken."""
     if name in around.owners:
@@ -95,7 +103,9 @@ def frame_words(frame: Frame, units: Units) -> str:
     return ", ".join([*words, f"free: {shown}"])
 
 
-def place_frames(model: PlacedModel, free: Sequence[bool], around: Around, names: Sequence[str] = ()) -> dict[str, Frame]:
+def place_frames(
+    model: PlacedModel, free: Sequence[bool], around: Around, names: Sequence[str] = ()
+) -> dict[str, Frame]:
     """The places of a file by name; `names` are those that are needed. Raises FormatError for one that is described
     nowhere while others are."""
     known: Mapping[str, PlaceModel] = model.places or {name: PlaceModel() for name in names}
@@ -146,9 +156,7 @@ def _part(values: Values, rows: Ints, frame: Frame) -> Part:
     )
 
 
-def between(
-    models: Sequence[BetweenModel], frames: Mapping[str, Frame], around: Around
-) -> Iterator[Part]:
+def between(models: Sequence[BetweenModel], frames: Mapping[str, Frame], around: Around) -> Iterator[Part]:
     """One distance for every pair of places that are a known distance apart. Raises FormatError for an unknown place."""
     for i, given in enumerate(models):
         at = ("between", i) if len(models) > 1 else ("between",)

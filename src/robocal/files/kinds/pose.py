@@ -142,7 +142,8 @@ POSE = KindFile(
     read_pose,
     write_pose,
     """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
-orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigma: 0.005}}    # or matrix, quaternion_xyzw, quaternion_wxyz, euler with order: XYZ, frame: intrinsic
+orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigma: 0.005}}
+#   form: or matrix, quaternion_xyzw, quaternion_wxyz, euler with order: XYZ, frame: intrinsic
 frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
 """,
     located=True,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, FiniteFloat
 
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import ColumnModel, ScalarModel, SigmaModel, ValueModel
+from robocal.files.datamodel import ColumnModel, SigmaModel, ValueModel
 from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, columns, section, sigmas
 from robocal.files.kinds.places import PlacedModel, each_place, place_frames
 from robocal.files.schema import Model, Name, refuse
@@ -101,7 +101,9 @@ def _unit(
     if found.si == "s":
         return Unit(found.name, "m", found.factor * model.medium.speed)
     if found.si != "m":
-        document.fail("the unit is of another quantity", ("range", "unit"), found=found.name, expected="a time or a length")
+        document.fail(
+            "the unit is of another quantity", ("range", "unit"), found=found.name, expected="a time or a length"
+        )
     return found
 
 

@@ -1,7 +1,7 @@
 """Two configurations compared: relative poses, and displacements.
 
-    relative_pose   T_first_second of the tool, as an inertial unit or visual odometry reports it
-    displacement    p(second) - p(first) in the axes of an instrument
+relative_pose   T_first_second of the tool, as an inertial unit or visual odometry reports it
+displacement    p(second) - p(first) in the axes of an instrument
 """
 
 from __future__ import annotations
