@@ -74,7 +74,7 @@ def unseen(problem: Problem, x: Array, split: Split, units: Sequence[str], local
             part = problem.with_free(shared).with_weights(split.fit[some] * weight)
             start = np.repeat(x, len(some), axis=0)
             found = least_squares(part, start).x if shared else start
-            factor = np.ones((len(some), problem.units))
+            factor = np.ones((len(some), len(problem.terms)))
             if names:
                 profiled[some] = True
                 for b, k in enumerate(some):
@@ -89,72 +89,73 @@ def _empty(problem: Problem, x: Array, units: Sequence[str]) -> dict[str, Array]
 
 
 def _collect(out: dict[str, Array], problem: Problem, x: Array, factor: Array, split: Split, rounds: Ints) -> None:
-    """Puts what the rounds miss where it belongs."""
+    """Puts what the rounds miss where it belongs; `factor` (rounds, terms)."""
     residuals = problem.residuals(x)
     turn = np.full(len(split), -1)
     turn[rounds] = np.arange(len(rounds))
-    misses: Array
     # A round that had nothing to learn from knows nothing.
     able = np.asarray(split.fit[rounds].any(axis=1))
     for unit, values in out.items():
         misses, at = errors(residuals, unit)
+        term = np.concatenate(
+            [np.full(len(r.unit), i) for i, r in enumerate(residuals) for *_, u in r.parts if u == unit]
+        )
         mine = split.round_of[at]
         rows = np.flatnonzero((mine >= 0) & (turn[mine] >= 0))
         b = turn[mine[rows]]
-        values[rows] = np.where(able[b], np.atleast_2d(misses)[b, rows] * factor[b, at[rows]], np.nan)
+        values[rows] = np.where(able[b], np.atleast_2d(misses)[b, rows] * factor[b, term[rows]], np.nan)
 
 
-def _support(problem: Problem, names: Sequence[str]) -> Bools:
-    """Which units can see each parameter at all, by structure, (len(names), U)."""
-    made = problem.with_free(names)
-    out = np.zeros((len(names), problem.units), dtype=bool)
-    where = {n: i for i, n in enumerate(names)}
-    row_of = np.array([where[n] for n in made.free], dtype=np.int64)
-    for term in made.bound_terms:
-        for column in np.unique(term.columns):
-            out[row_of[column], term.unit] = True
-    return out
-
-
-def _see_others(problem: Problem, names: Sequence[str]) -> Bools:
-    """Which units see anything but the things that these parameters belong to, (U,)."""
+def _sees(problem: Problem, names: Sequence[str]) -> tuple[Bools, Bools]:
+    """Which terms see each parameter at all, by structure, (names, terms), and which of these see anything else but the
+    things that the parameters belong to, (terms,): only such rows can place a frame for the machine."""
+    every = problem.with_free(problem.table.names)
+    row_of = {n: i for i, n in enumerate(names)}
     owners = {n.rpartition(".")[0] for n in names}
-    return np.asarray(
-        _support(problem, [n for n in problem.table.names if n.rpartition(".")[0] not in owners]).any(axis=0)
-    )
+    out, anchors = np.zeros((len(names), len(problem.terms)), dtype=bool), np.zeros(len(problem.terms), dtype=bool)
+    for t, term in enumerate(every.bound_terms):
+        for column in np.unique(term.columns):
+            name = every.free[column]
+            anchors[t] |= name.rpartition(".")[0] not in owners
+            if name in row_of:
+                out[row_of[name], t] = True
+    return out, anchors
 
 
 def _alike(problem: Problem, split: Split, local: Sequence[str]) -> list[tuple[tuple[str, ...], Ints]]:
     """The rounds, put together where the same parameters are met in held-out rows alone."""
-    candidates = list(local)
-    if not candidates or not len(split):
+    if not len(local) or not len(split):
         return [((), np.arange(len(split)))] if len(split) else []
-    sees = _support(problem, candidates)
-    # Only rows that see the machine can place a frame for it.
-    anchors = _see_others(problem, candidates)
-    alone = (sees @ split.held.T) & ~(sees @ (split.fit & anchors).T)  # (names, K)
+    sees, anchors = _sees(problem, local)
+    rows = np.zeros((len(problem.terms), problem.units))
+    for t, term in enumerate(problem.terms):
+        rows[t, term.unit] = 1
+    held, fit = rows @ split.held.T > 0, rows @ split.fit.T > 0  # (terms, K)
+    alone = (sees @ held) & ~((sees & anchors) @ fit)  # (names, K)
     patterns, which = np.unique(alone, axis=1, return_inverse=True)
     return [
-        (tuple(n for n, yes in zip(candidates, patterns[:, i], strict=True) if yes), np.flatnonzero(which.ravel() == i))
+        (tuple(n for n, yes in zip(local, patterns[:, i], strict=True) if yes), np.flatnonzero(which.ravel() == i))
         for i in range(patterns.shape[1])
     ]
 
 
 def _profile(problem: Problem, x: Array, held: Bools, names: tuple[str, ...]) -> tuple[Array, Array]:
-    """x (P,) with these parameters fitted to held-out units, and the factor of their errors by unit, (U,)."""
-    sees = _support(problem, names).any(axis=0)
-    for used in (held & sees & _see_others(problem, names), held & sees):
-        some = problem.with_weights(used[None].astype(float))
-        kept = analyse(some.with_free(names), x).kept if used.any() else ()
+    """x (P,) with these parameters fitted to held-out units, and the factor of their errors by term, (terms,)."""
+    sees, anchors = _sees(problem, names)
+    touching = np.asarray(sees.any(axis=0))
+    nothing = np.ones(len(problem.terms))
+    weighted = problem.with_weights(held[None].astype(float))
+    for used in (touching & anchors, touching):
+        some = replace(weighted, terms=tuple(t for t, u in zip(problem.terms, used, strict=True) if u))
+        numbers = sum(int(held[t.unit].sum()) * t.scale.shape[1] for t in some.terms)
+        kept = analyse(some.with_free(names), x).kept if numbers else ()
         if len(kept) == len(names):
             break
     if not kept:
-        return x[0], np.ones(problem.units)
-    solution = least_squares(some.with_free(kept), x)
-    numbers = sum(int(used[t.unit].sum()) * t.scale.shape[1] for t in problem.terms)
+        return x[0], nothing
     # As many numbers as parameters are always met: they say nothing.
     factor = np.sqrt(numbers / (numbers - len(kept))) if numbers > len(kept) else np.nan
-    return solution.x[0], np.where(used, factor, 1.0)
+    return least_squares(some.with_free(kept), x).x[0], np.where(used, factor, nothing)
 
 
 def trial(
@@ -187,7 +188,7 @@ def trial(
         profiled = np.ones(1, dtype=bool)
         break
     else:
-        before = after = np.ones(base.units)
+        before = after = np.ones(len(base.terms))
         profiled = np.zeros(1, dtype=bool)
     part = replace(part, solution=replace(part.solution, x=solved))
     found = []
