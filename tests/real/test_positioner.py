@@ -48,7 +48,9 @@ def positioner(shared_data, tmp_path_factory):
     rows = YAML(typ="safe").load(shared_data / "positioner" / "positioner_kinematic_measurements.yaml")
     names = ("x", "y", "z", "qx", "qy", "qz", "qw")
     # The keys are the times of the measurements, in seconds.
-    lines = [",".join(map(repr, (*r["target_joints"], *(r["pose"][n] for n in names)))) for _, r in sorted(rows.items())]
+    lines = [
+        ",".join(map(repr, (*r["target_joints"], *(r["pose"][n] for n in names)))) for _, r in sorted(rows.items())
+    ]
     (place / "poses.csv").write_text("\n".join([",".join(("tilt", "turn", *names)), *lines]) + "\n")
     (place / "robot.yaml").write_text(ROBOT)
     (place / "data.yaml").write_text(DATA)
@@ -68,7 +70,9 @@ def test_blocks_in_time(positioner):
     """Neighbours in time resemble each other here; whole runs of rows are predicted hardly worse."""
     found = identify(*positioner, Options(hold_out="blocks", folds=7))
     metres, radians = found.stages
-    print(f"\npositioner, 7 blocks in turn: {1e3 * metres.k_fold.mean:.3f} mm, {np.rad2deg(radians.k_fold.mean):.3f} deg")
+    print(
+        f"\npositioner, 7 blocks in turn: {1e3 * metres.k_fold.mean:.3f} mm, {np.rad2deg(radians.k_fold.mean):.3f} deg"
+    )
     assert metres.k_fold.mean <= 0.5e-3 and np.rad2deg(radians.k_fold.mean) <= 0.06
 
 
