@@ -92,14 +92,15 @@ def _filter(problem: Problem, start: Array, options: Options, watch: Watch | Non
     """The sequential filter, then passes in which everything is relinearised at one point, until they settle.
 
     With one point of linearisation the order of the configurations no longer matters: such a pass is a Gauss-Newton step
-    on all of them (Bell and Cathey, 1993), and is computed as one. `max_iterations` counts all passes; one is the EKF.
+    on all of them (Bell and Cathey, 1993), damped so that it always descends (Skoglund, Hendeby and Axehill, 2015), and
+    is computed as one. `max_iterations` counts all passes; one is the EKF.
     """
     held, x = _held(problem, start)
     first = kalman(held, x, passes=LOCAL_PASSES, watch=watch)
     history = [problem.normal(start).cost, problem.normal(first.x).cost]
     if options.max_iterations == 1:
         return Estimate(_solution(problem, first.x, history, Reason.FILTERED), first.covariance)
-    more = least_squares(held, first.x, method="gauss-newton", max_iterations=options.max_iterations - 1, watch=watch)
+    more = least_squares(held, first.x, max_iterations=options.max_iterations - 1, watch=watch)
     here = held.normal(first.x).cost[0]
     if not (more.reasons[0].converged and more.cost[0] <= here * (1 + 1e-9)):
         note = "the filter's further passes did not settle; its first pass is returned"

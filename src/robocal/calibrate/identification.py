@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,9 @@ from robocal.calibrate.noise import Group
 from robocal.estimate.identifiability import Identifiability
 from robocal.estimate.uncertainty import Total
 from robocal.parameters import Table
+
+if TYPE_CHECKING:
+    from robocal.calibrate.linear import Linearity
 
 __all__ = ["Band", "Fold", "Identification", "Options", "ParameterResult", "RowTable", "Stages"]
 
@@ -165,3 +169,4 @@ class Identification:
     baseline: Table | None = None  # the nominal model with frames and tool fitted
     coverage: tuple[Coverage, ...] = ()  # of the bands, on what was held out
     joints: Array | None = None  # (n, 2) the range in which each joint was measured
+    linearity: Linearity | None = None  # what one linear step would have done

@@ -23,6 +23,7 @@ from robocal.calibrate.fit import Fit, fit
 from robocal.calibrate.folds import local_names, merge, trial, unseen
 from robocal.calibrate.identification import Identification, Options
 from robocal.calibrate.judge import Proof, stages, units_of, verdict
+from robocal.calibrate.linear import linearity, linearity_words
 from robocal.calibrate.results import parameter_results, prediction_band, row_table
 from robocal.calibrate.split import SHARE, Split, leave_one_out_rounds, make_split, places
 from robocal.calibrate.warn import data_warnings
@@ -90,6 +91,7 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     stated = build(model, data).with_weights(whole.problem.weights).with_free(whole.problem.free)
     known = all(obs.sigma is not None for obs in data.observations)
     off = total_of(whole)
+    bent = linearity(whole, start, u, told)
     results = parameter_results(model, whole, u, off, uncertainty(stated, whole.solution.x) if known else None)
     ids = data.configurations.ids
     return Identification(
@@ -114,13 +116,14 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
         u.correlation,
         u.covariance * u.factor**2,
         prediction_band(model, data, whole, u),
-        data_warnings(model, data, whole, fit_units, options.method),
+        (*data_warnings(model, data, whole, fit_units, options.method), *linearity_words(bent)),
         tuple(ids[i] for i in np.flatnonzero(~used)),
         best.split.how if best else "",
         total=off,
         baseline=base.table.with_values(base_x[0, : len(base.table)]),
         coverage=coverage_of(part, held),
         joints=measured_range(data.configurations),
+        linearity=bent,
     )
 
 

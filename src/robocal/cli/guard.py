@@ -15,6 +15,7 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
+from robocal.cli.words import complete
 from robocal.errors import Cancelled, InputError, MissingExtra
 
 __all__ = ["DONE", "FAULT", "INPUT", "STOPPED", "UNTRUSTED", "complain", "run", "stopped"]
@@ -27,7 +28,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     """Parses and runs a command line; see the module for what it returns."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in words or bool(os.environ.get("ROBOCAL_DEBUG"))
-    words = [w for w in words if w != "--debug"]
+    words = complete([w for w in words if w != "--debug"])
     for stream in (sys.stdout, sys.stderr):
         with suppress(AttributeError, ValueError, OSError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]

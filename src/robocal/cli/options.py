@@ -82,6 +82,14 @@ Method = Annotated[
         help="lm, gauss-newton, ekf, particle; to compare with: pinv (iterated pseudo-inverse), lse (one step), ekf-100.",
     ),
 ]
+Compare = Annotated[
+    str | None,
+    _option(
+        "--compare",
+        metavar="[METHODS]",
+        text="Try several estimators on the same split, side by side: say lm,ekf,lse; alone: all that are worth it.",
+    ),
+]
 Loss = Annotated[
     str, typer.Option("--loss", metavar="LOSS", help="none, huber, cauchy, tukey: what outliers may weigh.")
 ]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.text import Text
 
+from robocal.cli.show_beside import comparison, linear
 from robocal.cli.terminal import Terminal
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ STAGES = (
     ("held_out", "held out, after", "not used to fit"),
     ("k_fold_before", "every fold, before", ""),
     ("k_fold", "every fold, after", "held out in turn"),
+    ("leave_one_out_before", "leave-one-out, before", "frames fitted"),
     ("leave_one_out", "leave-one-out", "one by one"),
     ("constant", "predicting the mean", ""),
 )
@@ -144,6 +146,7 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
         )
         terminal.show(Text(words, style="dim"))
     terminal.show(*([Text("")] if shares else []), *parameters(result), *hidden(result))
+    terminal.show(*linear(result.linearity, figure), *comparison(result.comparison, figure, table))
     show_warnings(terminal, result.warnings)
     show_paths(terminal, outcome.written)
     if outcome.left_out:

@@ -7,13 +7,14 @@ Numbers are in the units that stand beside them. What does not exist is null; Na
 from __future__ import annotations
 
 import json
-import math
 import os
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import Field
 
 from robocal.errors import FormatError
+from robocal.files.beside import Comparison, Linearity
+from robocal.files.parts import Number, Part, finite
 from robocal.files.schema import validate
 from robocal.files.text import read_text
 from robocal.files.yamlio import Document
@@ -41,33 +42,6 @@ __all__ = [
     "read_result",
     "schema",
 ]
-
-
-def _plain(value: Any) -> Any:
-    """Arrays and their scalars as lists and numbers, tuples as lists."""
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    return {k: _plain(v) for k, v in value.items()} if isinstance(value, dict) else value
-
-
-def _finite(value: Any) -> Any:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-Number = Annotated[float | None, BeforeValidator(_finite)]
-
-
-class Part(BaseModel):
-    """A part of a result: unknown fields are refused, numpy values are taken as plain ones."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _as_plain(cls, data: Any) -> Any:
-        return _plain(data)
 
 
 class RobotSummary(Part):
@@ -285,6 +259,8 @@ class Result(Part):
     identifiability: Identifiability
     residuals: Residuals
     prediction: Prediction | None = None
+    linearity: Linearity | None = None
+    comparison: Comparison | None = None
     fit: Fit
     split: Split = Split()
     correlation: Correlation = Correlation()
@@ -302,7 +278,7 @@ def _without_nan(value: Any) -> Any:
     """The same with null for what is not finite, wherever it hides (`options` may hold anything)."""
     if isinstance(value, dict):
         return {str(k): _without_nan(v) for k, v in value.items()}
-    return [_without_nan(v) for v in value] if isinstance(value, list) else _finite(value)
+    return [_without_nan(v) for v in value] if isinstance(value, list) else finite(value)
 
 
 def schema() -> dict[str, Any]:

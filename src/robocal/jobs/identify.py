@@ -13,6 +13,7 @@ from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify as solve
 from robocal.errors import FileError, ModelError, nearest
+from robocal.jobs.beside import compared, methods_of
 from robocal.jobs.inputs import Inputs, Watch, choose, computable, read_inputs
 from robocal.jobs.outcome import Outcome, provenance, residual_columns, save, to_result
 
@@ -42,10 +43,12 @@ class Choices:
     prior: tuple[str, ...] = ()
     base: str | None = None
     tip: str | None = None
+    compare: str | None = None
 
     @property
     def options(self) -> Options:
         """The same for the solver. Raises ModelError for words it does not know."""
+        methods_of(self.compare, self.method)
         method = estimator(self.method, self.loss if self.loss in LOSSES else "none")
         if self.loss not in LOSSES:
             raise ModelError(
@@ -73,7 +76,7 @@ class Choices:
     @property
     def record(self) -> dict[str, Any]:
         """Every choice, for the recipe; links of a URDF when they were given."""
-        return {k: v for k, v in asdict(self).items() if k not in ("base", "tip") or v is not None}
+        return {k: v for k, v in asdict(self).items() if k not in ("base", "tip", "compare") or v is not None}
 
 
 def share(given: float | str | None) -> float | str | None:
@@ -124,6 +127,10 @@ def identify_inputs(
     robot, data = choose(inputs.robot, inputs.data, free=choices.free, fix=choices.fix, prior=choices.prior)
     with computable(*(i.file for i in inputs.files)):
         found = solve(robot.chain, data, choices.options, watch)
+        seconds = time.perf_counter() - clock
+        methods = methods_of(choices.compare, choices.method)
+        known = (found, seconds)
+        others = compared(robot.chain, data, methods, choices.options, known, watch) if methods else None
     stamp = started.isoformat(timespec="seconds")
     # What was left to us is recorded as it was decided.
     decided = {
@@ -133,7 +140,8 @@ def identify_inputs(
     recipe = provenance(
         command, inputs.files, choices.seed, stamp, time.perf_counter() - clock, choices.record | decided
     )
-    outcome = Outcome(to_result(found, robot, recipe, inputs.warnings), residual_columns(found), found, robot)
+    result = to_result(found, robot, recipe, inputs.warnings).model_copy(update={"comparison": others})
+    outcome = Outcome(result, residual_columns(found), found, robot)
     if output is None:
         return outcome
     if watch:

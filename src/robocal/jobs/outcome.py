@@ -27,6 +27,7 @@ from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot, render_robot
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.units import UNITS, Unit
+from robocal.jobs.beside import linear
 
 __all__ = ["Outcome", "provenance", "residual_columns", "save", "to_result"]
 
@@ -96,6 +97,7 @@ def to_result(
             how=found.how,
         ),
         prediction=_prediction(found),
+        linearity=linear(found.linearity),
         correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
         warnings=list(dict.fromkeys((*warnings, *found.warnings, *_band_words(found)))),
         provenance=recipe,

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from robocal.errors import MissingExtra
 from robocal.report import matrix, pictures, tables, words
 from robocal.report.arrows import arrows
+from robocal.report.beside import beside
 from robocal.report.numbers import entries, finite, plain, ranges, section, significant, unit_text, with_unit
 from robocal.report.series import three
 
@@ -69,6 +70,7 @@ def render(result: Result, residuals: Columns) -> str:
         **_errors(result, residuals),
         **_parameters(result),
         **_fit(result),
+        **beside(result),
         **_recipe(result),
     )
     # What no browser may see in a page, and what no file can hold: control characters and halves of surrogate pairs.

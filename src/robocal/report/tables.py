@@ -40,6 +40,11 @@ NAMES = {
         "every measurement predicted by a model that was fitted to the other folds: the number that counts",
         "held",
     ),
+    "leave_one_out_before": (
+        "Leave one out, before",
+        "nominal model, its frames and tool fitted to all the others",
+        "before",
+    ),
     "leave_one_out": ("Leave one out", "each configuration predicted by a model fitted to all the others", "held"),
     "constant": ("Mean position only", "no model at all: always predict the mean; any model must beat this", "none"),
 }

@@ -44,6 +44,7 @@ def identify(
     fix: o.Fix = [],  # noqa: B006
     prior: o.Prior = [],  # noqa: B006
     method: o.Method = "lm",
+    compare: o.Compare = None,
     loss: o.Loss = "none",
     hold_out: o.HoldOut = None,
     folds: o.Folds = None,
@@ -65,6 +66,7 @@ def identify(
     robocal identify ur10 tracker.csv camera.yaml --fix j1 --loss huber
     robocal identify rv-2aj data.yaml --method pinv --free alpha,beta,d,r
     robocal identify panda front.yaml right.yaml high.yaml --hold-out group --folds 3
+    robocal identify robot.yaml data.yaml --compare
 
     Exit status 0 when the verdict is improved, 3 when it is not.
     """

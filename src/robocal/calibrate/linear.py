@@ -1,0 +1,87 @@
+"""How linear an identification was: the step that was needed, the step that all free parameters would have taken, and the
+curvature within the sigmas; with the words that a reader should not miss."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.calibrate.fit import Fit
+from robocal.errors import ModelError
+from robocal.estimate.linearity import Curvature, Step, curvature, one_step
+from robocal.estimate.uncertainty import Uncertainty
+
+__all__ = ["Linearity", "linearity", "linearity_words"]
+
+Array = NDArray[np.float64]
+SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "px": (1.0, "px")}
+MORE = 1.5  # times what is promised, or the noise: from here on one step would mislead
+CURVED = 1.0  # half of it is what a sigma is wrong by, one sigma away
+
+
+@dataclass(frozen=True)
+class Linearity:
+    """One linear step from the baseline in the fitted parameters, and one in everything free without priors (the seed's
+    linear estimate), and the curvature at the solution."""
+
+    fitted: Step
+    everything: Step | None
+    curvature: Curvature | None
+
+    @property
+    def misleads(self) -> bool:
+        """Whether one step in the fitted parameters leaves clearly more than it promises and than the noise is."""
+        return not self.fitted.left <= MORE * max(self.fitted.promised, self.fitted.noise)
+
+    @property
+    def ruins(self) -> bool:
+        """Whether one step in everything that is free leaves more than there was before."""
+        e = self.everything
+        return e is not None and not e.left <= max(e.before, e.noise)
+
+
+def linearity(fit: Fit, start: Array, u: Uncertainty, units: tuple[str, ...]) -> Linearity | None:
+    """Of a fit that began at x (1, P), in the first SI unit that was measured; None with local blocks."""
+    if not units:
+        return None
+    with np.errstate(all="ignore"):
+        try:
+            fitted = one_step(fit.problem, start, units[0])
+            if fitted is None:
+                return None
+            loose = replace(fit.problem, priors=False).with_free(fit.problem.table.free)
+            everything = one_step(loose, start, units[0])
+            return Linearity(fitted, everything, curvature(fit.problem, fit.solution.x, u.covariance * u.factor**2))
+        except np.linalg.LinAlgError:
+            raise ModelError("some numbers are far too large or too small to compute with") from None
+
+
+def linearity_words(found: Linearity | None) -> tuple[str, ...]:
+    """What one linear step would have done, where it would mislead."""
+    if found is None:
+        return ()
+    factor, unit = SHOWN.get(found.fitted.unit, (1.0, found.fitted.unit))
+    out = []
+
+    def told(step: Step) -> str:
+        return f"promises {step.promised * factor:.3g} {unit} per axis and leaves {step.left * factor:.3g} {unit}"
+
+    if found.misleads:
+        out.append(
+            f"far from linear: one linear step in the fitted parameters {told(found.fitted)}; the iteration that was done is "
+            "needed, and other starts may end elsewhere"
+        )
+    if found.ruins and found.everything is not None:
+        before = found.everything.before * factor
+        out.append(
+            f"one linear least-squares step in everything that is free would mislead: it {told(found.everything)}, where "
+            f"{before:.3g} {unit} were before"
+        )
+    if found.curvature is not None and found.curvature.value > CURVED:
+        out.append(
+            f"the model bends within its own uncertainty (curvature {found.curvature.value:.2g} along {found.curvature.parameter}): "
+            "sigmas are those of a linear model and may be far off"
+        )
+    return tuple(out)

@@ -1,0 +1,129 @@
+"""How linear a problem is: what one linear step promises, what it leaves, and how curved the model is within its sigmas.
+
+    promised  r + J d      what the linear equation says of the step d = -J^+ r
+    left      r(x (+) d)   what the model says of it
+    neglected r(x (+) d) - r - J d      the second-order terms and beyond: E_2, E_3, ... of Attia and Ammari (2019, eq. 3.10)
+
+The step is of minimum norm in expected errors, exact null directions cut. The curvature of a direction h of one standard
+deviation is |r(x + h) - 2 r(x) + r(x - h)| over |J h|^2, whitened: half of it is what the linear model is wrong by, in
+standard deviations, one sigma away from the answer. Source: Bates and Watts, Relative curvature measures of
+nonlinearity (1980).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.estimate.identifiability import triangle
+from robocal.estimate.problem import Problem
+
+__all__ = ["Curvature", "Step", "curvature", "one_step"]
+
+Array = NDArray[np.float64]
+# Singular values below this share of the largest are exact null directions, as in `identifiability`.
+STRUCTURAL = 1e-9
+CHUNK = 64
+
+
+@dataclass(frozen=True)
+class Step:
+    """One linear step from x, rms per component of the rows in one SI unit: the residual before, promised and left, the
+    neglected terms, and their share of the step's effect |r(x (+) d) - r - J d| / |J d|; `noise` is the sigma in use."""
+
+    unit: str
+    before: float
+    promised: float
+    left: float
+    neglected: float
+    share: float
+    noise: float
+
+
+@dataclass(frozen=True)
+class Curvature:
+    """The largest relative curvature over the directions of the covariance, and the parameter that such a direction
+    moves most."""
+
+    value: float
+    parameter: str
+
+
+def one_step(problem: Problem, x: Array, unit: str = "m") -> Step | None:
+    """The linear step of a problem from x (1, P), its priors included where they are on; None with local blocks, without
+    free columns, or where nothing is measured in this unit."""
+    mine = np.concatenate([_rows(t.scale, t.parts, unit).ravel() for t in problem.terms])
+    if problem.blocks or not problem.n:
+        return None
+    lin = problem.with_weights(None).linearize(x)
+    weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
+    used = weight[lin.unit] > 0
+    mine &= used
+    if not mine.any():
+        return None
+    root = np.sqrt(problem.prior[1])
+    away = problem.difference(np.atleast_2d(x))[0]
+    scales = problem.scales
+    stack = np.column_stack([np.vstack([lin.j[used], np.diag(root)]) * scales, np.append(lin.r[used], root * away)])
+    r = triangle(stack)
+    d = -scales * (np.linalg.pinv(r[:-1, :-1], rcond=STRUCTURAL) @ r[:-1, -1])
+    sigma = 1.0 / np.concatenate([t.scale.ravel() for t in problem.terms])
+    first = lin.r * sigma
+    effect = (lin.j @ d) * sigma
+    moved = problem.retract(np.atleast_2d(x), d[None])
+    after = np.concatenate([res.value.ravel() for res in problem.residuals(moved)])
+    beyond = after - first - effect
+    size = _rms(effect[mine])
+    return Step(
+        unit,
+        _rms(first[mine]),
+        _rms((first + effect)[mine]),
+        _rms(after[mine]),
+        _rms(beyond[mine]),
+        _rms(beyond[mine]) / size if size > 0 else 0.0,
+        _rms(sigma[mine]),
+    )
+
+
+def curvature(problem: Problem, x: Array, covariance: Array) -> Curvature | None:
+    """The largest curvature of the whitened residuals at a solution x (1, P) with this covariance (n, n); None with local
+    blocks or without free columns."""
+    if problem.blocks or not problem.n or not np.isfinite(covariance).all():
+        return None
+    scale = problem.scales
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    steps = (vectors * np.sqrt(np.maximum(values, 0.0))).T * scale
+    x = np.atleast_2d(x)
+    here = _whitened(problem, x)
+    worst, where = 0.0, 0
+    for first in range(0, len(steps), CHUNK):
+        some = steps[first : first + CHUNK]
+        start = np.repeat(x, len(some), axis=0)
+        bend = _whitened(problem, problem.retract(start, some)) + _whitened(problem, problem.retract(start, -some))
+        size = np.linalg.norm(bend - 2 * here, axis=1)
+        if size.max() > worst:
+            worst, where = float(size.max()), first + int(size.argmax())
+    return Curvature(worst, problem.free[int(np.argmax(np.abs(steps[where] / scale)))])
+
+
+def _whitened(problem: Problem, x: Array) -> Array:
+    """Whitened residuals of every row that counts, (B, N)."""
+    weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
+    parts = []
+    for r in problem.residuals(x):
+        value = (r.value if r.value.ndim == 3 else r.value[None])[:, weight[r.unit] > 0]
+        parts.append((value * r.scale[weight[r.unit] > 0]).reshape(len(x), -1))
+    return np.concatenate(parts, axis=1)
+
+
+def _rows(scale: Array, parts: tuple[tuple[int, int, str], ...], unit: str) -> NDArray[np.bool_]:
+    out = np.zeros(scale.shape, dtype=bool)
+    for start, stop, name in parts:
+        out[:, start:stop] = name == unit
+    return out
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,65 @@
+"""Parts of result.json that stand beside an identification: how linear it was, and what other estimators make of it."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from robocal.files.parts import Number, Part
+
+__all__ = ["Compared", "Comparison", "LinearStep", "Linearity"]
+
+
+class LinearStep(Part):
+    """One linear step, rms per component: before, what the linear equation promises, what the model leaves, the neglected
+    terms of second order and beyond, and their share of the step's effect."""
+
+    before: Number
+    promised: Number
+    left: Number
+    neglected: Number
+    share: Number
+    noise: Number
+
+
+class Linearity(Part):
+    """One linear step from the baseline in the fitted parameters and in everything free (no priors), and the largest
+    relative curvature within one sigma of the solution, with the parameter that such a step moves most."""
+
+    unit: str
+    fitted: LinearStep
+    everything: LinearStep | None = None
+    curvature: Number = None
+    curvature_parameter: str = ""
+    misleads: bool = False
+    ruins: bool = False
+
+
+class Compared(Part):
+    """One estimator: mean errors, verdict, the parameter that ends farthest from the reference in sigmas, seconds; failed
+    says why there is nothing."""
+
+    method: str
+    title: str
+    verdict: Literal["improved", "not_improved", "refused", ""] = ""
+    reason: str = ""
+    after: Number = None
+    held_out: Number = None
+    leave_one_out: Number = None
+    farthest: str = ""
+    sigmas: Number = None
+    seconds: Number = None
+    failed: str = ""
+
+
+class Comparison(Part):
+    """Estimators on the same data and split, the reference first, with the frames-only model and predicting the mean."""
+
+    unit: str
+    reference: str
+    methods: list[Compared] = Field(default_factory=list)
+    before: Number = None
+    held_out_before: Number = None
+    leave_one_out_before: Number = None
+    constant: Number = None

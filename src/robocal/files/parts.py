@@ -1,0 +1,38 @@
+"""What every part of result.json is made of: numbers that may be missing, and models that refuse unknown fields."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
+
+__all__ = ["Number", "Part", "finite"]
+
+
+def _plain(value: Any) -> Any:
+    """Arrays and their scalars as lists and numbers, tuples as lists."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    return {k: _plain(v) for k, v in value.items()} if isinstance(value, dict) else value
+
+
+def finite(value: Any) -> Any:
+    """A value, or None where it is a number that is not finite."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+Number = Annotated[float | None, BeforeValidator(finite)]
+
+
+class Part(BaseModel):
+    """A part of a result: unknown fields are refused, numpy values are taken as plain ones."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_plain(cls, data: Any) -> Any:
+        return _plain(data)
