@@ -41,6 +41,7 @@ class Entry:
     after: Statistic | None = None
     held_out: Statistic | None = None
     leave_one_out: Statistic | None = None
+    k_fold: Statistic | None = None
     farthest: str = ""
     sigmas: float | None = None
     seconds: float | None = None
@@ -58,6 +59,7 @@ class Comparison:
     held_out_before: Statistic | None
     leave_one_out_before: Statistic | None
     constant: Statistic | None
+    k_fold_before: Statistic | None = None
 
 
 def compare(
@@ -94,7 +96,9 @@ def compare(
     if first is None:
         raise ModelError("none of these methods can identify this", key="--compare", found=entries[0].failed)
     s = first.stages[0]
-    return Comparison(s.unit, tuple(entries), s.before, s.held_out_before, s.leave_one_out_before, s.constant)
+    return Comparison(
+        s.unit, tuple(entries), s.before, s.held_out_before, s.leave_one_out_before, s.constant, s.k_fold_before
+    )
 
 
 def _timed(
@@ -123,6 +127,7 @@ def _entry(found: Identification, reference: Identification, title: str, seconds
         s.after,
         s.held_out,
         s.leave_one_out,
+        s.k_fold,
         farthest,
         sigmas,
         seconds,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from rich.text import Text
@@ -10,6 +10,13 @@ from rich.text import Text
 __all__ = ["comparison", "linear"]
 
 Figure = Callable[..., str]
+ERRORS = (("after", "after"), ("held_out", "held out"), ("k_fold", "every fold"), ("leave_one_out", "leave-one-out"))
+BEFORE = {
+    "after": "before",
+    "held_out": "held_out_before",
+    "k_fold": "k_fold_before",
+    "leave_one_out": "leave_one_out_before",
+}
 
 
 def linear(found: Any, figure: Figure) -> list[Any]:
@@ -28,19 +35,11 @@ def comparison(found: Any, figure: Figure, table: Callable[..., Any]) -> list[An
     """The estimators side by side, the models without identification below them."""
     if found is None:
         return []
-    held = any(m.held_out is not None for m in found.methods)
-    single = any(m.leave_one_out is not None for m in found.methods)
-    columns = ["method", "after", *(["held out"] if held else []), *(["leave-one-out"] if single else [])]
-    width = len(columns)
-    columns += ["farthest", "sigmas", "s", "verdict", ""]
-    made = table(
-        *columns,
-        right=(*range(1, width), width + 1, width + 2),
-        title=f"Estimators on the same split, mean error [{found.unit}]",
-    )
-
-    def errors(after: Any, apart: Any, one: Any) -> Sequence[str]:
-        return [figure(after), *([figure(apart)] if held else []), *([figure(one)] if single else [])]
+    keys = [(k, name) for k, name in ERRORS if any(getattr(m, k) is not None for m in found.methods)]
+    columns = ["method", *(name for _, name in keys), "farthest", "sigmas", "s", "verdict", ""]
+    width = len(keys) + 1
+    title = f"Estimators on the same split, mean error [{found.unit}]"
+    made = table(*columns, right=(*range(1, width), width + 1, width + 2), title=title)
 
     for m in found.methods:
         if m.failed:
@@ -48,18 +47,15 @@ def comparison(found: Any, figure: Figure, table: Callable[..., Any]) -> list[An
             continue
         away = "reference" if m.method == found.reference else m.farthest
         made.add_row(
-            m.method, *errors(m.after, m.held_out, m.leave_one_out), away, figure(m.sigmas, 2) if m.sigmas is not None else "",
+            m.method, *(figure(getattr(m, k)) for k, _ in keys), away, figure(m.sigmas, 2) if m.sigmas is not None else "",
             figure(m.seconds, 2), m.verdict.replace("_", " "), Text(m.reason if m.reason.startswith("stopped") else "", style="yellow"),
         )  # fmt: skip
     empty = [""] * 5
-    made.add_row(
-        "frames only", *errors(found.before, found.held_out_before, found.leave_one_out_before), *empty, style="dim"
-    )
+    made.add_row("frames only", *(figure(getattr(found, BEFORE[k])) for k, _ in keys), *empty, style="dim")
     if found.constant is not None:
-        values = [
-            "",
-            *([figure(found.constant)] if held else []),
-            *(["" if held else figure(found.constant)] if single else []),
-        ]
-        made.add_row("predicting the mean", *values, *empty, style="dim")
+        # It was predicted where the verdict looks: in the first way of holding out.
+        proof = next((k for k, _ in keys if k != "after"), None)
+        made.add_row(
+            "predicting the mean", *(figure(found.constant) if k == proof else "" for k, _ in keys), *empty, style="dim"
+        )
     return [made, Text("")]

@@ -47,6 +47,7 @@ class Compared(Part):
     after: Number = None
     held_out: Number = None
     leave_one_out: Number = None
+    k_fold: Number = None
     farthest: str = ""
     sigmas: Number = None
     seconds: Number = None
@@ -63,3 +64,4 @@ class Comparison(Part):
     held_out_before: Number = None
     leave_one_out_before: Number = None
     constant: Number = None
+    k_fold_before: Number = None

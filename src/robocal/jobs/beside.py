@@ -81,6 +81,7 @@ def compared(
                 after=mean(e.after),
                 held_out=mean(e.held_out),
                 leave_one_out=mean(e.leave_one_out),
+                k_fold=mean(e.k_fold),
                 farthest=e.farthest,
                 sigmas=e.sigmas,
                 seconds=None if e.seconds is None else round(e.seconds, 3),
@@ -92,4 +93,5 @@ def compared(
         held_out_before=mean(found.held_out_before),
         leave_one_out_before=mean(found.leave_one_out_before),
         constant=mean(found.constant),
+        k_fold_before=mean(found.k_fold_before),
     )

@@ -10,7 +10,13 @@ from robocal.report.tables import mappings
 
 __all__ = ["beside"]
 
-ERRORS = (("after", "fitted"), ("held_out", "held out"), ("leave_one_out", "leave one out"))
+ERRORS = (("after", "fitted"), ("held_out", "held out"), ("k_fold", "every fold"), ("leave_one_out", "leave one out"))
+BEFORE = {
+    "after": "before",
+    "held_out": "held_out_before",
+    "k_fold": "k_fold_before",
+    "leave_one_out": "leave_one_out_before",
+}
 
 
 def beside(result: Mapping[str, object]) -> dict[str, Any]:
@@ -69,8 +75,8 @@ def _comparison(found: Mapping[str, object]) -> dict[str, Any]:
             }
         )
     for name, values in (
-        ("Frames only", {"after": "before", "held_out": "held_out_before", "leave_one_out": "leave_one_out_before"}),
-        ("Mean position only", {"held_out": "constant", "leave_one_out": "constant"}),
+        ("Frames only", BEFORE),
+        ("Mean position only", dict.fromkeys([k for k, _ in keys if k != "after"][:1], "constant")),
     ):
         told = [significant(found.get(values[k])) if k in values else "" for k, _ in keys]
         if any(t not in ("", "–") for t in told):
