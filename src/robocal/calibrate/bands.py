@@ -33,6 +33,7 @@ __all__ = [
     "Coverage",
     "coverage",
     "coverage_of",
+    "mean_conditions",
     "measured_bands",
     "measured_range",
     "noise_dof",
@@ -93,6 +94,12 @@ def measured_range(configurations: Configurations) -> Array | None:
     q = configurations.joints
     q = None if q is None else q[np.isfinite(q).all(axis=1)]
     return None if q is None or not len(q) else np.stack([q.min(axis=0), q.max(axis=0)], axis=1)
+
+
+def mean_conditions(configurations: Configurations) -> dict[str, float]:
+    """The mean of every recorded column, where it was recorded."""
+    finite = {k: v[np.isfinite(v)] for k, v in configurations.columns.items()}
+    return {k: float(v.mean()) for k, v in finite.items() if len(v)}
 
 
 def row_bands(problem: Problem, x: Array, total: Total, units: Ints, blind: Sequence[str] = ()) -> list[Bands]:

@@ -13,6 +13,7 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.bands import Coverage
 from robocal.calibrate.evidence import Statistic, Verdict
 from robocal.calibrate.noise import Group
+from robocal.calibrate.outliers import Outlier
 from robocal.estimate.identifiability import Identifiability
 from robocal.estimate.uncertainty import Total
 from robocal.parameters import Table
@@ -170,3 +171,5 @@ class Identification:
     coverage: tuple[Coverage, ...] = ()  # of the bands, on what was held out
     joints: Array | None = None  # (n, 2) the range in which each joint was measured
     linearity: Linearity | None = None  # what one linear step would have done
+    outliers: tuple[Outlier, ...] = ()
+    conditions: Mapping[str, float] = field(default_factory=dict)  # mean of every other recorded column

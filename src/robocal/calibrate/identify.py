@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.bands import coverage_of, measured_range, total_of
+from robocal.calibrate.bands import coverage_of, mean_conditions, measured_range, total_of
 from robocal.calibrate.baseline import baseline, frame_names
 from robocal.calibrate.estimators import batched
 from robocal.calibrate.fit import Fit, fit
@@ -24,6 +24,7 @@ from robocal.calibrate.folds import local_names, merge, trial, unseen
 from robocal.calibrate.identification import Identification, Options
 from robocal.calibrate.judge import Proof, stages, units_of, verdict
 from robocal.calibrate.linear import linearity, linearity_words
+from robocal.calibrate.outliers import find_outliers
 from robocal.calibrate.results import parameter_results, prediction_band, row_table
 from robocal.calibrate.split import SHARE, Split, leave_one_out_rounds, make_split, places
 from robocal.calibrate.warn import data_warnings
@@ -90,7 +91,7 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     # The instrument's own bars: the same columns, weighed with the stated noise alone.
     stated = build(model, data).with_weights(whole.problem.weights).with_free(whole.problem.free)
     known = all(obs.sigma is not None for obs in data.observations)
-    off = total_of(whole)
+    off, strange = total_of(whole), find_outliers(data, whole)
     bent = linearity(whole, start, u, told)
     results = parameter_results(model, whole, u, off, uncertainty(stated, whole.solution.x) if known else None)
     ids = data.configurations.ids
@@ -115,8 +116,8 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
         whole.problem.free,
         u.correlation,
         u.covariance * u.factor**2,
-        prediction_band(model, data, whole, u),
-        (*data_warnings(model, data, whole, fit_units, options.method), *linearity_words(bent)),
+        prediction_band(model, data, whole, off),
+        (*data_warnings(model, data, whole, fit_units, options.method, strange), *linearity_words(bent)),
         tuple(ids[i] for i in np.flatnonzero(~used)),
         best.split.how if best else "",
         total=off,
@@ -124,6 +125,8 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
         coverage=coverage_of(part, held),
         joints=measured_range(data.configurations),
         linearity=bent,
+        outliers=strange,
+        conditions=mean_conditions(data.configurations),
     )
 
 

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
+from robocal.calibrate.bands import mean_conditions, measured_range
 from robocal.calibrate.identification import Band, ParameterResult, RowTable
+from robocal.calibrate.workspace import sample_joints
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, Uncertainty, band, quantile
 from robocal.geometry import so3
@@ -168,7 +170,7 @@ def _six(value: Array) -> Array:
     return out
 
 
-def prediction_band(model: Chain, data: DataSet, fit: Fit, u: Uncertainty) -> Band | None:
+def prediction_band(model: Chain, data: DataSet, fit: Fit, off: Total) -> Band | None:
     """One standard deviation of the predicted position over joint space, with hidden parameters as uncertain as
     expected.
 
@@ -179,12 +181,7 @@ def prediction_band(model: Chain, data: DataSet, fit: Fit, u: Uncertainty) -> Ba
     found = [o for o in data.observations if o.kind in ("position", "pose")]
     if q is None or not found or not fit.identifiability.names:
         return None
-    limits = model.limits
-    q = q[np.isfinite(q).all(axis=1)]
-    low = np.where(np.isfinite(limits[:, 0]), limits[:, 0], q.min(axis=0))
-    high = np.where(np.isfinite(limits[:, 1]), limits[:, 1], q.max(axis=0))
-    rng = np.random.default_rng(0)
-    sample = rng.uniform(low, high, (SAMPLES, len(low)))
+    sample, region = sample_joints(model, measured_range(data.configurations), SAMPLES)
     obs = found[0]
     template = replace(
         obs,
@@ -196,16 +193,14 @@ def prediction_band(model: Chain, data: DataSet, fit: Fit, u: Uncertainty) -> Ba
         extra={},
         rows=None,
     )
-    seen = {k: v[np.isfinite(v)] for k, v in data.configurations.columns.items()}
-    columns = {k: np.full(SAMPLES, v.mean()) for k, v in seen.items() if len(v)}
+    columns = {k: np.full(SAMPLES, v) for k, v in mean_conditions(data.configurations).items()}
     away = DataSet(Configurations(tuple(map(str, range(SAMPLES))), sample, columns), (template,))
-    names = fit.identifiability.names
+    names = off.names
     made = build(model, away)
     known = {n: fit.solution.x[0, fit.problem.table.index[n]] for n in made.table.names}
     made = build(model, away, values=known, free=[n for n in names if n in made.table])
     lin = made.linearize(made.start)
     jac = lin.j.reshape(SAMPLES, 3, -1)
     where = [names.index(n) for n in made.free]
-    sigma = band(jac, fit.identifiability.posterior[np.ix_(where, where)])
-    region = "joint limits" if np.isfinite(limits).all() else "joint limits, or the measured range where there are none"
+    sigma = band(jac, off.covariance[np.ix_(where, where)])
     return Band(float(sigma.mean()), float(np.percentile(sigma, 95)), float(sigma.max()), SAMPLES, region)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, parallel_axes
 from robocal.calibrate.estimators import estimator
+from robocal.calibrate.outliers import Outlier
 from robocal.geometry import fits
 from robocal.measure.data import DataSet
 
@@ -25,7 +26,7 @@ FLAT = 0.02  # thickness of the measured points against their extent
 
 
 def data_warnings(
-    model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64], method: str = "lm"
+    model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64], method: str = "lm", strange: Sequence[Outlier] = ()
 ) -> tuple[str, ...]:
     """Single-plane data, too few poses, identical poses, restarts, model error far above the stated noise."""
     out = []
@@ -70,31 +71,23 @@ def data_warnings(
         out.append(f"{method} takes no notice of priors and bounds")
     out.extend(fit.notes)
     out.extend(implausible(model, fit))
-    out.extend(_outliers(data, fit))
+    out.extend(_outliers(strange, fit))
     out.extend(_drift(fit))
     if fit.restarted:
         out.append(f"the first fit was not acceptable; {fit.restarted} further starts were tried")
     return tuple(out)
 
 
-def _outliers(data: DataSet, fit: Fit) -> list[str]:
-    """Observations so far from the fit that Gaussian noise would show fewer than one of them in a hundred data sets."""
+def _outliers(strange: Sequence[Outlier], fit: Fit) -> list[str]:
+    """Rows that do not belong to the others, counted by instrument."""
     out = []
-    rows: dict[str, list[tuple[NDArray[np.float64], NDArray[np.int64], int]]] = {}
-    for r in fit.problem.residuals(fit.solution.x):
-        whitened = np.sum((r.value * r.scale) ** 2, axis=1)
-        rows.setdefault(r.group, []).append((whitened, r.unit, r.value.shape[1]))
-    for group, parts in rows.items():
-        total = sum(len(w) for w, _, _ in parts)
-        far = [
-            (float(w[i]), int(u[i])) for w, u, d in parts for i in np.flatnonzero(w > special.chdtri(d, 0.01 / total))
-        ]
-        if far:
-            worst = data.configurations.ids[max(far)[1]]
-            out.append(
-                f"{group}: {len(far)} of {total} observations lie far outside the noise (the farthest at configuration {worst}); "
-                "a robust loss (--loss huber) gives them less weight"
-            )
+    for group in dict.fromkeys(o.group for o in strange):
+        mine = [o for o in strange if o.group == group]
+        total = sum(len(t.unit) for t in fit.problem.terms if t.group == group)
+        out.append(
+            f"{group}: {len(mine)} of {total} observations lie far outside the noise (the farthest at configuration "
+            f"{mine[0].configuration}); a robust loss (--loss huber) gives them less weight"
+        )
     return out
 
 

@@ -14,6 +14,7 @@ import typer
 from robocal.cli.verbs.finding import check, demo, identify, validate
 from robocal.cli.verbs.handing import compensate, export, report
 from robocal.cli.verbs.making import new, simulate
+from robocal.cli.verbs.trusting import predict
 
 __all__ = ["build"]
 
@@ -52,6 +53,7 @@ VERBS: dict[Callable[..., Any], str] = {
     new: "Write files to start from.",
     check: "Say what files contain and what they can tell.",
     identify: "Identify true parameters, and prove the gain.",
+    predict: "Where the tool is, with 95 % bands.",
     validate: "Measure a model's error on other data.",
     compensate: "Correct targets for a controller that keeps its model.",
     export: "Hand a model on: YAML, URDF, table, offsets.",

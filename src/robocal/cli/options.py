@@ -203,3 +203,8 @@ Where = Annotated[
         help="The base seen from the instrument: x,y,z,rx,ry,rz; auto: somewhere; none: base coordinates.",
     ),
 ]
+
+# predict, drift
+KnowingRun = Annotated[str, _argument("RUN", "A run folder, as identify -o writes it.")]
+JointTable = Annotated[str, _argument("POSES", "A CSV of joint values with units in its headers: q1 [deg], ...")]
+Absolute = Annotated[bool, typer.Option("--absolute", help="Include what is not known of where the base stands.")]

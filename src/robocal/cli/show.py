@@ -20,6 +20,7 @@ __all__ = ["errors_table", "figure", "indented", "show_outcome", "show_paths", "
 
 COLOURS = {"improved": "bold green", "not_improved": "bold yellow", "refused": "bold red"}
 MOST = 40
+TEN = 10
 STAGES = (
     ("before", "before", "frames fitted"),
     ("after", "after", "as fitted"),
@@ -147,6 +148,7 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
         terminal.show(Text(words, style="dim"))
     terminal.show(*([Text("")] if shares else []), *parameters(result), *hidden(result))
     terminal.show(*linear(result.linearity, figure), *comparison(result.comparison, figure, table))
+    terminal.show(*strange(result))
     show_warnings(terminal, result.warnings)
     show_paths(terminal, outcome.written)
     if outcome.left_out:
@@ -191,6 +193,19 @@ def parameters(result: Any) -> list[Any]:
     }
     out += [Text(", ".join(f"{n} {words[s]}" for s, n in counts.items() if n), style="dim"), Text("")]
     return out
+
+
+def strange(result: Any) -> list[Any]:
+    """Rows that do not belong to the others, by name: the first ten."""
+    if not result.outliers:
+        return []
+    made = table("outlier", "instrument", "file", "row", "distance", "chance", right=(3, 4, 5))
+    for o in result.outliers[:TEN]:
+        where = o.group + (f", {o.target}" if o.target else "")
+        chance = "< 1e-12" if (o.p_value or 0) < 1e-12 else f"{o.p_value:.1g}"
+        made.add_row(o.configuration, where, o.source, str(o.row or "-"), f"{figure(o.distance, 3)} sigma", chance)
+    more = len(result.outliers) - TEN
+    return [made, *([Text(f"... and {more} more in result.json", style="dim")] if more > 0 else []), Text("")]
 
 
 def _frames_of(result: Any) -> set[str]:

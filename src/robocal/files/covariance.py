@@ -2,7 +2,9 @@
 
 `covariance` is that of estimate minus truth: `noise` (from measurement noise) plus `response` diag(expected^2)
 response^T (what the fit makes of parameters that were not seen). Components of rotation vectors are turns about the
-axes of the parent frame. `joints` is the range in which each joint was measured.
+axes of the parent frame. `joints` is the range in which each joint was measured, `conditions` the mean of the other
+recorded columns, `measurement` the standard deviation of a new measurement as fitted. `placed` says that no instrument
+frame was free, so that the base itself was measured.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -32,13 +34,17 @@ COVARIANCE = "covariance.json"
 
 @dataclass(frozen=True)
 class Knowledge:
-    """What a run knows of its parameters: how far they may be off, their values and nominal values (SI), and the
-    measured range of every joint (n, 2), where joints were measured."""
+    """What a run knows of its parameters: how far they may be off, their values and nominal values (SI), the measured
+    range of every joint (n, 2), where joints were measured, the mean of every other recorded column, and the standard
+    deviation of a new measurement as fitted, by SI unit. `placed`: the base stood still in the instrument's frame."""
 
     total: Total
     values: Mapping[str, float]
     nominal: Mapping[str, float]
     joints: Array | None = None
+    conditions: Mapping[str, float] = field(default_factory=dict)
+    noise: Mapping[str, float] = field(default_factory=dict)
+    placed: bool = False
 
 
 class CovarianceModel(Model):
@@ -51,7 +57,10 @@ class CovarianceModel(Model):
     nominal: list[FiniteFloat]
     expected: list[FiniteFloat]
     dof: FiniteFloat | None
-    joints: list[tuple[FiniteFloat, FiniteFloat]] | None
+    joints: list[list[FiniteFloat]] | None
+    conditions: dict[str, FiniteFloat]
+    measurement: dict[str, FiniteFloat]
+    placed: bool
     covariance: list[list[FiniteFloat]]
     noise: list[list[FiniteFloat]]
     response: list[list[FiniteFloat]]
@@ -69,6 +78,9 @@ def covariance_text(known: Knowledge, units: Mapping[str, str]) -> str:
         "expected": total.expected.tolist(),
         "dof": total.dof if np.isfinite(total.dof) else None,
         "joints": None if known.joints is None else known.joints.tolist(),
+        "conditions": dict(known.conditions),
+        "measurement": dict(known.noise),
+        "placed": known.placed,
         "covariance": total.covariance.tolist(),
         "noise": total.noise.tolist(),
         "response": total.response.tolist(),
@@ -115,9 +127,11 @@ def read_covariance(path: str | os.PathLike[str]) -> Knowledge:
         tuple(model.names), matrices["noise"], matrices["response"], np.array(model.expected),
         float("inf") if model.dof is None else model.dof,
     )  # fmt: skip
+    for pair in model.joints or ():
+        _length(source.path, "joints", len(pair), 2)
     joints = None if model.joints is None else np.array(model.joints, dtype=float).reshape(-1, 2)
     values, nominal = (dict(zip(model.names, v, strict=True)) for v in (model.values, model.nominal))
-    return Knowledge(total, values, nominal, joints)
+    return Knowledge(total, values, nominal, joints, model.conditions, model.measurement, model.placed)
 
 
 def _length(path: Path, key: str, found: int, expected: int) -> None:

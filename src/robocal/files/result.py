@@ -30,6 +30,7 @@ __all__ = [
     "Identifiability",
     "InputHash",
     "Observability",
+    "Outlier",
     "ParameterResult",
     "Prediction",
     "Provenance",
@@ -235,6 +236,21 @@ class Coverage(Part):
     n: int
 
 
+class Outlier(Part):
+    """A row that does not belong to the others: distance in standard deviations from a fit without it, corrected for
+    its leverage; p_value is the chance that the farthest of all rows would be, without any outlier."""
+
+    configuration: str
+    group: str
+    kind: str
+    target: str = ""
+    source: str = ""
+    row: int | None = None
+    distance: Number
+    p_value: Number
+    leverage: Number = None
+
+
 class Prediction(Part):
     """Error predicted away from the data: one standard deviation over sampled joint configurations; coverage says
     whether held-out measurements lay in their bands as fitted."""
@@ -261,6 +277,7 @@ class Result(Part):
     prediction: Prediction | None = None
     linearity: Linearity | None = None
     comparison: Comparison | None = None
+    outliers: list[Outlier] = Field(default_factory=list)
     fit: Fit
     split: Split = Split()
     correlation: Correlation = Correlation()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +22,12 @@ from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Identification, Stages
 from robocal.errors import MissingExtra
 from robocal.files import result as files
-from robocal.files.covariance import COVARIANCE, Knowledge, covariance_text
 from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot, render_robot
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.units import UNITS, Unit
 from robocal.jobs.beside import linear
+from robocal.jobs.knowledge import knowledge_files, map_columns
 
 __all__ = ["Outcome", "provenance", "residual_columns", "save", "to_result"]
 
@@ -98,6 +98,10 @@ def to_result(
         ),
         prediction=_prediction(found),
         linearity=linear(found.linearity),
+        outliers=[
+            files.Outlier(**{k: v for k, v in asdict(o).items() if k != "source"}, source=Path(o.source).name)
+            for o in found.outliers
+        ],
         correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
         warnings=list(dict.fromkeys((*warnings, *found.warnings, *_band_words(found)))),
         provenance=recipe,
@@ -294,29 +298,18 @@ def save(outcome: Outcome, folder: Path) -> Outcome:
             "the run folder is: give the folder to validate, export or simulate"
         )
         outcome = replace(outcome, result=_warned(outcome.result, words), left_out=left_out)
+    cells = map_columns(outcome.identification)
     try:
         from robocal.report.page import render
 
-        page: str | None = render(outcome.result.model_dump(mode="json"), outcome.residuals)
+        page: str | None = render(outcome.result.model_dump(mode="json"), outcome.residuals, cells)
     except MissingExtra as missing:
         page = None
         outcome = replace(outcome, result=_warned(outcome.result, f"report.html was left out: {missing}"))
     name = "calibrated.urdf" if robot.format == "urdf" else "calibrated.yaml"
-    more = {COVARIANCE: covariance_text(knowledge(outcome.identification), _si(outcome.identification))}
+    more = knowledge_files(outcome.identification, cells)
     written = write_run(folder, outcome.result, text, outcome.residuals, page, robot_name=name, more=more)
     return replace(outcome, written=written)
-
-
-def knowledge(found: Identification) -> Knowledge:
-    """What an identification knows of its parameters."""
-    assert found.total is not None
-    by_name = {p.name: p for p in found.parameters}
-    values = {n: by_name[n].identified for n in found.total.names}
-    return Knowledge(found.total, values, {n: by_name[n].nominal for n in found.total.names}, found.joints)
-
-
-def _si(found: Identification) -> dict[str, str]:
-    return {p.name: p.unit for p in found.parameters}
 
 
 def _warned(result: files.Result, words: str) -> files.Result:

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from robocal.errors import FormatError
+from robocal.files.accuracy import read_accuracy
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.result import read_result
-from robocal.files.run import RESIDUAL_COLUMNS
+from robocal.files.run import ACCURACY, RESIDUAL_COLUMNS
 from robocal.files.text import write_text
 from robocal.jobs.inputs import run_file
 
@@ -45,4 +46,5 @@ def report(folder: Path, output: Path | None = None) -> Path:
 
     result = read_result(run_file(folder, "result.json"))
     residuals = read_residuals(run_file(folder, "residuals.csv"))
-    return write_text(output or folder / "report.html", render(result.model_dump(mode="json"), residuals))
+    cells = read_accuracy(folder / ACCURACY) if (folder / ACCURACY).is_file() else None
+    return write_text(output or folder / "report.html", render(result.model_dump(mode="json"), residuals, cells))

@@ -18,6 +18,7 @@ from robocal.errors import MissingExtra
 from robocal.report import matrix, pictures, tables, words
 from robocal.report.arrows import arrows
 from robocal.report.beside import beside
+from robocal.report.heat import heat
 from robocal.report.numbers import entries, finite, plain, ranges, section, significant, unit_text, with_unit
 from robocal.report.series import three
 
@@ -53,10 +54,11 @@ def _asset(name: str) -> str:
     return files("robocal.report").joinpath(name).read_text(encoding="utf-8")
 
 
-def render(result: Result, residuals: Columns) -> str:
+def render(result: Result, residuals: Columns, accuracy: Columns | None = None) -> str:
     """The text of report.html.
 
-    `result` is the parsed result.json, `residuals` the columns of residuals.csv (None for empty cells). Whatever is
+    `result` is the parsed result.json, `residuals` the columns of residuals.csv (None for empty cells), `accuracy` those
+    of accuracy_map.csv. Whatever is
     missing or null is said to be missing. The same input gives the same text. Raises MissingExtra without jinja2.
     """
     environment = _jinja()
@@ -72,6 +74,7 @@ def render(result: Result, residuals: Columns) -> str:
         **_fit(result),
         **beside(result),
         **_recipe(result),
+        **_trust(result, accuracy),
     )
     # What no browser may see in a page, and what no file can hold: control characters and halves of surrogate pairs.
     clean = "".join(c if c >= " " or c in "\n\t" else "\ufffd" for c in page)
@@ -244,6 +247,16 @@ def _fit(result: Result) -> dict[str, Any]:
         "chi2_word": words.chi2_word(chi2, dof, fit.get("sigma_source")),
         "sigma_source": str(fit.get("sigma_source") or ""),
         "groups": tables.groups(fit),
+    }
+
+
+def _trust(result: Result, accuracy: Columns | None) -> dict[str, Any]:
+    """How far predictions can be trusted, and which rows cannot."""
+    prediction = section(result, "prediction")
+    return {
+        "heat": heat(accuracy) if accuracy else "",
+        "coverage": tables.coverage(prediction),
+        "outliers": tables.outliers(result),
     }
 
 

@@ -22,7 +22,17 @@ from robocal.report.series import column
 from robocal.report.svg import num
 from robocal.report.words import chi2_word
 
-__all__ = ["groups", "mappings", "options", "parameter_rows", "rounds", "statistics", "worst"]
+__all__ = [
+    "coverage",
+    "groups",
+    "mappings",
+    "options",
+    "outliers",
+    "parameter_rows",
+    "rounds",
+    "statistics",
+    "worst",
+]
 
 Row = dict[str, object]
 NAMES = {
@@ -202,3 +212,34 @@ def worst(residuals: Mapping[str, Sequence[object]], most: int = 8) -> list[Row]
         }
         for a, c, g, t, s, b in shown
     ]
+
+
+def coverage(prediction: Mapping[str, object]) -> list[str]:
+    """One sentence per quantity: how many held-out measurements lay in their bands."""
+    out = []
+    for c in mappings(prediction.get("coverage")):
+        whole, level, n = finite(c.get("whole")), finite(c.get("level")), finite(c.get("n"))
+        if whole is not None and level is not None and n is not None:
+            out.append(
+                f"Of {n:.0f} held-out measurements ({c.get('quantity')}), {100 * whole:.0f}\u00a0% lie in their "
+                f"{100 * level:.0f}\u00a0% region as fitted."
+            )
+    return out
+
+
+def outliers(result: Mapping[str, object]) -> list[Row]:
+    """Rows that do not belong to the others, the farthest first."""
+    rows: list[Row] = []
+    for o in mappings(result.get("outliers")):
+        size, p = finite(o.get("distance")), finite(o.get("p_value"))
+        rows.append(
+            {
+                "configuration": str(o.get("configuration") or MISSING),
+                "where": " · ".join(str(o[k]) for k in ("group", "target") if o.get(k)),
+                "file": " ".join(str(o[k]) for k in ("source",) if o.get(k)),
+                "row": MISSING if o.get("row") is None else str(o["row"]),
+                "distance": significant(size, 3),
+                "p": MISSING if p is None else ("< 1e-12" if p < 1e-12 else f"{p:.1g}"),
+            }
+        )
+    return rows

@@ -1,0 +1,98 @@
+"""A map of the workspace: how wrong the nominal model is there, and how well the corrected one is known.
+
+Configurations are drawn at random; those whose tool lies in a slice (one cell thick) fill its cells. In every cell two
+means over its configurations: the distance between the nominal prediction (base and tool placed best) and the corrected
+one, and the 95 % radius of the corrected one. Cells that no configuration reached stay empty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.calibrate.workspace import base_motion, parameters_of, predict, sample_joints
+from robocal.estimate.uncertainty import Total, radius
+from robocal.geometry import fits
+
+__all__ = ["AccuracyMap", "Slice", "accuracy_map"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+DRAWN = 240_000
+ANCHORS = 2_000
+ACROSS = 28  # cells along the longer side
+MOST = 8_000  # configurations of a slice that are evaluated
+SHARE = 0.5  # percent cut off either end of the workspace: a few stretched arms must not set its size
+
+
+@dataclass(frozen=True)
+class Slice:
+    """Cells of one slice: centre (c, 3) in base coordinates, error of the nominal model and 95 % radius of the
+    corrected one (c,) in m, configurations in each (c,); `across` are the axes along u and v."""
+
+    name: str
+    across: tuple[int, int]
+    side: float
+    centre: Array
+    error: Array
+    band: Array
+    count: Ints
+
+
+@dataclass(frozen=True)
+class AccuracyMap:
+    """Slices of the workspace, and the region from which configurations were drawn."""
+
+    slices: tuple[Slice, ...]
+    region: str
+
+
+def accuracy_map(
+    nominal: Chain,
+    corrected: Chain,
+    total: Total,
+    conditions: Mapping[str, float],
+    measured: Array | None,
+    seed: int = 0,
+) -> AccuracyMap:
+    """Two slices: horizontal at the median height, and vertical through the axis of the base (y = 0).
+
+    `nominal` has its tool where the baseline put it; `measured` (n, 2) is the measured range of every joint.
+    """
+    joints, region = sample_joints(corrected, measured, DRAWN, seed)
+    place = corrected.pose(joints, conditions)[:, :3, 3]
+    anchor = joints[:ANCHORS]
+    jac = corrected.parameter_jacobian(anchor, parameters_of(corrected, total), conditions)
+    motion = base_motion(jac, place[:ANCHORS])
+    t = fits.rigid(nominal.pose(anchor, conditions)[:, :3, 3], place[:ANCHORS])
+    low, high = np.percentile(place, [SHARE, 100 - SHARE], axis=0)
+    side = float((high - low).max()) / ACROSS
+    rng = np.random.default_rng(seed + 1)
+    slices = []
+    for name, across, level in (
+        ("horizontal", (0, 1), float(np.median(place[:, 2]))),
+        ("vertical", (0, 2), 0.0),
+    ):
+        normal = 3 - sum(across)
+        inside = np.flatnonzero(np.abs(place[:, normal] - level) <= side / 2)
+        if len(inside) > MOST:
+            inside = np.sort(rng.choice(inside, MOST, replace=False))
+        if not len(inside):
+            continue
+        q, p = joints[inside], place[inside]
+        before = nominal.pose(q, conditions)[:, :3, 3] @ t[:3, :3].T + t[:3, 3]
+        error = np.linalg.norm(before - p, axis=1)
+        band = radius(predict(corrected, q, total, conditions, motion).position, total.dof)
+        cell = np.floor(p[:, across] / side).astype(np.int64)
+        cells, where = np.unique(cell, axis=0, return_inverse=True)
+        where = where.ravel()
+        count = np.bincount(where, minlength=len(cells))
+        centre = np.full((len(cells), 3), level)
+        centre[:, across] = (cells + 0.5) * side
+        means = [np.bincount(where, weights=v, minlength=len(cells)) / count for v in (error, band)]
+        slices.append(Slice(name, across, side, centre, means[0], means[1], count))
+    return AccuracyMap(tuple(slices), region)

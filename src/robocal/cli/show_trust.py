@@ -1,0 +1,57 @@
+"""What can be trusted, on the terminal: predictions with their bands, and whether a robot has drifted."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.text import Text
+
+from robocal.cli.show import figure, show_warnings, table
+from robocal.cli.terminal import Terminal
+
+if TYPE_CHECKING:
+    from robocal.jobs.predict import Prediction
+
+__all__ = ["show_prediction"]
+
+MOST = 40
+BLIND = 30.0  # deg: from here on nothing was known of a turn
+
+
+def show_prediction(terminal: Terminal, found: Prediction) -> None:
+    """One line per pose: where, and how far that may be off."""
+    if terminal.json:
+        for warning in found.warnings:
+            terminal.warn(warning)
+        return
+    terminal.show(
+        Text.assemble((found.robot.name, "bold"), f"   {len(found.rows)} poses of the tool, in base coordinates")
+    )
+    made = table(
+        "configuration", "x [mm]", "y [mm]", "z [mm]", "rx [deg]", "ry [deg]", "rz [deg]", "± model", "± new", "± turn",
+        right=tuple(range(1, 10)),
+    )  # fmt: skip
+    for row in found.rows[:MOST]:
+        places = [f"{row[f'{a}_mm']:.3f}" for a in "xyz"] + [f"{row[f'r{a}_deg']:.3f}" for a in "xyz"]
+        bars = [figure(row[k], 2) for k in ("band_mm", "band_new_mm", "turn_band_deg")]
+        if row["turn_band_deg"] > BLIND:
+            bars[2] = "not seen"
+        made.add_row(row["configuration"], *places, *bars)
+    terminal.show(Text(""), made)
+    if len(found.rows) > MOST:
+        terminal.show(Text(f"... and {len(found.rows) - MOST} more; -o FILE writes all", style="dim"))
+    words = (
+        "where the base stands included"
+        if found.absolute
+        else f"of the arm's shape: the base placed best over the {found.region}"
+    )
+    terminal.show(
+        Text(
+            f"± are 95 % radii: of the model [mm], of a new measurement [mm], of the model's turn [deg]; {words}",
+            style="dim",
+        ),
+        Text(""),
+    )
+    show_warnings(terminal, found.warnings)
+    if found.written:
+        terminal.say(f"Written: {found.written[0]}")

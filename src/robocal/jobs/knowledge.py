@@ -1,0 +1,52 @@
+"""What a run folder keeps so that its result can be trusted later: how far the parameters may be off, and the map of the
+workspace."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from robocal.calibrate.accuracy import accuracy_map
+from robocal.calibrate.estimators import estimator
+from robocal.calibrate.identification import Identification
+from robocal.errors import ModelError
+from robocal.files.accuracy import accuracy_columns, accuracy_text
+from robocal.files.covariance import COVARIANCE, Knowledge, covariance_text
+from robocal.files.run import ACCURACY
+
+__all__ = ["knowledge", "knowledge_files", "map_columns"]
+
+
+def knowledge(found: Identification) -> Knowledge:
+    """What an identification knows of its parameters."""
+    assert found.total is not None
+    by_name = {p.name: p for p in found.parameters}
+    values = {n: by_name[n].identified for n in found.total.names}
+    nominal = {n: by_name[n].nominal for n in found.total.names}
+    # The first instrument of a unit speaks for new measurements in it.
+    noise = {g.unit: g.sigma for g in reversed(found.groups) if math.isfinite(g.sigma)}
+    placed = all(n in found.nominal.table for n in found.total.names)
+    return Knowledge(found.total, values, nominal, found.joints, found.conditions, noise, placed)
+
+
+def map_columns(found: Identification) -> dict[str, list[Any]]:
+    """The columns of accuracy_map.csv; none for a method that knows no errors, or where the model asks for columns that
+    nobody recorded."""
+    if found.total is None or found.baseline is None or estimator(found.options.method).blind:
+        return {}
+    before = {n: found.baseline[n].value for n in found.nominal.table.names if n in found.baseline}
+    try:
+        made = accuracy_map(
+            found.nominal.with_values(before), found.corrected, found.total, found.conditions, found.joints
+        )
+    except ModelError:
+        return {}
+    return accuracy_columns(made)
+
+
+def knowledge_files(found: Identification, cells: dict[str, list[Any]]) -> dict[str, str]:
+    """The texts by file name; a method that knows no errors has none."""
+    if found.total is None or estimator(found.options.method).blind:
+        return {}
+    units = {p.name: p.unit for p in found.parameters}
+    return {COVARIANCE: covariance_text(knowledge(found), units)} | ({ACCURACY: accuracy_text(cells)} if cells else {})

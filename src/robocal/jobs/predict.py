@@ -1,0 +1,161 @@
+"""The verb `predict`: where the tool of an identified robot is at given joint values, and how far that may be off."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.calibrate.workspace import Predicted, base_motion, parameters_of, predict, sample_joints
+from robocal.errors import FileError, FormatError
+from robocal.estimate.uncertainty import LEVEL, radius
+from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
+from robocal.files.dataset import InputFile
+from robocal.files.robot import Robot
+from robocal.files.targets import read_targets
+from robocal.files.text import read_text, write_text
+from robocal.files.units import number
+from robocal.geometry import so3
+from robocal.jobs.inputs import Watch, open_arm, run_file
+
+__all__ = ["Prediction", "known_of", "predict_run", "shape_motion"]
+
+Array = NDArray[np.float64]
+ANCHORS = 2000  # configurations over which the base is aligned
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Predicted poses with 95 % bands (mm, deg): `rows` in the order of the file; `absolute` when the place of the base is
+    part of the band."""
+
+    robot: Robot
+    rows: tuple[dict[str, Any], ...]
+    absolute: bool
+    region: str
+    inputs: tuple[InputFile, ...]
+    warnings: tuple[str, ...]
+    written: tuple[Path, ...] = ()
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What --json prints."""
+        return {
+            "robocal": 1,
+            "robot": self.robot.name,
+            "level": LEVEL,
+            "relative_to": "base" if self.absolute else "the best place of the base over the workspace",
+            "units": {"length": "mm", "angle": "deg"},
+            "poses": list(self.rows),
+            "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
+            "warnings": list(self.warnings),
+            "written": [str(p) for p in self.written],
+        }
+
+
+def known_of(folder: Path) -> Knowledge:
+    """What a run folder knows of its parameters. Raises FileError when it does not say."""
+    run_file(folder, "result.json")
+    if not (folder / COVARIANCE).is_file():
+        raise FileError(
+            "this run does not say how far its parameters may be off",
+            file=folder,
+            expected=f"{COVARIANCE}: identify once more with this version",
+        )
+    return read_covariance(folder / COVARIANCE)
+
+
+def shape_motion(robot: Robot, known: Knowledge) -> tuple[Array, str]:
+    """The motion of the base that undoes most of each parameter over the workspace, (6, k), and the workspace's name."""
+    sample, region = sample_joints(robot.chain, known.joints, ANCHORS)
+    names = parameters_of(robot.chain, known.total)
+    jac = robot.chain.parameter_jacobian(sample, names, known.conditions)
+    return base_motion(jac, robot.chain.pose(sample, known.conditions)[:, :3, 3]), region
+
+
+def predict_run(
+    folder: Path, poses: Path, *, absolute: bool = False, output: Path | None = None, watch: Watch | None = None
+) -> Prediction:
+    """Predicts the tool's pose at the joint values of a CSV; `output` gets the same as a CSV. Raises InputError.
+
+    The band is that of the arm's shape, unless `absolute` or the run measured the base itself: then it is that of the
+    pose in base coordinates.
+    """
+    if watch:
+        watch({"stage": "read"})
+    known = known_of(folder)
+    robot = open_arm(folder)
+    targets = read_targets(poses, robot.chain)
+    q = targets.targets.joints
+    if q is None:
+        names = robot.chain.joint_names
+        raise FormatError(
+            "there are no joint values", file=poses, expected=f"columns {names[0]} to {names[-1]} with units"
+        )
+    whole = absolute or known.placed
+    motion, region = (None, "") if whole else shape_motion(robot, known)
+    conditions: dict[str, ArrayLike] = {**known.conditions, **targets.targets.extra}
+    found = predict(robot.chain, q, known.total, conditions, motion)
+    warnings = [*robot.warnings, *_outside(robot, known, q)]
+    rows = tuple(_rows(targets.ids, found, known))
+    files = (InputFile(folder / COVARIANCE, read_text(folder / COVARIANCE).sha256), *targets.files)
+    made = Prediction(robot, rows, whole, region, files, tuple(warnings))
+    return made if output is None else replace(made, written=(write_text(output, _text(rows)),))
+
+
+def _outside(robot: Robot, known: Knowledge, q: Array) -> list[str]:
+    """Joint values where the robot was never measured: the model is trusted there, not tested."""
+    if known.joints is None:
+        return []
+    out = np.atleast_2d((q < known.joints[:, 0] - 1e-9) | (q > known.joints[:, 1] + 1e-9))
+    names = [robot.chain.joint_names[i] for i in np.flatnonzero(out.any(axis=0))]
+    if not names:
+        return []
+    many = int(out.any(axis=1).sum())
+    return [
+        f"{many} of {len(q)} poses lie outside the measured range of {', '.join(names)}: there the bars rest on the model alone"
+    ]
+
+
+def _rows(ids: Sequence[str], found: Predicted, known: Knowledge) -> list[dict[str, Any]]:
+    """One mapping per pose: place and turn, 95 % radii of the model and of a new measurement, covariance of the place."""
+    dof = known.total.dof
+    turn = np.degrees(so3.log(found.pose[:, :3, :3]))
+    shift, spin = known.noise.get("m", 0.0), known.noise.get("rad")
+    band = 1e3 * radius(found.position, dof)
+    new = 1e3 * radius(found.position + shift**2 * np.eye(3), dof)
+    angle = np.degrees(radius(found.turn, dof))
+    angle_new = None if spin is None else np.degrees(radius(found.turn + spin**2 * np.eye(3), dof))
+    out = []
+    for i, name in enumerate(ids):
+        row: dict[str, Any] = {"configuration": name}
+        row |= {f"{a}_mm": float(1e3 * v) for a, v in zip("xyz", found.pose[i, :3, 3], strict=True)}
+        row |= {f"r{a}_deg": float(v) for a, v in zip("xyz", turn[i], strict=True)}
+        row |= {f"sigma_{a}_mm": float(1e3 * np.sqrt(found.position[i, k, k])) for k, a in enumerate("xyz")}
+        row |= {"band_mm": float(band[i]), "band_new_mm": float(new[i]), "turn_band_deg": float(angle[i])}
+        row |= {"turn_band_new_deg": None if angle_new is None else float(angle_new[i])}
+        out.append(row)
+    return out
+
+
+def _text(rows: Sequence[dict[str, Any]]) -> str:
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    names = list(rows[0]) if rows else ["configuration"]
+    writer.writerow([_header(n) for n in names])
+    for row in rows:
+        writer.writerow(
+            ["" if row[n] is None else row[n] if isinstance(row[n], str) else number(row[n]) for n in names]
+        )
+    return stream.getvalue()
+
+
+def _header(name: str) -> str:
+    stem, _, unit = name.rpartition("_")
+    return f"{stem} [{unit}]" if unit in ("mm", "deg") else name

@@ -1,0 +1,63 @@
+"""Outliers by name: found, not invented, leverage undone, and not hidden by each other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from unit.arm_data import measured
+
+from robocal.calibrate.identification import Options
+from robocal.calibrate.identify import identify
+
+FAST = Options(hold_out=0.0, leave_one_out=False)
+
+
+def spoiled(data, shifts):
+    """The data with some rows moved (m)."""
+    obs = data.observations[0]
+    value = np.array(obs.value)
+    for row, shift in shifts.items():
+        value[row] += shift
+    return replace(data, observations=(replace(obs, value=value, rows=np.arange(len(obs)) + 2, source="folder/tracker.csv"),))
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_gross_rows_are_named_and_the_others_are_not(stated):
+    data = spoiled(measured(60, stated=stated), {7: [3e-3, 0, 0], 23: [0, -4e-4, 0], 41: [0, 0, 6e-4]})
+    found = identify_of(data)
+    assert [(o.configuration, o.row) for o in found] == [("p7", 9), ("p41", 43), ("p23", 25)]
+    assert all(o.source == "folder/tracker.csv" and o.p_value < 1e-6 and 0 < o.leverage < 1 for o in found)
+    # Distances are those of a prediction without the row: 3 mm at 0.02 mm noise, less what the prediction adds.
+    assert 100 < found[0].distance < 160 and found[0].distance / found[2].distance == pytest.approx(7.5, rel=0.25)
+
+
+def test_many_outliers_do_not_hide_each_other():
+    rng = np.random.default_rng(2)
+    bad = rng.choice(60, 8, replace=False)
+    found = identify_of(spoiled(measured(60, stated=False), {int(i): rng.normal(0, 3e-3, 3) for i in bad}))
+    assert {o.configuration for o in found} == {f"p{i}" for i in bad}
+
+
+def test_clean_data_are_seldom_accused():
+    """One data set in a hundred may name a row; of 60, more than 4 would be three in a thousand."""
+    accused = sum(bool(identify_of(measured(40, seed=s, stated=s % 2 == 0))) for s in range(60))
+    print(f"rows named in {accused} of 60 clean data sets")
+    assert accused <= 4
+
+
+def test_a_robust_fit_names_the_same_rows():
+    data = spoiled(measured(60), {7: [3e-3, 0, 0]})
+    names = [o.configuration for o in identify(*arm_and(data), replace(FAST, loss="cauchy")).outliers]
+    assert names == ["p7"]
+
+
+def arm_and(data):
+    from unit.arm_data import arm
+
+    return arm(), data
+
+
+def identify_of(data):
+    return identify(*arm_and(data), FAST).outliers
