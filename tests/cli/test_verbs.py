@@ -22,7 +22,14 @@ def test_identify_writes_a_run_folder_and_says_so(case: Path) -> None:
         < ran.out.index("j2.alpha")
         < ran.out.index("Written to run")
     )
-    assert files(case / "run") == {"result.json", "covariance.json", "accuracy_map.csv", "calibrated.yaml", "residuals.csv", "report.html"}
+    assert files(case / "run") == {
+        "result.json",
+        "covariance.json",
+        "accuracy_map.csv",
+        "calibrated.yaml",
+        "residuals.csv",
+        "report.html",
+    }
     result = read_result(case / "run" / "result.json")
     truth, found = read_robot("truth.yaml").chain, read_robot("run/calibrated.yaml").chain
     q = np.random.default_rng(0).uniform(-0.5, 0.5, (100, 3))
@@ -269,7 +276,13 @@ def test_a_run_without_report_extra_says_so(case: Path, monkeypatch: pytest.Monk
     monkeypatch.setitem(sys.modules, "jinja2", None)
     ran = robocal("identify", "robot.yaml", "data.yaml", "-o", "run")
     assert ran.status == 0 and "report.html was left out" in " ".join(ran.out.split())
-    assert files(case / "run") == {"result.json", "covariance.json", "accuracy_map.csv", "calibrated.yaml", "residuals.csv"}
+    assert files(case / "run") == {
+        "result.json",
+        "covariance.json",
+        "accuracy_map.csv",
+        "calibrated.yaml",
+        "residuals.csv",
+    }
 
 
 def test_a_catalogue_name_gives_way_to_a_file(case: Path) -> None:

@@ -20,7 +20,9 @@ def spoiled(data, shifts):
     value = np.array(obs.value)
     for row, shift in shifts.items():
         value[row] += shift
-    return replace(data, observations=(replace(obs, value=value, rows=np.arange(len(obs)) + 2, source="folder/tracker.csv"),))
+    return replace(
+        data, observations=(replace(obs, value=value, rows=np.arange(len(obs)) + 2, source="folder/tracker.csv"),)
+    )
 
 
 @pytest.mark.parametrize("stated", [True, False])
