@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.geometry import se3, so3
+from robocal.geometry import se3
 from robocal.jobs.touching import span, touch
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
-__all__ = ["RIGS", "STANDS", "Instrument", "measure"]
+__all__ = ["CONTACTS", "FINE", "RIGS", "STANDS", "Instrument", "measure"]
 
 Array = NDArray[np.float64]
 # Where a tracker typically stands: two metres away, turned and tilted (m, rad).
@@ -153,16 +153,18 @@ def _beside(s: Scene) -> Array:
     )
 
 
-def _reached(s: Scene, count: int) -> list[Array]:
-    """Places that the arm reaches easily: where it comes, neither near nor far from the middle, apart from each other."""
+def _reached(s: Scene, count: int, apart: float) -> list[Array]:
+    """Places that the arm reaches easily, on a grid of millimetres: above its foot, where it comes, neither near nor far
+    from the middle, about `apart` (m) from each other."""
     low, high = span(s.truth, s.q)
     p = s.truth.pose(s.rng.uniform(low, high, (SAMPLE, len(low))))[:, :3, 3]
+    p = p[p[:, 2] > 0] if (p[:, 2] > 0).sum() > SAMPLE // 4 else p
     far = np.linalg.norm(p - np.median(p, axis=0), axis=1)
-    ordered = p[np.argsort(np.abs(far - np.median(far)))][: SAMPLE // 3]
+    ordered = p[np.argsort(np.abs(far - np.median(far)))][: SAMPLE // 6]
     out = [ordered[0]]
     while len(out) < count:
-        gap = np.min([np.linalg.norm(ordered - o, axis=1) for o in out], axis=0)
-        out.append(ordered[int(np.argmax(gap))])
+        off = [np.abs(np.linalg.norm(ordered - o, axis=1) - apart) for o in out]
+        out.append(ordered[int(np.argmin(np.max(off, axis=0)))])
     return [np.round(o, 3) for o in out]
 
 
@@ -189,26 +191,23 @@ def _contacts(kind: str, frames: Callable[[Scene], list[Frame]], options: dict[s
 
 def _sockets(s: Scene) -> list[Frame]:
     """Two sockets."""
-    a, b = _reached(s, 2)
+    a, b = _reached(s, 2, 0.3)
     return [Frame(n, (*map(float, p), 0.0, 0.0, 0.0), POINT) for n, p in zip("ab", (a, b), strict=True)]
 
 
 def _spheres(s: Scene) -> list[Frame]:
     """Two spheres."""
-    return [Frame(f"sphere{i + 1}", (*map(float, p), 0.0, 0.0, 0.0), POINT) for i, p in enumerate(_reached(s, 2))]
+    return [Frame(f"sphere{i + 1}", (*map(float, p), 0.0, 0.0, 0.0), POINT) for i, p in enumerate(_reached(s, 2, 0.3))]
 
 
 def _plates(s: Scene) -> list[Frame]:
     """Three plates that are not parallel."""
-    turns = ((0.05, -0.04, 0.0), (1.2, 0.1, 0.0), (0.1, -1.3, 0.0))
-    places = _reached(s, 3)
-    out = []
-    for i, (p, turn) in enumerate(zip(places, turns, strict=True)):
-        # The point of the plane that its own free shift along the normal reaches from the base's origin.
-        normal = so3.exp(np.array(turn))[:, 2]
-        height = float(np.round(normal @ p, 3))
-        out.append(Frame(f"plate{i + 1}", (0.0, 0.0, height / float(normal[2]), *turn), ACROSS))
-    return out
+    turns = ((0.05, -0.04, 0.0), (1.1, 0.1, 0.0), (0.1, -1.2, 0.0))
+    places = _reached(s, 3, 0.4)
+    return [
+        Frame(f"plate{i + 1}", (*map(float, p), *turn), ACROSS)
+        for i, (p, turn) in enumerate(zip(places, turns, strict=True))
+    ]
 
 
 def _point(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
@@ -259,6 +258,8 @@ RIGS: dict[str, Rig] = {
     "pixels": _camera,
 }
 CONTACTS = ("point", "plane", "sphere")
+# Circles are read to a few seconds of arc (rad); what else reports angles does so to 0.1 mrad.
+FINE = {"bearing": 2e-5, "spherical": 2e-5}
 
 
 def measure(

@@ -22,7 +22,7 @@ from robocal.files.robot import Robot, describe, parse_robot, render_robot
 from robocal.files.text import Source, write_files
 from robocal.jobs.hiding import hidden
 from robocal.jobs.inputs import Watch, open_arm
-from robocal.jobs.rigs import CONTACTS, RIGS, STANDS, Instrument, measure
+from robocal.jobs.rigs import CONTACTS, FINE, RIGS, STANDS, Instrument, measure
 from robocal.measure.data import DataSet
 
 __all__ = [
@@ -184,7 +184,7 @@ def simulate(
     instrument = Instrument(
         kind,
         wide.noise if noise is None else length.to_si(noise),
-        wide.angle_noise if angle_noise is None else angle.to_si(angle_noise),
+        FINE.get(kind, wide.angle_noise) if angle_noise is None else angle.to_si(angle_noise),
         parse_frame(frame, arm),
     )
     wrong = Errors(
