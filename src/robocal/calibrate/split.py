@@ -62,7 +62,15 @@ class Split:
 
     @classmethod
     def of(cls, data: DataSet, held: Bools, names: tuple[str, ...], how: str) -> Split:
-        """A split that holds out these units, with everything that is tied to them left out of the fit."""
+        """A split that holds out these units, with everything that is tied to them left out of the fit; rounds that hold
+        out nothing are dropped."""
+        joints = data.configurations.joints
+        if joints is not None:
+            # What was known without the machine, such as the distance of two sockets, is never what is predicted: left
+            # out, it would leave nothing that knows how long a metre is.
+            held = held & np.isfinite(joints).all(axis=1)
+            told: Bools = np.asarray(held.any(axis=1))
+            held, names = held[told], tuple(n for n, t in zip(names, told, strict=True) if t)
         touch = _touched(data)
         seen = csr_array(held.astype(np.float64)) @ touch  # (K, P) how often a round's held-out rows touch a place
         tied = (seen @ touch.T).toarray() > 0

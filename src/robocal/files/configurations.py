@@ -18,7 +18,7 @@ from robocal.files.units import UNITS, Unit, parse_unit
 from robocal.files.yamlio import Document, Path_
 from robocal.measure.data import Configurations
 
-__all__ = ["Places", "read_configurations"]
+__all__ = ["Places", "nowhere", "read_configurations"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -69,6 +69,19 @@ def read_configurations(model: DataModel, table: CsvTable, chain: Chain, documen
     )
     made, index = _merge(both, table, np.concatenate([every, every]))
     return Places(made, index[: len(q)], index[len(q) :], q, every, angle)
+
+
+def nowhere(given: Configurations, names: tuple[str, ...]) -> Configurations:
+    """The configurations with some more in which the machine stood nowhere: what was known without it."""
+    if not names or given.joints is None:
+        return given
+    nothing = np.full((len(names), given.joints.shape[1]), np.nan)
+    return Configurations(
+        (*given.ids, *names),
+        np.vstack([given.joints, nothing]),
+        {k: np.concatenate([v, nothing[:, 0]]) for k, v in given.columns.items()},
+        groups=None if given.groups is None else (*given.groups, *("",) * len(names)),
+    )
 
 
 def _default_ids(table: CsvTable) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError, nearest
-from robocal.files.configurations import read_configurations
+from robocal.files.configurations import nowhere, read_configurations
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.datamodel import DataModel, FramedModel, InstrumentModel, TargetModel
 from robocal.files.doubts import Suspicion, alternatives, limit_warning, repeat_warnings, suspicions
@@ -161,14 +161,17 @@ def _read_table(
     frame = _instrument(model.frame, name, units) if isinstance(model, FramedModel) else None
     around = Around(table, document, units, name, frozenset(owners | ({name} if frame else set())))
     observations = []
-    for part in kind.parts(model, values, around):
+    parts = kind.parts(model, values, around)
+    configurations = nowhere(places.configurations, tuple(p.group for p in parts if p.nowhere))
+    alone = iter(range(len(places.configurations), len(configurations)))
+    for part in parts:
         kept = np.flatnonzero(np.isin(part.rows, places.measuring)) if part.targeted else np.arange(len(part.rows))
         rows = part.rows[kept]
         second = part.kind == "" and places.second is not None
         observations.append(
             Observations(
                 part.kind or kind.name,
-                places.first[rows],
+                np.array([next(alone)]) if part.nowhere else places.first[rows],
                 part.value[kept],
                 None if part.sigma is None else part.sigma[kept],
                 frame,
@@ -178,17 +181,17 @@ def _read_table(
                 part.options,
                 model.group or part.group or ("" if frame else name),
                 source=str(table.path),
-                rows=table.lines[rows],
+                rows=None if part.nowhere else table.lines[rows],
                 second=places.second[rows] if second and places.second is not None else None,
             )
         )
     warnings = limit_warning(places.joints, chain, table.lines, table.path)
     for obs in observations:
-        warnings += repeat_warnings(obs, places.configurations, table.path)
+        warnings += repeat_warnings(obs, configurations, table.path)
     length = values.length if kind.located else None
     first = observations[0]
     return Reading(
-        DataSet(places.configurations, tuple(o for o in observations if len(o))),
+        DataSet(configurations, tuple(o for o in observations if len(o))),
         table.path,
         (),
         warnings,

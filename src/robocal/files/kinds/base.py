@@ -66,6 +66,7 @@ class Part:
     group: str = ""  # default: the file's
     kind: str = ""  # default: the file's
     targeted: bool = True  # whether a thing on the tool is measured
+    nowhere: bool = False  # known without the machine: no row of the table is where it stood
 
 
 @dataclass(frozen=True)

@@ -186,4 +186,5 @@ def between(models: Sequence[BetweenModel], frames: Mapping[str, Frame], around:
             group=f"{a}-{b}",
             kind="distance",
             targeted=False,
+            nowhere=True,
         )
