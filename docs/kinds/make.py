@@ -16,8 +16,8 @@ import numpy as np
 
 from robocal.arms import catalog
 from robocal.arms.chain import Chain
-from robocal.calibrate.identify import identify
 from robocal.calibrate.identification import Options
+from robocal.calibrate.identify import identify
 from robocal.errors import InputError
 from robocal.files.kinds.registry import READERS
 from robocal.geometry import fits
@@ -74,7 +74,9 @@ def block(kind: str) -> str:
         chain = {n for n in seen.dropped if n in found.nominal.table}
         dropped = [n for n in seen.dropped if n in chain]
         text = ", ".join(f"`{n}`" for n in dropped) or "none"
-        lines.append(f"- **{words}**, 80 poses: {seen.rank} of {len(seen.names)} free parameters are seen. Dropped of the robot: {text}.")
+        lines.append(
+            f"- **{words}**, 80 poses: {seen.rank} of {len(seen.names)} free parameters are seen. Dropped of the robot: {text}."
+        )
     lines += ["", "| poses | " + " | ".join(str(n) for n in COUNTS) + " |", "|---|" + "---|" * len(COUNTS)]
     for arm, words in ARMS.items():
         before = np.median([tool_error(*trial_arms(arm, s)) for s in SEEDS])

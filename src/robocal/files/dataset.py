@@ -153,8 +153,8 @@ def _reader(kind: object, document: Document) -> KindFile:
 def _read_table(
     model: DataModel, table: CsvTable, chain: Chain, kind: KindFile, document: Document, name: str
 ) -> Reading:
-    places = read_configurations(model, table, chain, document)
     values = kind.read(model, table, document)
+    places = read_configurations(model, table, chain, document)
     units = _units(model, values, places.angle, document)
     targets, target = _targets(model, table, kind, chain, name, units, document)
     owners = {n.rpartition(".")[0] for n in chain.table.names} | {t.name for t in targets}

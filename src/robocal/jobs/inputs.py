@@ -7,32 +7,27 @@ import os
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.evidence import errors
-from robocal.calibrate.identify import baseline
 from robocal.errors import FileError, FormatError, InputError, ModelError, nearest
 from robocal.files.dataset import InputFile, Reading, read_datasets
-from robocal.files.doubts import Suspicion
 from robocal.files.kinds.registry import READERS
 from robocal.files.result import read_result
 from robocal.files.robot import Robot, open_robot, render_robot
 from robocal.files.text import read_text
 from robocal.files.units import parse_unit
 from robocal.files.yamlio import load
-from robocal.measure.data import DataSet
+from robocal.jobs.doubting import doubt_units
+from robocal.measure.base import kind_of
+from robocal.measure.data import DataSet, Frame, Observations
 from robocal.parameters import Table
 
 __all__ = ["Inputs", "Watch", "choose", "computable", "open_arm", "read_inputs", "robot_files", "run_file"]
 
 Watch = Callable[[dict[str, object]], None]
-TENFOLD = 10.0
-BAD = 0.05  # of the spread of what was measured: from here on every other unit is tried
-MANY = 300  # configurations that are enough to tell units apart
 
 
 @dataclass(frozen=True)
@@ -173,7 +168,7 @@ def _one_frame_per_name(reading: Reading) -> None:
     """Frames named alike in several files are one; files that say different things of it contradict each other."""
     known: dict[str, tuple[object, str]] = {}
     for obs in reading.dataset.observations:
-        for frame in (*((obs.frame,) if obs.frame else ()), *obs.targets):
+        for frame in every_frame(obs):
             said = (frame.value, frame.free, frame.mount)
             first = known.setdefault(frame.name, (said, obs.source))
             if first[0] != said:
@@ -181,80 +176,6 @@ def _one_frame_per_name(reading: Reading) -> None:
                     "a frame of this name is described differently in another file", file=obs.source, key=frame.name,
                     expected=f"what the data file of {first[1]} says, or another name",
                 )  # fmt: skip
-
-
-def misfit(chain: Chain, data: DataSet) -> float:
-    """What the nominal model with fitted frames leaves, relative to the spread of what was measured: the same in every
-    unit."""
-    problem, x = baseline(chain, data, np.arange(len(data.configurations)))
-    left, _ = errors(problem.residuals(x), "m")
-    points = [o.value[:, :3] for o in data.observations if o.kind in ("position", "pose")]
-    if not points or not len(left):
-        return float("nan")
-    spread = float(np.sqrt(np.mean(np.concatenate([np.sum((p - p.mean(axis=0)) ** 2, axis=1) for p in points]))))
-    rms = float(np.sqrt(np.mean(left**2)))
-    return rms / spread if spread > 0 else float("inf")
-
-
-def doubt_units(chain: Chain, reading: Reading, watch: Watch | None = None) -> tuple[str, ...]:
-    """Tries every suspected unit: raises FormatError when other units lower the misfit tenfold, warns otherwise."""
-    doubts = reading.suspicions[:6]
-    sample = _sample(reading.dataset)
-    as_read = misfit(chain, sample)
-    bad = not as_read <= BAD and not np.isnan(as_read)
-    if not doubts and not bad:
-        return ()
-    if watch:
-        watch({"stage": "read", "what": "trying other units"})
-    best = as_read
-    chosen: tuple[Suspicion, ...] = ()
-    tried = [some for size in range(1, len(doubts) + 1) for some in combinations(doubts, size)]
-    for some in dict.fromkeys((*tried, *(_explanations(reading.alternatives) if bad else ()))):
-        data = sample
-        for doubt in some:
-            data = doubt.apply(data)
-        found = misfit(chain, data)
-        # Of two equally good explanations the one with fewer changes stands.
-        if np.isfinite(found) and found < 0.9 * best:
-            best, chosen = found, some
-    if chosen and best * TENFOLD <= as_read:
-        first = chosen[0]
-        others = "".join(f"; likewise the {d.part} values of {d.source} in {d.alternative}" for d in chosen[1:])
-        raise FormatError(
-            f"the {first.part} values are probably in {first.alternative}: {first.reason}, "
-            f"and the misfit falls {as_read / best:.3g} times{others}",
-            file=first.source,
-            key=f"{first.part}.unit",
-            found=first.stated,
-            expected=first.alternative,
-        )
-    return tuple(str(d) for d in doubts)
-
-
-def _sample(data: DataSet) -> DataSet:
-    """At most MANY configurations: a wrong unit shows in any of them."""
-    count = len(data.configurations)
-    if count <= MANY:
-        return data
-    some = data.take(np.unique(np.linspace(0, count - 1, MANY).astype(np.int64)))
-    return some if {o.source for o in some.observations} == {o.source for o in data.observations} else data
-
-
-def _explanations(alternatives: Sequence[Suspicion]) -> Iterator[tuple[Suspicion, ...]]:
-    """Other units of one file, joints and positions alone or both, and then the same swap in every file."""
-    sources = list(dict.fromkeys(a.source for a in alternatives))[:4]
-    of = {s: {(a.part, a.stated, a.alternative): a for a in alternatives if a.source == s} for s in sources}
-    ways: dict[tuple[tuple[str, str, str], ...], None] = {}
-    for mine in of.values():
-        joints: list[tuple[tuple[str, str, str], ...]] = [(), *((k,) for k in mine if k[0] == "joints")]
-        places: list[tuple[tuple[str, str, str], ...]] = [(), *((k,) for k in mine if k[0] == "position")]
-        # A single change is tried before two at once.
-        ways |= dict.fromkeys(sorted((j + p for j in joints for p in places if j + p), key=len))
-    for way in ways:
-        holders = [s for s in sources if all(k in of[s] for k in way)]
-        yield from (tuple(of[s][k] for k in way) for s in holders)
-        if len(holders) > 1:
-            yield tuple(of[s][k] for s in holders for k in way)
 
 
 # --- what a person chooses for one run ------------------------------------------------------------------------------
@@ -271,7 +192,7 @@ def choose(
     """The robot and data with other free parameters and priors than their files say. Raises ModelError naming the
     nearest name."""
     table = robot.chain.table
-    frames = {f.name: f for o in data.observations for f in (*((o.frame,) if o.frame else ()), *o.targets)}
+    frames = {f.name: f for o in data.observations for f in every_frame(o)}
     for option, words in (("--free", free), ("--fix", fix)):
         if any(not part.strip() for word in words for part in word.split(",")):
             raise ModelError("a name is missing", key=option, found=",".join(words), expected=_names(table))
@@ -339,12 +260,28 @@ def _names(table: Table, *frames: str) -> str:
     return f"a parameter ({example}), a symbol ({', '.join(symbols)}), or all of {', '.join((*owners, *frames))}"
 
 
+def every_frame(obs: Observations) -> tuple[Frame, ...]:
+    """The instrument's frame, the targets, and the places and ends of the kind."""
+    return (*((obs.frame,) if obs.frame else ()), *obs.targets, *kind_of(obs).frames(obs))
+
+
 def _frames(data: DataSet, fixed: set[str], loose: set[str]) -> DataSet:
-    """The data with some frames held or freed."""
-    flags = {**dict.fromkeys(fixed, (False,) * 6), **dict.fromkeys(loose, (True,) * 6)}
+    """The data with some frames held or freed; of a place, what its kind can see is freed."""
     out = []
     for obs in data.observations:
-        frame = replace(obs.frame, free=flags[obs.frame.name]) if obs.frame and obs.frame.name in flags else obs.frame
-        targets = tuple(replace(t, free=flags[t.name]) if t.name in flags else t for t in obs.targets)
-        out.append(replace(obs, frame=frame, targets=targets))
+        sees = READERS[obs.kind].free
+
+        def renewed(frame: Frame, flags: tuple[bool, ...] = (True,) * 6) -> Frame:
+            if frame.name in loose:
+                return replace(frame, free=flags)
+            return replace(frame, free=(False,) * 6) if frame.name in fixed else frame
+
+        options = dict(obs.options)
+        for key, value in obs.options.items():
+            if isinstance(value, Frame):
+                options[key] = renewed(value, sees)
+            elif isinstance(value, tuple) and all(isinstance(v, Frame) for v in value):
+                options[key] = tuple(renewed(v, sees) for v in value)
+        frame = None if obs.frame is None else renewed(obs.frame)
+        out.append(replace(obs, frame=frame, targets=tuple(map(renewed, obs.targets)), options=options))
     return DataSet(data.configurations, tuple(out))

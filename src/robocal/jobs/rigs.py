@@ -210,17 +210,25 @@ def _plates(s: Scene) -> list[Frame]:
     ]
 
 
-def _point(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
-    """Two sockets on one plate, whose distance is known."""
-    where, parts = _contacts("point", _sockets)(s)
-    a, b = (o.options["place"] for o in parts)
-    assert isinstance(a, Frame) and isinstance(b, Frame) and where.joints is not None
-    apart = float(np.linalg.norm(np.subtract(a.value[:3], b.value[:3])))
-    nowhere = Configurations((*where.ids, "a-b"), np.vstack([where.joints, np.full(where.joints.shape[1], np.nan)]))
-    known = Observations(
-        "distance", np.array([len(where)]), np.array([[apart]]), s.sigma(1, "m"), options={"ends": (a, b)}, group="a-b"
-    )
-    return nowhere, (*parts, known)
+def _apart(rig: Rig) -> Rig:
+    """Two places whose distance is known from their drawing: without it nothing says how long a metre is."""
+
+    def known(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
+        where, parts = rig(s)
+        ends = tuple(o.options["place"] for o in parts)
+        if len(ends) != 2 or where.joints is None:
+            return where, parts
+        a, b = ends
+        assert isinstance(a, Frame) and isinstance(b, Frame)
+        far = float(np.linalg.norm(np.subtract(a.value[:3], b.value[:3])))
+        label = f"{a.name}-{b.name}"
+        distance = Observations(
+            "distance", np.array([len(where)]), np.array([[far]]), s.sigma(1, "m"), options={"ends": ends}, group=label
+        )
+        nothing = np.full(where.joints.shape[1], np.nan)
+        return Configurations((*where.ids, label), np.vstack([where.joints, nothing])), (*parts, distance)
+
+    return known
 
 
 def _camera(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
@@ -252,9 +260,9 @@ RIGS: dict[str, Rig] = {
     "distance": _bar,
     "displacement": _pairs("m", "m", "m", framed=True),
     "relative_pose": _pairs("m", "m", "m", "rad", "rad", "rad", framed=False),
-    "point": _point,
+    "point": _apart(_contacts("point", _sockets)),
     "plane": _contacts("plane", _plates),
-    "sphere": _contacts("sphere", _spheres, {"radius": "ruby", "values": {"radius": 0.015}, "free": ()}),
+    "sphere": _apart(_contacts("sphere", _spheres, {"radius": "ruby", "values": {"radius": 0.015}, "free": ()})),
     "pixels": _camera,
 }
 CONTACTS = ("point", "plane", "sphere")

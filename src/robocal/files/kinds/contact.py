@@ -44,12 +44,12 @@ class ContactModel(PlacedModel):
 
 
 class PointModel(ContactModel):
-    """A ball in sockets, some of which may be a known distance apart."""
+    """A ball in sockets, or a probe on spheres, some of which may be a known distance apart."""
 
     between: Annotated[list[BetweenModel], BeforeValidator(_several)] = Field(default_factory=list)
 
 
-class SphereModel(ContactModel):
+class SphereModel(PointModel):
     """A probe on spheres; the radius is that of the sphere and the probe's ball together."""
 
     radius: ScalarModel | None = None
@@ -123,8 +123,8 @@ def _faces(cube: CubeModel, table: CsvTable) -> Array:
     return out
 
 
-def point_parts(model: PointModel, values: Values, around: Around) -> Sequence[Part]:
-    """One part for every socket, and one distance for every pair that is a known distance apart."""
+def _with_distances(model: PointModel, values: Values, around: Around) -> Sequence[Part]:
+    """One part for every place, and one distance for every pair that is a known distance apart."""
     out = []
     frames = {}
     for part, known in each_place(model, values, XYZ, around):
@@ -134,10 +134,10 @@ def point_parts(model: PointModel, values: Values, around: Around) -> Sequence[P
 
 
 def sphere_parts(model: SphereModel, values: Values, around: Around) -> Sequence[Part]:
-    """One part for every sphere; they share the radius."""
+    """The same; all spheres share the radius."""
     options = scalar(model.radius, "m", "radius", "radius", around)
     shared = Values(values.value, values.sigma, extra=values.extra, options=options)
-    return [part for part, _ in each_place(model, shared, XYZ, around)]
+    return _with_distances(model, shared, around)
 
 
 def plane_parts(model: PlaneModel, values: Values, around: Around) -> Sequence[Part]:
@@ -202,7 +202,7 @@ place: place    # the column that names the socket; one socket: {{name: socket, 
 # between: {{places: [a, b], distance: 50, sigma: 0.01, unit: {length}}}    # sockets a known distance apart
 """,
     XYZ,
-    point_parts,
+    _with_distances,
     XYZ,
 )
 SPHERE = KindFile(
@@ -213,6 +213,7 @@ SPHERE = KindFile(
     """contact: {{unit: {length}, sigma: 0.01}}    # how well the probe touches
 place: place    # the column that names the sphere; one sphere: {{name: sphere, xyz: [...]}}
 radius: {{name: sphere, value: {ball}, unit: {length}, free: false}}    # sphere and probe together; unknown: free: true
+# between: {{places: [a, b], distance: 300, sigma: 0.01, unit: {length}}}    # centres a known distance apart: the scale
 """,
     XYZ,
     sphere_parts,

@@ -1,0 +1,123 @@
+"""Units that people mix up: what does not fit as it is stated is tried in other units before anything is believed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.calibrate.evidence import errors
+from robocal.calibrate.identify import baseline
+from robocal.errors import FormatError
+from robocal.files.dataset import Reading
+from robocal.files.doubts import Suspicion
+from robocal.measure.base import kind_of
+from robocal.measure.data import DataSet
+
+__all__ = ["doubt_units", "misfit"]
+
+Array = NDArray[np.float64]
+Watch = Callable[[dict[str, object]], None]
+TENFOLD = 10.0
+BAD = 0.05  # of the spread of what was measured: from here on every other unit is tried
+MANY = 300  # configurations that are enough to tell units apart
+
+
+def misfit(chain: Chain, data: DataSet) -> float:
+    """What the nominal model with fitted frames leaves, relative to the spread of what was measured: the same in every
+    unit.
+
+    Where positions are not measured, the spread is that of where the tool was; where nothing is told in lengths, angles
+    and pixels are compared with their own spread. nan where there is nothing to compare.
+    """
+    problem, x = baseline(chain, data, np.arange(len(data.configurations)))
+    left = {unit: errors(problem.residuals(x), unit)[0] for unit in ("m", "rad", "px")}
+    unit = next((u for u, v in left.items() if len(v)), None)
+    if unit is None:
+        return float("nan")
+    points = [o.value[:, :3] for o in data.observations if o.kind in ("position", "pose")]
+    if not points and unit == "m":
+        points = _tools(chain, data)
+    elif not points:
+        points = [o.value for o in data.observations if kind_of(o).parts[0][2] == unit]
+    if not points:
+        return float("nan")
+    width = points[0].shape[1]
+    square = [np.sum((p - p.mean(axis=0)) ** 2, axis=1) for p in points if p.shape[1] == width]
+    spread = float(np.sqrt(np.mean(np.concatenate(square))))
+    rms = float(np.sqrt(np.mean(left[unit] ** 2)))
+    return rms / spread if spread > 0 else float("inf")
+
+
+def _tools(chain: Chain, data: DataSet) -> list[Array]:
+    """Where the nominal tool is wherever something was measured, (m, 3) in a list; empty when it is nowhere."""
+    q = data.configurations.joints
+    if q is None:
+        return []
+    used = np.unique(np.concatenate([o.configuration for o in data.observations]))
+    used = used[np.isfinite(q[used]).all(axis=1)]
+    return [chain.pose(q, data.configurations.columns)[used, :3, 3]] if len(used) else []
+
+
+def doubt_units(chain: Chain, reading: Reading, watch: Watch | None = None) -> tuple[str, ...]:
+    """Tries every suspected unit: raises FormatError when other units lower the misfit tenfold, warns otherwise."""
+    doubts = reading.suspicions[:6]
+    sample = _sample(reading.dataset)
+    as_read = misfit(chain, sample)
+    bad = not as_read <= BAD and not np.isnan(as_read)
+    if not doubts and not bad:
+        return ()
+    if watch:
+        watch({"stage": "read", "what": "trying other units"})
+    best = as_read
+    chosen: tuple[Suspicion, ...] = ()
+    tried = [some for size in range(1, len(doubts) + 1) for some in combinations(doubts, size)]
+    for some in dict.fromkeys((*tried, *(_explanations(reading.alternatives) if bad else ()))):
+        data = sample
+        for doubt in some:
+            data = doubt.apply(data)
+        found = misfit(chain, data)
+        # Of two equally good explanations the one with fewer changes stands.
+        if np.isfinite(found) and found < 0.9 * best:
+            best, chosen = found, some
+    if chosen and best * TENFOLD <= as_read:
+        first = chosen[0]
+        others = "".join(f"; likewise the {d.part} values of {d.source} in {d.alternative}" for d in chosen[1:])
+        raise FormatError(
+            f"the {first.part} values are probably in {first.alternative}: {first.reason}, "
+            f"and the misfit falls {as_read / best:.3g} times{others}",
+            file=first.source,
+            key=f"{first.part}.unit",
+            found=first.stated,
+            expected=first.alternative,
+        )
+    return tuple(str(d) for d in doubts)
+
+
+def _sample(data: DataSet) -> DataSet:
+    """At most MANY configurations: a wrong unit shows in any of them."""
+    count = len(data.configurations)
+    if count <= MANY:
+        return data
+    some = data.take(np.unique(np.linspace(0, count - 1, MANY).astype(np.int64)))
+    return some if {o.source for o in some.observations} == {o.source for o in data.observations} else data
+
+
+def _explanations(alternatives: Sequence[Suspicion]) -> Iterator[tuple[Suspicion, ...]]:
+    """Other units of one file, joints and positions alone or both, and then the same swap in every file."""
+    sources = list(dict.fromkeys(a.source for a in alternatives))[:4]
+    of = {s: {(a.part, a.stated, a.alternative): a for a in alternatives if a.source == s} for s in sources}
+    ways: dict[tuple[tuple[str, str, str], ...], None] = {}
+    for mine in of.values():
+        joints: list[tuple[tuple[str, str, str], ...]] = [(), *((k,) for k in mine if k[0] == "joints")]
+        places: list[tuple[tuple[str, str, str], ...]] = [(), *((k,) for k in mine if k[0] == "position")]
+        # A single change is tried before two at once.
+        ways |= dict.fromkeys(sorted((j + p for j in joints for p in places if j + p), key=len))
+    for way in ways:
+        holders = [s for s in sources if all(k in of[s] for k in way)]
+        yield from (tuple(of[s][k] for k in way) for s in holders)
+        if len(holders) > 1:
+            yield tuple(of[s][k] for s in holders for k in way)
