@@ -77,16 +77,16 @@ class Split:
         return cls(held, ~held & ~tied, names, how)
 
 
-def places(configurations: Configurations) -> Ints:
-    """A number for every configuration, equal where the machine stood at the same place: repeats are held out together,
-    or the fit would have seen them."""
+def places(configurations: Configurations, near: float = NEAR) -> Ints:
+    """A number for every configuration, equal where the machine stood at the same place, no joint further than `near`
+    (rad, m) away: repeats are held out together, or the fit would have seen them."""
     place = configurations.joints if configurations.joints is not None else configurations.start
     if place is None or not len(place):
         return np.arange(len(configurations))
-    # Encoders jitter: what is nearer than NEAR is the same place.
+    # Encoders jitter: what is nearer than that is the same place.
     known = np.nan_to_num(place)
-    near = cKDTree(known).query_pairs(NEAR, p=np.inf, output_type="ndarray")
-    graph = coo_array((np.ones(len(near)), near.T), shape=(len(place), len(place)))
+    pairs = cKDTree(known).query_pairs(near, p=np.inf, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(place), len(place)))
     label = connected_components(graph, directed=False)[1].astype(np.int64)
     # A configuration without joint values (two sockets a known distance apart) is a place of its own.
     unknown = np.flatnonzero(np.isnan(place).any(axis=1))

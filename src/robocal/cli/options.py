@@ -34,7 +34,9 @@ Tip = Annotated[str | None, _option("--tip", metavar="LINK", text="Last link of 
 Force = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
 
 RunFolder = Annotated[str | None, _option("-o", "--output", metavar="DIR", text="Write a run folder here.")]
-ValidationFolder = Annotated[str | None, _option("-o", "--output", metavar="DIR", text="Write validation.json here.")]
+ValidationFolder = Annotated[
+    str | None, _option("-o", "--output", metavar="DIR", text="Write validation.json and validation.html here.")
+]
 OutputFile = Annotated[str | None, _option("-o", "--output", metavar="FILE", text="Write here, not to the terminal.")]
 PageFile = Annotated[str | None, _option("-o", "--output", metavar="FILE", text="The page  [default: RUN/report.html]")]
 DemoFolder = Annotated[str, typer.Option("-o", "--output", metavar="DIR", help="Where files and reports go.")]
@@ -123,6 +125,14 @@ Iterations = Annotated[int, typer.Option("--iterations", metavar="N", min=1, hel
 
 # validate, export
 Against = Annotated[str | None, _option("--against", metavar="ROBOT", text="Compare with this robot, say the nominal.")]
+Distances = Annotated[
+    str,
+    typer.Option(
+        "--distances",
+        metavar="PAIRS",
+        help="Between which places: consecutive, all, group, or a column of the configurations.",
+    ),
+]
 Form = Annotated[
     str,
     typer.Option(

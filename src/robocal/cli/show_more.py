@@ -1,4 +1,4 @@
-"""The other verbs on the terminal: check, validate, and the list of what `new` can start from."""
+"""The other verbs on the terminal: check, and the list of what `new` can start from."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from robocal.cli.show import figure, indented, show_paths, show_warnings, table
+from robocal.cli.show import figure, indented, show_warnings, table
 from robocal.cli.terminal import Terminal
 
 if TYPE_CHECKING:
     from robocal.jobs.check import Checked
     from robocal.jobs.new import Listing
-    from robocal.jobs.validate import Validation
 
-__all__ = ["show_check", "show_listing", "show_validation"]
+__all__ = ["show_check", "show_listing"]
 
 
 def show_check(terminal: Terminal, found: Checked) -> None:
@@ -65,53 +64,6 @@ def show_check(terminal: Terminal, found: Checked) -> None:
             )
     terminal.show(Text(""))
     show_warnings(terminal, found.warnings)
-
-
-def show_validation(terminal: Terminal, found: Validation) -> None:
-    """The errors of a model, and of another one."""
-    if terminal.json:
-        for warning in found.warnings:
-            terminal.warn(warning)
-        return
-    terminal.show(Text.assemble((found.robot.name, "bold"), f"   {len(found.poses)} measured positions"))
-    for reason in found.reasons:
-        terminal.show(Text.assemble(("NOT TO BE TRUSTED", "bold red"), f"  {reason}"))
-    for unit, mine, theirs in (
-        ("mm", found.statistic, found.statistic_against),
-        ("deg", found.angle, found.angle_against),
-    ):
-        if mine is None:
-            continue
-        made = table(f"error [{unit}]", "mean", "rms", "95 %", "max", "n", "", right=(1, 2, 3, 4, 5))
-        for label, s in (("this robot", mine), ("against", theirs)):
-            if s is not None:
-                note = Text("profiled" if s.profiled else "", style="dim")
-                made.add_row(label, figure(s.mean), figure(s.rms), figure(s.p95), figure(s.max), str(s.n), note)
-        if found.constant is not None and unit == "mm":
-            made.add_row("predicting the mean", figure(found.constant), "", "", "", "", "", style="dim")
-        terminal.show(Text(""), made)
-    if found.frames:
-        terminal.show(
-            Text(f"profiled: {len(found.frames)} parameters of frames were fitted to these data", style="dim")
-        )
-    tool = [n for n in found.frames_against if n.startswith("tool.")]
-    if tool:
-        terminal.show(Text(f"of the robot compared with, {', '.join(tool)} were fitted to these data too", style="dim"))
-    if found.gain is not None:
-        mean, low, high = found.gain
-        terminal.show(
-            Text(f"mean error smaller by {figure(mean)} mm, 95 % interval {figure(low)} to {figure(high)} mm")
-        )
-    worst = sorted(found.poses, key=lambda p: -p["error_mm"])[:3]
-    if len(found.poses) > 3:
-        terminal.show(
-            Text(
-                "worst: " + ", ".join(f"{p['configuration']} {figure(p['error_mm'], 3)} mm" for p in worst), style="dim"
-            )
-        )
-    terminal.show(Text(""))
-    show_warnings(terminal, found.warnings)
-    show_paths(terminal, found.written)
 
 
 def show_listing(terminal: Terminal, found: Listing) -> None:

@@ -11,7 +11,15 @@ from robocal.files.csvtable import CsvTable
 __all__ = ["CONFIGURATION", "PER_JOINT", "joint_columns", "self_description"]
 
 # Columns of a configuration that have a meaning, and their SI unit.
-CONFIGURATION = {"id": "", "time": "s", "temperature": "K", "payload": "kg", "approach": "1"}
+CONFIGURATION = {
+    "id": "",
+    "time": "s",
+    "temperature": "K",
+    "payload": "kg",
+    "approach": "1",
+    "direction": "1",
+    "place": "1",
+}
 PER_JOINT = ("approach", "torque")  # columns that exist once per joint, as approach.j2
 IDS = ("id", "configuration", "pose_id")
 SIGMAS = (("sx", "sy", "sz"), ("sigma_x", "sigma_y", "sigma_z"), ("std_x", "std_y", "std_z"))

@@ -9,8 +9,8 @@ identification: what its file does not say of the tool is no error of its geomet
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +22,14 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import Statistic, bootstrap_gain, constant_errors, errors
 from robocal.calibrate.identify import baseline, frame_names
 from robocal.calibrate.split import leave_one_out_rounds
+from robocal.errors import MissingExtra
 from robocal.estimate.identifiability import analyse
 from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot
 from robocal.files.text import write_files
 from robocal.jobs.inputs import Inputs, Watch, computable, open_arm, read_inputs, robot_files
 from robocal.jobs.plain import plain
+from robocal.jobs.standard import Standard, standard
 from robocal.measure.data import DataSet
 
 __all__ = ["Errors", "Validation", "model_errors", "validate"]
@@ -47,6 +49,7 @@ class Errors:
     angle_at: Ints
     fitted: tuple[str, ...]
     rows: int
+    values: Mapping[str, float] = field(default_factory=dict)  # of every parameter of the problem
 
     @property
     def factor(self) -> float:
@@ -78,6 +81,7 @@ class Validation:
     command: str = ""
     written: tuple[Path, ...] = ()
     frames_against: tuple[str, ...] = ()
+    iso: Standard = field(default_factory=dict)
 
     @property
     def document(self) -> dict[str, Any]:
@@ -98,6 +102,7 @@ class Validation:
             "predicting_the_mean": self.constant,
             "profiled": list(self.frames),
             "profiled_against": list(self.frames_against),
+            "iso_9283": self.iso,
             "poses": list(self.poses),
             "warnings": list(self.warnings),
             "provenance": {
@@ -120,7 +125,8 @@ def model_errors(chain: Chain, data: DataSet, watch: Watch | None = None, *, too
     position, position_at = errors(left, "m")
     angle, angle_at = errors(left, "rad")
     rows = sum(r.value.size for r in left)
-    return Errors(position, position_at, angle, angle_at, kept, rows)
+    values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
+    return Errors(position, position_at, angle, angle_at, kept, rows, values)
 
 
 def validate(
@@ -128,6 +134,7 @@ def validate(
     data: Sequence[str],
     *,
     against: str | None = None,
+    distances: str = "consecutive",
     seed: int = 0,
     base: str | None = None,
     tip: str | None = None,
@@ -135,13 +142,15 @@ def validate(
     command: str = "",
     watch: Watch | None = None,
 ) -> Validation:
-    """Validates a robot on data files, compared with another robot when one is given; `output` gets validation.json.
-    Raises InputError."""
+    """Validates a robot on data files, compared with another robot when one is given; `output` gets validation.json
+    and validation.html. `distances` says between which places: see `standard`. Raises InputError."""
     inputs = read_inputs(robot, data, base=base, tip=tip, watch=watch)
     other = None if against is None else open_arm(against, base=base, tip=tip)
     with computable(robot, *data):
         mine = model_errors(inputs.robot.chain, inputs.data, watch)
         theirs = None if other is None else model_errors(other.chain, inputs.data, watch, tool=True)
+        second = None if other is None or theirs is None else (other.chain, theirs.values)
+        iso = standard(inputs.data, (inputs.robot.chain, mine.values), second, distances)
     reasons = list(_already_used(inputs))
     if mine.rows < 2 * len(mine.fitted):
         reasons.append(
@@ -166,12 +175,22 @@ def validate(
         _statistic(mine, "m"), _statistic(theirs, "m"), _statistic(mine, "rad"), _statistic(theirs, "rad"),
         gain, None if constant is None else constant * 1e3, mine.fitted,
         _poses(inputs.data, mine, theirs), not reasons, tuple(reasons), warnings, files, command,
-        frames_against=() if theirs is None else theirs.fitted,
+        frames_against=() if theirs is None else theirs.fitted, iso=iso,
     )  # fmt: skip
-    if output is None:
-        return made
-    text = json.dumps(plain(made.document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    return replace(made, written=write_files(output, {"validation.json": text}))
+    return made if output is None else _save(made, output)
+
+
+def _save(made: Validation, output: Path) -> Validation:
+    """Writes validation.json, and the page where jinja2 is there."""
+    files = {}
+    try:
+        from robocal.report.validation import render
+
+        files["validation.html"] = render(plain(made.document))
+    except MissingExtra as missing:
+        made = replace(made, warnings=(*made.warnings, f"validation.html was left out: {missing}"))
+    document = json.dumps(plain(made.document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return replace(made, written=write_files(output, {"validation.json": document} | files))
 
 
 def _already_used(inputs: Inputs) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from robocal.report.series import three
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = ["render"]
+__all__ = ["jinja", "render", "style"]
 
 Result = Mapping[str, object]
 Columns = Mapping[str, Sequence[object]]
@@ -39,7 +39,7 @@ INDICES = {
 }
 
 
-def _jinja() -> Environment:
+def jinja() -> Environment:
     """The only door to jinja2."""
     try:
         from jinja2 import Environment, FunctionLoader, StrictUndefined
@@ -54,6 +54,11 @@ def _asset(name: str) -> str:
     return files("robocal.report").joinpath(name).read_text(encoding="utf-8")
 
 
+def style() -> str:
+    """The style sheet of every page."""
+    return _asset("style.css")
+
+
 def render(result: Result, residuals: Columns, accuracy: Columns | None = None) -> str:
     """The text of report.html.
 
@@ -61,7 +66,7 @@ def render(result: Result, residuals: Columns, accuracy: Columns | None = None) 
     of accuracy_map.csv. Whatever is
     missing or null is said to be missing. The same input gives the same text. Raises MissingExtra without jinja2.
     """
-    environment = _jinja()
+    environment = jinja()
     script = _asset("viewer.js")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     page = environment.get_template("template.html").render(

@@ -16,6 +16,7 @@ def validate(
     robot: str,
     data: Sequence[str],
     against: str | None,
+    distances: str,
     output: str | None,
     seed: int,
     base: str | None,
@@ -32,6 +33,7 @@ def validate(
             robot,
             data,
             against=against,
+            distances=distances,
             seed=seed,
             base=base,
             tip=tip,
@@ -39,7 +41,7 @@ def validate(
             command=command_line(),
             watch=watch,
         )
-    from robocal.cli.show_more import show_validation
+    from robocal.cli.show_validation import show_validation
 
     terminal.document(found.document)
     show_validation(terminal, found)

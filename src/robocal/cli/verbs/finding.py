@@ -77,6 +77,7 @@ def validate(
     robot: o.Robot,
     data: o.Data,
     against: o.Against = None,
+    distances: o.Distances = "consecutive",
     output: o.ValidationFolder = None,
     seed: o.Seed = 0,
     base: o.Base = None,
@@ -84,6 +85,8 @@ def validate(
     json: o.Json = False,
 ) -> Task:
     """Measure the error of a robot model on data that it was not fitted to.
+
+    With repeated visits also pose accuracy and repeatability, and distance accuracy, as ISO 9283 defines them.
 
     The robot stays as it is. Frames of instruments that the data leave free are fitted again; the figures are then
     labelled profiled.
