@@ -148,10 +148,9 @@ def visits(model: Chain, data: DataSet, values: Mapping[str, float]) -> Visits |
     if DIRECTION in c.columns:
         direction = np.unique(c.columns[DIRECTION], return_inverse=True)[1].ravel()[configuration]
     group = None if c.groups is None else np.unique(c.groups, return_inverse=True)[1].ravel()[configuration]
-    turns = (attained[:, :3, :3], command[:, :3, :3]) if whole else (None, None)
-    return Visits(
-        attained[:, :3, 3], command[:, :3, 3], *turns, rank[place.ravel()], sensor, configuration, direction, group
-    )
+    turn, asked = (attained[:, :3, :3], command[:, :3, :3]) if whole else (None, None)
+    where = rank[place.ravel()]
+    return Visits(attained[:, :3, 3], command[:, :3, 3], turn, asked, where, sensor, configuration, direction, group)
 
 
 def _absolute(obs: Observations) -> bool:

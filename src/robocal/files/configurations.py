@@ -18,7 +18,7 @@ from robocal.files.units import UNITS, Unit, parse_unit
 from robocal.files.yamlio import Document, Path_
 from robocal.measure.data import Configurations
 
-__all__ = ["Places", "nowhere", "read_configurations"]
+__all__ = ["Places", "joint_values", "nowhere", "read_configurations", "recorded"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -41,8 +41,8 @@ class Places:
 
 def read_configurations(model: DataModel, table: CsvTable, chain: Chain, document: Document) -> Places:
     """Rows with the same id are the same configuration. Raises FormatError."""
-    q, angle = _joints(model.joints, table, chain, document, ("joints",))
-    columns, groups = _columns(model, table, chain, document)
+    q, angle = joint_values(model.joints, table, chain, document, ("joints",))
+    columns, groups = recorded(model, table, chain, document)
     stated = "id" in model.configuration
     ids = _default_ids(table) if not stated else table.texts(model.configuration["id"].column)
     every = np.arange(len(table))
@@ -56,7 +56,7 @@ def read_configurations(model: DataModel, table: CsvTable, chain: Chain, documen
         made, index = _merge(Configurations(ids, q, columns, groups=groups), table, every)
         other, measuring = _named(second, table, made, index)
         return Places(made, index, other, q, measuring, angle)
-    q2, _ = _joints(_second_joints(second, model.joints, table, chain), table, chain, document, ("second",))
+    q2, _ = joint_values(_second_joints(second, model.joints, table, chain), table, chain, document, ("second",))
     ids2 = tuple(f"{i}:second" for i in _default_ids(table))
     if second.id is not None:
         ids2 = table.texts(second.id.column)
@@ -99,7 +99,9 @@ def _second_joints(second: SecondModel, first: JointsModel, table: CsvTable, cha
     return JointsModel(columns=columns, unit=first.unit if silent else second.unit)
 
 
-def _joints(model: JointsModel, table: CsvTable, chain: Chain, document: Document, at: Path_) -> tuple[Array, Unit]:
+def joint_values(
+    model: JointsModel, table: CsvTable, chain: Chain, document: Document, at: Path_
+) -> tuple[Array, Unit]:
     """Joint values (k, n) in rad or m, and the unit of the angles."""
     n = len(chain.joints)
     columns = model.columns
@@ -117,7 +119,7 @@ def _joints(model: JointsModel, table: CsvTable, chain: Chain, document: Documen
     return table.numbers(columns) * np.array([u.factor for u in units]), angle
 
 
-def _columns(
+def recorded(
     model: DataModel, table: CsvTable, chain: Chain, document: Document
 ) -> tuple[dict[str, Array], tuple[str, ...] | None]:
     """What was recorded with each row, by name in SI, and the label of its group."""

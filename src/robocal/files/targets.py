@@ -20,17 +20,17 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.compensate import STATUS, Compensation, Targets
-from robocal.errors import FormatError, nearest
+from robocal.errors import FormatError
 from robocal.files import orientation
+from robocal.files.configurations import joint_values, recorded
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.datamodel import OrientationModel
 from robocal.files.dataset import InputFile
-from robocal.files.headers import CONFIGURATION, joint_columns
-from robocal.files.kinds.base import column_units
+from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns
 from robocal.files.kinds.pose import PoseModel, read_pose
 from robocal.files.kinds.position import PositionModel, read_position
 from robocal.files.schema import validate
-from robocal.files.units import UNITS, Unit, Units, number, parse_unit
+from robocal.files.units import UNITS, Unit, Units, number
 from robocal.files.yamlio import Document, load
 from robocal.geometry import so3
 
@@ -104,6 +104,7 @@ def _self_description(table: CsvTable) -> dict[str, Any]:
             raise table.fail("several columns could be the target", found=found, expected="a YAML file that names one")
         out["orientation"] = {"columns": prefixes[0], "form": "matrix"}
     out["configuration"] = {n: n for n in CONFIGURATION if n in table.names and n != "id"}
+    out["configuration"] |= {n: n for n in table.names if n.partition(".")[0] in PER_JOINT and "." in n}
     found_id = next((n for n in IDS if n in table.names), None)
     out["configuration"] |= {"id": found_id} if found_id else {}
     return out
@@ -128,7 +129,9 @@ def _targets(
         if model.orientation is not None:
             rotation = so3.exp(values.value[:, 3:])
             names = _column_names(model.orientation, table)
-    ids, extra = _configuration(model, table, document)
+    extra, _ = recorded(model, table, chain, document)
+    named = "id" in model.configuration
+    ids = table.texts(model.configuration["id"].column) if named else tuple(f"row {line}" for line in table.lines)
     units = Units(length, angle or UNITS["deg"])
     return TargetFile(Targets(position, rotation, q, extra), ids, units, model.orientation, names, files)
 
@@ -148,50 +151,16 @@ def _joints(
     model: TargetsModel, table: CsvTable, chain: Chain, document: Document, *, needed: bool
 ) -> tuple[Array | None, Unit | None]:
     """Joint values (m, n), where there are any, and the unit of the angles."""
-    columns = model.joints.columns
-    if columns is None:
+    given = model.joints
+    if given.columns is None:
         try:
-            columns = joint_columns(table, chain)
+            given = given.model_copy(update={"columns": joint_columns(table, chain)})
         except FormatError as error:
             if needed:
                 expected = f"x [mm], y [mm], z [mm], or joint columns: {error.expected}"
                 raise table.fail("there are no targets", found=error.found, expected=expected) from None
             return None, None
-    n = len(chain.joints)
-    if len(columns) != n:
-        expected = f"{n} for {chain.name}: {', '.join(chain.joint_names)}"
-        document.fail("wrong number of joint columns", ("joints", "columns"), found=len(columns), expected=expected)
-    unit = model.joints.unit
-    if isinstance(unit, list) and len(unit) != n:
-        document.fail("wrong number of units", ("joints", "unit"), found=len(unit), expected=f"one unit, or {n}")
-    si = ["m" if j.type == "prismatic" else "rad" for j in chain.joints]
-    units = column_units(table, columns, unit, si, document, ("joints",))
-    angle = next((u for u in units if u.si == "rad"), None)
-    return table.numbers(columns) * np.array([u.factor for u in units]), angle
-
-
-def _configuration(
-    model: TargetsModel, table: CsvTable, document: Document
-) -> tuple[tuple[str, ...], dict[str, Array]]:
-    """Names of the targets (every one once) and the columns that a model may read."""
-    ids: tuple[str, ...] = tuple(f"row {line}" for line in table.lines)
-    extra: dict[str, Array] = {}
-    for name, given in model.configuration.items():
-        if name == "id":
-            ids = table.texts(given.column)
-            continue
-        at = ("configuration", name)
-        si = CONFIGURATION.get(name)
-        if si is None:
-            word = given.unit or table.unit(given.column)
-            if word is None:
-                known = ", ".join(CONFIGURATION)
-                guess = nearest(name, CONFIGURATION)
-                document.fail("unknown key", at, expected=f"{known}, or another with a unit", suggestion=guess)
-            si = parse_unit(word, file=document.path, row=document.row(at), key=f"configuration.{name}").si
-        unit = column_units(table, [given.column], given.unit, [si], document, at)[0]
-        extra[name] = unit.to_si(table.numbers([given.column])[:, 0])
-    return ids, extra
+    return joint_values(given, table, chain, document, ("joints",))
 
 
 def compensated_text(made: Compensation, file: TargetFile, chain: Chain, notes: Sequence[str]) -> str:
