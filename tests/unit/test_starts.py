@@ -129,7 +129,7 @@ def test_silence_where_nothing_is_known(rng):
     def start(d=data, o=obs, u=units):
         return closed_form(robot, d, o, u)
 
-    assert start(o=replace(obs, frame=None)) == [] and start(o=replace(obs, kind="pixels")) == []
+    assert start(o=replace(obs, frame=None)) == [] and start(o=replace(obs, kind="lengths")) == []
     assert start(o=replace(obs, frame=replace(TRACKER, free=(False,) * 6))) == []
     assert start(d=replace(data, configurations=replace(data.configurations, joints=None))) == []
     assert start(u=units[:2]) == [], "two points turn about a line"

@@ -35,11 +35,8 @@ def baseline(model: Chain, data: DataSet, units: Ints, watch: Watch | None = Non
     made = build(model, data).with_weights(unit_weights(len(data.configurations), units))
     if watch:
         watch({"stage": "start"})
-    candidates: list[dict[str, float]] = [{}]
-    for obs in data.observations:
-        found = starts.closed_form(model, data, obs, units)
-        candidates = [{**a, **b} for a in candidates for b in (found or [{}])][:32]
     frames = frame_names(model, made)
+    candidates = starts.combined(model, data, units, made.with_free(frames))
     # What can be seen of the frames is asked where they are believed to stand, not at the table's zeros.
     there = made.with_table(made.table.with_values({n: v for n, v in candidates[0].items() if n in frames}))
     seen = analyse(there.with_free(frames), there.start) if frames else None

@@ -17,7 +17,7 @@ from robocal.calibrate.workspace import sample_joints
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, Uncertainty, band, quantile
 from robocal.geometry import so3
-from robocal.measure.base import Rows
+from robocal.measure.base import KINDS, Rows
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
 from robocal.parameters import Table
@@ -136,8 +136,7 @@ def row_table(
     for a, term in zip(after, part.problem.terms, strict=True):
         assert isinstance(term, Rows)
         nothing = np.full((len(a.unit), 3), np.nan)
-        metric = a.parts[0] == (0, 3, "m")
-        place.append(term.predict(part.solution.x)[:, :3] if metric else nothing)
+        place.append(term.predict(part.solution.x)[:, :3] if KINDS[term.kind].positional else nothing)
         left = np.full(len(a.unit), np.nan)
         for i, (_, _, u) in enumerate(a.parts):
             if u in missed:

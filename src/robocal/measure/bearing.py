@@ -15,7 +15,7 @@ from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import Kind, Rows, register
 
-__all__ = ["BEARING", "angles", "wrap"]
+__all__ = ["BEARING", "angles", "directions", "wrap"]
 
 Array = NDArray[np.float64]
 UNSTATED = (1e-4, 1e-4)
@@ -37,6 +37,12 @@ def angles(p: Array) -> tuple[Array, Array]:
     by_azimuth = np.stack([-y / flat2, x / flat2, zero], axis=-1)
     by_elevation = np.stack([-x * z / (flat * far2), -y * z / (flat * far2), flat / far2], axis=-1)
     return np.stack([np.arctan2(y, x), np.arctan2(z, flat)], axis=-1), np.stack([by_azimuth, by_elevation], axis=-2)
+
+
+def directions(angle: Array) -> Array:
+    """Unit vectors (..., 3) of azimuth and elevation (..., 2)."""
+    a, e = angle[..., 0], angle[..., 1]
+    return np.stack([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)], axis=-1)
 
 
 class BearingRows(Rows):

@@ -18,10 +18,11 @@ from robocal.measure.rows import Kind, Rows, register
 from robocal.parameters import Parameter
 from robocal.vision.camera import SYMBOLS, project
 
-__all__ = ["PIXELS"]
+__all__ = ["PIXELS", "rays"]
 
 Array = NDArray[np.float64]
 UNSTATED = (0.1, 0.1)
+UNDISTORT = 8  # steps; each gains a factor of the distortion
 EXPECTED = (10.0, 10.0, 10.0, 10.0, 0.1, 0.1, 0.01, 0.01, 0.1)
 
 
@@ -41,6 +42,16 @@ class PixelRows(Rows):
         both = np.concatenate([jp, np.cross(lever[:, :, None, :], jp)], axis=-1)
         jac = np.concatenate([both @ j, ji[..., self.own]], axis=-1)
         return uv - self.measured(which, first, rows), jac, both @ jl
+
+
+def rays(obs: Observations, uv: Array) -> Array:
+    """Unit directions (k, 3) in the camera that the stated intrinsics project to pixels uv (k, 2), by fixed-point
+    iteration."""
+    intrinsics = np.array([p.value for p in parameters(obs)])
+    p = np.concatenate([(uv - intrinsics[2:4]) / intrinsics[:2], np.ones((len(uv), 1))], axis=1)
+    for _ in range(UNDISTORT):
+        p[:, :2] -= (project(p, intrinsics)[0] - uv) / intrinsics[:2]
+    return np.asarray(p / np.linalg.norm(p, axis=1, keepdims=True))
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:

@@ -4,7 +4,8 @@ value y (k, 1) in m, normally 0, sigma (k, 1). A ball, probe or pointer on the t
 is a frame on the base that carries the plane: z = 0 by default, of which z rx ry are seen; `extra["normal"]` (k, 3) and
 `extra["offset"]` (k,) in m name other planes of the same body (the faces of a datum cube, of which all six are seen).
 `options["radius"]` names the ball, whose parameter `NAME.radius` (m) is held or free; a single plane cannot tell it
-from its own height. Several plates are several places. A single plane leaves a good part of the arm unseen; three that
+from its own height. Several plates are several places. Readings of zero do not say from which side a
+plate is touched, and its frame may come out turned over. A single plane leaves a good part of the arm unseen; three that
 are not parallel see nearly as much as positions do.
 Source: Ikits and Hollerbach, Kinematic calibration using a plane constraint (1997); Zhuang, Motaghedi and Roth, Robot
 calibration with planar constraints (1999).

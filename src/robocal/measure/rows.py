@@ -192,6 +192,7 @@ class Kind:
     parts: tuple[tuple[int, int, str], ...] = ((0, 3, "m"),)  # columns that share a unit: start, stop, SI unit
     disturb: Callable[[Array, Array], Array] = lambda value, noise: value + noise
     frames: Callable[[Observations], Sequence[Frame]] = lambda obs: ()
+    positional: bool = False  # whether its first three numbers say where the target is, in the instrument's frame
 
 
 KINDS: dict[str, Kind] = {}

@@ -1,0 +1,85 @@
+"""From the starts of every instrument to the best one for all of them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.calibrate.starts.seen import STARTS, Seen
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import Problem
+from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.rows import kind_of
+
+__all__ = ["closed_form", "combined", "frames_of", "refine"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+FEWEST = 3
+MOST = 32  # combinations that are worth a refinement
+
+
+def closed_form(model: Chain, data: DataSet, obs: Observations, units: Ints) -> list[dict[str, float]]:
+    """Starting values by name for what one instrument needs: its frame or place, its target, its own numbers; empty
+    where nothing is free or nothing is known."""
+    joints = data.configurations.joints
+    if obs.kind not in STARTS or joints is None:
+        return []
+    usable = np.isin(np.arange(len(joints)), units) & np.isfinite(joints).all(axis=1)
+    chosen = usable[obs.configuration] if obs.second is None else usable[obs.configuration] & usable[obs.second]
+    index = np.flatnonzero(chosen)
+    target = None
+    if obs.targets and len(index):
+        # The most frequent target starts the frame; the others follow in the refinement.
+        first = 0 if obs.target is None else int(np.bincount(obs.target[index]).argmax())
+        target = obs.targets[first]
+        index = index if obs.target is None else index[obs.target[index] == first]
+    if len(index) < FEWEST:
+        return []
+    machine = model.pose(joints, data.configurations.columns)
+    value = obs.value[index] if obs.value.ndim == 2 else obs.value[0, index]
+    other = None if obs.second is None else machine[obs.second[index]]
+    return STARTS[obs.kind](Seen(model, obs, index, value, target, machine[obs.configuration[index]], other))
+
+
+def combined(model: Chain, data: DataSet, units: Ints, problem: Problem) -> list[dict[str, float]]:
+    """Every combination of the instruments' starts; where there are many, those that fit best as they are. `problem`
+    has the columns free that may be set."""
+    out: list[dict[str, float]] = [{}]
+    for obs in data.observations:
+        out = [{**a, **b} for a in out for b in (closed_form(model, data, obs, units) or [{}])]
+        if len(out) > MOST:
+            cost = problem.normal(_placed(problem, out)).cost
+            out = [out[i] for i in np.argsort(np.where(np.isfinite(cost), cost, np.inf), kind="stable")[:MOST]]
+    return out
+
+
+def _placed(problem: Problem, starts: list[dict[str, float]]) -> Array:
+    """x (B, P) of every start; a held component keeps its stated value."""
+    x = np.repeat(problem.start, len(starts), axis=0)
+    for row, values in zip(x, starts, strict=True):
+        for name, value in values.items():
+            if name in problem.free:
+                row[problem.table.index[name]] = value
+    return x
+
+
+def refine(problem: Problem, frames: tuple[str, ...], starts: list[dict[str, float]]) -> Array:
+    """The best x (1, P) after fitting frames and targets from every start at once; the table's own values are one more
+    start."""
+    if not frames:
+        return problem.start
+    free = problem.with_free(frames)
+    solution = least_squares(free, _placed(free, [{}, *starts]))
+    cost = np.where(np.isfinite(solution.cost), solution.cost, np.inf)
+    return solution.x[[int(np.argmin(cost))]]
+
+
+def frames_of(data: DataSet) -> dict[str, Frame]:
+    """All instruments' frames, targets and places by name."""
+    out: dict[str, Frame] = {}
+    for obs in data.observations:
+        for frame in (*((obs.frame,) if obs.frame else ()), *obs.targets, *kind_of(obs).frames(obs)):
+            out.setdefault(frame.name, frame)
+    return out
