@@ -117,7 +117,7 @@ def test_plain_values_are_strict_json() -> None:
 def test_examples_are_found_and_can_be_checked() -> None:
     from robocal.jobs.check import check
 
-    for name, robot, data in (("rv-2aj", "robot.yaml", "data.yaml"), ("small-arm", "robot-camera.yaml", "camera.yaml")):
+    for name, robot, data in (("rv-2aj", "robot.yaml", "data.yaml"), ("arm-with-camera", "robot.yaml", "data.yaml")):
         folder = example_folder(name)
         assert check(str(folder / robot), [str(folder / data)]).seen is not None
 

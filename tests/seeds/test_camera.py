@@ -17,14 +17,14 @@ from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
 from robocal.measure.base import problem
 
-FOLDER = Path(__file__).parents[2] / "examples" / "small-arm"
+FOLDER = Path(__file__).parents[2] / "examples" / "arm-with-camera"
 CM = 0.01
 
 
 @pytest.fixture(scope="module")
 def example():
-    robot = read_robot(FOLDER / "robot-camera.yaml").chain
-    return robot, read_dataset(FOLDER / "camera.yaml", robot).dataset
+    robot = read_robot(FOLDER / "robot.yaml").chain
+    return robot, read_dataset(FOLDER / "data.yaml", robot).dataset
 
 
 def test_transcribed_as_printed(example, shared_data):

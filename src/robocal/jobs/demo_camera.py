@@ -16,8 +16,8 @@ __all__ = ["CAMERA"]
 
 def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[Finding]:
     """Copies the example and identifies it as anybody would."""
-    copy_example("small-arm", folder)
-    files = str(folder / "robot-camera.yaml"), str(folder / "camera.yaml")
+    copy_example("arm-with-camera", folder)
+    files = str(folder / "robot.yaml"), str(folder / "data.yaml")
     command = f"robocal identify {files[0]} {files[1]}"
     outcome = identify(files[0], [files[1]], Choices(seed=seed), output=folder / "run", command=command, watch=watch)
     left = outcome.result.residuals
