@@ -18,7 +18,7 @@ from robocal.arms.gravity import Load
 from robocal.arms.masses import published_loads
 from robocal.errors import ModelError, nearest
 
-__all__ = ["GROUPS", "Rule", "add", "held", "released", "rule_of"]
+__all__ = ["GROUPS", "Rule", "add", "held", "released", "rule_of", "without"]
 
 Options = Mapping[str, Any]
 
@@ -136,3 +136,12 @@ def released(chain: Chain, names: Iterable[str]) -> Chain:
     """The chain with some groups' parameters free."""
     freed = {p for g in chain.groups if g.name in set(names) for p in g.parameters}
     return replace(chain, table=chain.table.with_free({*chain.table.free, *freed}))
+
+
+def without(chain: Chain, name: str) -> Chain:
+    """The chain without a group that added no parameter yet, such as ripple whose orders are to be sought. Raises
+    ModelError for one that did: its terms stay."""
+    group = next((g for g in chain.groups if g.name == name), None)
+    if group is None or group.parameters:
+        raise ModelError("this group cannot be taken away", key=f"groups.{name}")
+    return replace(chain, groups=tuple(g for g in chain.groups if g is not group))

@@ -31,7 +31,9 @@ from robocal.errors import ModelError, nearest
 from robocal.parameters import Parameter, Table
 
 __all__ = [
+    "orders_of",
     "refreshed",
+    "turning",
     "with_backlash",
     "with_bending",
     "with_compliance",
@@ -47,7 +49,7 @@ GAIN, GEAR, SOFT, GROWTH = 1e-3, 3.5e-4, 5e-5, 2e-5
 GRAVITY = (0.0, 0.0, -9.81)
 
 
-def _turning(chain: Chain, joints: Sequence[str]) -> tuple[str, ...]:
+def turning(chain: Chain, joints: Sequence[str] = ()) -> tuple[str, ...]:
     """The named joints (default: those that turn). Raises ModelError for an unknown name or a joint that slides."""
     known = {j.name: j.type for j in chain.joints}
     for name in joints:
@@ -99,9 +101,9 @@ def with_eccentricity(
     Order 2 x ratio is what a strain-wave gear adds per turn of its motor. What a joint has already stays as it is.
     Raises ModelError for an order that is not above zero.
     """
-    each = harmonics if isinstance(harmonics, Mapping) else dict.fromkeys(_turning(chain, joints), harmonics)
+    each = harmonics if isinstance(harmonics, Mapping) else dict.fromkeys(turning(chain, joints), harmonics)
     parameters, terms, columns = [], [], []
-    for joint in _turning(chain, tuple(each)) if each else ():
+    for joint in turning(chain, tuple(each)) if each else ():
         for order in each[joint]:
             if not 0 < order < np.inf:
                 raise ModelError(
@@ -123,10 +125,19 @@ def _word(order: float) -> str:
     return f"{order:g}".replace(".", "_")
 
 
+def orders_of(chain: Chain) -> dict[str, tuple[float, ...]]:
+    """The orders of ripple or eccentricity that each joint has."""
+    out: dict[str, tuple[float, ...]] = {}
+    for column in chain.derived:
+        if isinstance(column, Harmonic):
+            out[column.joint] = (*out.get(column.joint, ()), column.order)
+    return out
+
+
 def with_backlash(chain: Chain, joints: Sequence[str] = (), prior: float = GEAR) -> Chain:
     """Adds half the play, times the recorded sign of approach (column `approach.joint`, -1, 0 or 1); `prior` in rad."""
     parameters, terms, columns = [], [], []
-    for joint in _turning(chain, joints):
+    for joint in turning(chain, joints):
         at, sign = _sign(chain, joint)
         side = Recorded(f"approach.{joint}")
         columns.append(side)
@@ -149,7 +160,7 @@ def with_compliance(
 
     Raises ModelError when nothing weighs anything.
     """
-    chosen = _turning(chain, joints)
+    chosen = turning(chain, joints)
     weight = _gravity(chain, chosen, loads, gravity) if torque == "gravity" else None
     parameters, terms = [], []
     columns: list[Column] = [] if weight is None else [weight]
@@ -177,7 +188,7 @@ def with_bending(
 ) -> Chain:
     """Adds the bending of bearings and links: right behind each joint, two turns across its axis, each by its
     component of the moment of gravity; `prior` in rad/(N m)."""
-    chosen = _turning(chain, joints)
+    chosen = turning(chain, joints)
     weight = _gravity(chain, chosen, loads, gravity)
     made = chain
     for joint in chosen:
@@ -236,7 +247,7 @@ def with_sag(
     Any mass on the line between two frames' origins is a sum of two such masses, so this is the general gravity torque
     of an arm with slender links.
     """
-    chosen = _turning(chain, joints)
+    chosen = turning(chain, joints)
     model = _bare(chain)
     parameters, terms, columns = [], [], []
     for i, link in enumerate(chain.joint_names):

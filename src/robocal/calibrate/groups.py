@@ -1,0 +1,188 @@
+"""Which groups beyond geometry the data support.
+
+A group enters when (a) at least one combination of its parameters is seen above the noise, and (b) the mean error of
+blocks of rows that were not used falls: the paired bootstrap 95 % interval of the reduction lies above zero. Rows are
+held out in blocks of time order, since neighbours in time share what no model knows. The best group enters first, the
+others are asked again on top of it, until none passes. Orders of ripple are sought anew in every round, from the rows
+that it may learn from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain, Group
+from robocal.arms.groups import add, held, released, without
+from robocal.calibrate.baseline import baseline
+from robocal.calibrate.evidence import bootstrap_gain
+from robocal.calibrate.fit import fit
+from robocal.calibrate.identification import Options
+from robocal.calibrate.linearised import Linearised, linearised
+from robocal.calibrate.ripple import candidates, orders, seek
+from robocal.calibrate.split import make_split, places
+from robocal.measure.data import DataSet
+
+__all__ = ["Choice", "Tried", "choose_groups"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Watch = Callable[[dict[str, object]], None]
+ROUNDS = 10
+WHOLE = -1  # instead of the number of a round: all rows
+FEWEST = 25  # places; below, blocks prove nothing
+UNITS = ("m", "rad", "px")
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One group that was asked for: its parameters, what it gained on unseen blocks (mean, low, high in `unit`), and
+    why it entered or not; `before` is the mean unseen error without it."""
+
+    name: str
+    parameters: int
+    entered: bool
+    reason: str
+    gain: tuple[float, float, float] | None = None
+    before: float | None = None
+    unit: str = "m"
+    orders: tuple[tuple[str, tuple[float, ...]], ...] = ()
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The model with the groups that entered free and the others held, and the record of all."""
+
+    model: Chain
+    tried: tuple[Tried, ...]
+    rows: int = 0
+
+
+class _Race:
+    """The state of a forward selection."""
+
+    def __init__(self, model: Chain, data: DataSet, names: Sequence[str], options: Options) -> None:
+        self.groups = {g.name: g for g in model.groups if g.name in set(names)}
+        self.labels: list[tuple[str, float]] = []
+        wide = model
+        sought = self.groups.get("ripple")
+        if sought is not None and not sought.options.get("harmonics"):
+            wide, found = candidates(model, sought)
+            self.labels = [(j, k) for j, each in found.items() for k in each]
+        units = np.arange(len(data.configurations))
+        start = baseline(held(model), data, units)[1]
+        # Whatever is entered or not, the noise is that of the geometry, and only what is left of it is followed.
+        part = fit(held(model), data, units, options, start)
+        self.members = {g.name: g.parameters for g in wide.groups if g.name in self.groups}
+        added = [p for each in self.members.values() for p in each]
+        split = make_split(data, "blocks", folds=min(ROUNDS, len(units)))
+        self.line: Linearised = linearised(wide, part, added, split)
+        self.base = self.line.columns([n for n in self.line.names if n not in set(added)])
+        self.unit = next(u for u in UNITS if any(u == v for t in part.problem.terms for _, _, v in t.parts))
+        self.entered: list[str] = []
+        self.seed = options.seed
+        self.noise = self.line.left(self.base)
+        found_ = self.members.get("ripple", ())
+        index = {n: i for i, n in enumerate(self.line.names)}
+        self.pairs = np.array([index[n] for n in found_], dtype=np.int64).reshape(-1, 2) if self.labels else None
+        self.known: dict[int, Ints] = {}  # the pairs of ripple of every round, WHOLE for all rows, once sought
+
+    def columns(self, names: Sequence[str], k: int = WHOLE) -> Ints:
+        """The columns of the geometry and some groups, as round k would choose them."""
+        plain = [p for n in names for p in self.members[n] if n != "ripple" or self.pairs is None]
+        own = np.concatenate([self.base, self.line.columns(plain)])
+        if "ripple" in names and self.pairs is not None:
+            if k not in self.known:
+                self.known[k] = self.found(own, k)
+            own = np.concatenate([own, self.pairs[self.known[k]].ravel()])
+        return np.sort(own)
+
+    def found(self, own: Ints, k: int) -> Ints:
+        """The pairs of ripple that stand out on top of some columns, in the rows that round k may learn from."""
+        assert self.pairs is not None
+        line = self.line
+        gram, share = (line.whole, 1.0) if k == WHOLE else (line.rounds[k], 1.0 - 1.0 / len(line.split))
+        return seek(gram, own, self.pairs, self.noise, int(share * line.count))
+
+    def errors(self, names: Sequence[str]) -> tuple[Array, Ints]:
+        """Errors of held-out observations of a model with some groups."""
+        return self.line.unseen(lambda k: self.columns(names, k), self.noise, self.unit)
+
+    def ask(self, name: str, before: Array) -> Tried:
+        """A group on top of those that have entered."""
+        line, now = self.line, self.columns(self.entered)
+        if name == "ripple":
+            self.known.clear()
+        added = np.setdiff1d(self.columns([*self.entered, name]), now)
+        many = len(added)
+        orders_ = tuple(self.orders().items()) if name == "ripple" else ()
+        if not many:
+            return Tried(name, 0, False, "no order of ripple stands out of the noise")
+        if not line.seen(added, now, self.noise):
+            return Tried(name, many, False, "nothing of it is seen above the noise", orders=orders_)
+        after, at = self.errors([*self.entered, name])
+        gain = bootstrap_gain(before, after, at, self.seed)
+        good = gain[1] > 0
+        why = "the mean error on unseen blocks of rows " + ("falls" if good else "does not fall significantly")
+        return Tried(name, many, good, why, gain, float(before.mean()), self.unit, orders_)
+
+    def orders(self) -> dict[str, tuple[float, ...]]:
+        """The orders of ripple that all rows show."""
+        return orders(self.known[WHOLE], self.labels) if self.pairs is not None else {}
+
+
+def choose_groups(
+    model: Chain, data: DataSet, names: Sequence[str] | None = None, options: Options | None = None, watch: Watch | None = None
+) -> Choice:
+    """Forward selection among the groups of a model (all by default); see the module.
+
+    What does not enter keeps its values. Raises ModelError when nothing else is free.
+    """
+    options = options or Options()
+    wanted = [g.name for g in model.groups if names is None or g.name in names]
+    start = held(model)
+    if not wanted:
+        return Choice(start, ())
+    if len(np.unique(places(data.configurations))) < FEWEST:
+        few = f"fewer than {FEWEST} configurations prove nothing about it"
+        return Choice(start, tuple(Tried(g.name, len(g.parameters), False, few) for g in model.groups if g.name in wanted))
+    race = _Race(start_of(model), data, wanted, options)
+    record: dict[str, Tried] = {}
+    open_ = list(wanted)
+    while open_:
+        before, _ = race.errors(race.entered)
+        asked = []
+        for name in open_:
+            if watch:
+                watch({"stage": "groups", "what": name})
+            asked.append(race.ask(name, before))
+        record.update({t.name: t for t in asked})
+        good = [t for t in asked if t.entered]
+        if not good:
+            break
+        best = max(good, key=lambda t: t.gain[0] if t.gain else 0.0)
+        # The others have another chance on top of it.
+        record.update({t.name: replace(t, entered=False) for t in good if t is not best})
+        race.entered.append(best.name)
+        open_.remove(best.name)
+        race.noise = race.line.left(race.columns(race.entered))
+    return Choice(_chosen(start, race), tuple(record[n] for n in (*race.entered, *open_)), race.line.count)
+
+
+def start_of(model: Chain) -> Chain:
+    """The model from which a selection starts: groups free, so that they hold their priors."""
+    return released(model, [g.name for g in model.groups])
+
+
+def _chosen(start: Chain, race: _Race) -> Chain:
+    """The model with what has entered."""
+    made = start
+    for name in race.entered:
+        if name == "ripple" and race.pairs is not None:
+            group: Group = race.groups[name]
+            options = {**group.options, "harmonics": race.orders()}
+            made = add(without(made, name), name, options)
+    return released(made, race.entered)
