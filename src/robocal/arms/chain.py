@@ -222,8 +222,9 @@ class Chain:
         return np.array([(j.lower, j.upper) for j in self.joints]).reshape(-1, 2)
 
     def with_values(self, values: Mapping[str, float] | Array) -> Chain:
-        """The same arm with other parameter values."""
-        return replace(self, table=self.table.with_values(values))
+        """The same arm with other parameter values; columns that depend on them are taken anew."""
+        table = self.table.with_values(values)
+        return replace(self, table=table, derived=tuple(c.at(table) for c in self.derived))
 
     def phi(
         self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None, program: Program | None = None

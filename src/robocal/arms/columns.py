@@ -2,19 +2,22 @@
 numbers.
 
 A column is plain frozen data that answers `columns(q, known)`: arrays (m,) by name, from joint values q (m, n) and
-what is known so far. None depends on the parameters that are being identified, so they are computed once.
+what is known so far. What depends on the geometry too (moments of gravity, lengths that grow) is *lagged*: taken at
+the values that the chain had, constant while parameters are sought, and taken anew by `Chain.with_values`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Column", "Harmonic", "Recorded"]
+from robocal.parameters import Table
+
+__all__ = ["Column", "Growth", "Harmonic", "Recorded"]
 
 Array = NDArray[np.float64]
 Known = Mapping[str, Array]
@@ -29,6 +32,9 @@ class Column(Protocol):
 
     def columns(self, q: Array, known: Known) -> dict[str, Array]:
         """Values (m,) by name, for joint values q (m, n) and the columns that are known."""
+
+    def at(self, table: Table) -> Column:
+        """The same at other parameter values."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +52,9 @@ class Harmonic:
         angle = self.order * known[self.joint]
         return dict(zip(self.names, (np.cos(angle), np.sin(angle)), strict=True))
 
+    def at(self, table: Table) -> Column:
+        return self
+
 
 @dataclass(frozen=True)
 class Recorded:
@@ -62,3 +71,31 @@ class Recorded:
     def columns(self, q: Array, known: Known) -> dict[str, Array]:
         found = known.get(self.source)
         return {self.names[0]: np.zeros(len(q)) if found is None else found - self.reference}
+
+    def at(self, table: Table) -> Column:
+        return self
+
+
+@dataclass(frozen=True)
+class Growth:
+    """A length (m) times the temperature above the reference (K); zero where no temperature was recorded.
+
+    The length is `constant` plus the parameters named in `terms`, each times its factor.
+    """
+
+    label: str
+    length: float
+    reference: float
+    terms: tuple[tuple[str, float], ...] = ()
+    constant: float = 0.0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return (f"growth of {self.label}",)
+
+    def columns(self, q: Array, known: Known) -> dict[str, Array]:
+        found = known.get("temperature")
+        return {self.names[0]: np.zeros(len(q)) if found is None else self.length * (found - self.reference)}
+
+    def at(self, table: Table) -> Column:
+        return replace(self, length=self.constant + sum(f * table[name].value for name, f in self.terms))

@@ -1,8 +1,8 @@
 """Moments of gravity at the joints of an arm, as columns that compliance multiplies.
 
-They depend on the geometry that is being identified, and are taken at the nominal model all the same. The relative
-error is that of nominal lengths and angles (1e-3), of a deflection (1e-3 rad): second order, 1e-6 rad.
-`joints.refreshed` takes them at another model, so that this can be measured.
+They depend on the geometry that is being identified, and are taken at the nominal model while it is sought. The
+relative error is that of nominal lengths and angles (1e-3), of a deflection (1e-3 rad): second order, 1e-6 rad. The
+identified chain takes them at its own values, so a second identification from there would not change them any more.
 """
 
 from __future__ import annotations
@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain, Element
+from robocal.arms.columns import Column
 from robocal.arms.screws import chart
 from robocal.errors import ModelError, nearest
+from robocal.parameters import Table
 
 __all__ = ["Gravity", "Load", "axis_of", "cut", "drive", "link_end"]
 
@@ -109,6 +111,10 @@ class Gravity:
         """The arm cut off right behind each joint, with its directions and a point of its axis there."""
         at = {joint: drive(self.model, joint) for joint in self.joints}
         return {j: (cut(self.model, i + 1), *axis_of(self.model.elements[i])) for j, i in at.items()}
+
+    def at(self, table: Table) -> Column:
+        names = self.model.table.names
+        return replace(self, model=self.model.with_values({n: table[n].value for n in names if n in table}))
 
     def columns(self, q: Array, known: Known) -> dict[str, Array]:
         order = [*self.model.joint_names, ""]

@@ -25,14 +25,13 @@ from dataclasses import replace
 import numpy as np
 
 from robocal.arms.chain import Chain, Element, Term
-from robocal.arms.columns import Column, Harmonic, Recorded
+from robocal.arms.columns import Column, Growth, Harmonic, Recorded
 from robocal.arms.gravity import Gravity, Load, axis_of, drive
 from robocal.errors import ModelError, nearest
 from robocal.parameters import Parameter, Table
 
 __all__ = [
     "orders_of",
-    "refreshed",
     "turning",
     "with_backlash",
     "with_bending",
@@ -266,40 +265,31 @@ def with_expansion(chain: Chain, reference: float = 293.15, *, per_joint: bool =
 
     Raises ModelError for conventions that place axes in base coordinates: they hold no lengths of links.
     """
-    warm = Recorded("temperature", reference)
     elements: list[Element] = []
+    columns: list[Column] = []
     owners: list[str] = []
     owner = "base"
-    for element in chain.elements:
+    for i, element in enumerate(chain.elements):
         # A constant transform belongs to the row before it.
         owner = element.terms[0].parameter.rpartition(".")[0] if element.terms else owner
         name = f"{owner}.expansion" if per_joint else "thermal.expansion"
-        fixed = [(t.factor * chain.table[t.parameter].value, t.column) for t in element.terms]
-        grown, length = [element], 0.0
+        spans: list[tuple[str, tuple[Term, ...], float]] = []
         if owner not in ("base", "tool", "home") and element.axis == "frame":
-            span = tuple(v for v, _ in fixed[:3])
-            length = float(np.linalg.norm(span))
-            grown = [Element("screw", (Term(name, warm.names[0]),), 0.0, (*span, 0.0, 0.0, 0.0)), element]
+            spans = [(f"t{x}", (t,), 0.0) for x, t in zip("xyz", element.terms[:3], strict=True)]
         elif owner not in ("base", "tool", "home") and element.axis in ("tx", "ty", "tz"):
-            length = element.constant + sum(v for v, column in fixed if column == "1")
-            grown = [replace(element, terms=(*element.terms, Term(name, warm.names[0], length)))]
-        elements += grown if length else [element]
-        owners += [name] if length else []
+            spans = [(element.axis, tuple(t for t in element.terms if t.column == "1"), element.constant)]
+        for axis, terms, constant in spans:
+            made = Growth(
+                f"{owner}.{axis[1]}{i}", 0.0, reference, tuple((t.parameter, t.factor) for t in terms), constant
+            )
+            columns.append(made.at(chain.table))
+            owners.append(name)
+            elements.append(Element(axis, (Term(name, made.names[0]),)))
+        elements.append(element)
     if not owners:
         raise ModelError(
             "thermal growth needs the lengths of the links", key="expansion", found=chain.convention,
             expected="a convention with lengths, such as dh or urdf",
         )  # fmt: skip
     parameters = [Parameter(n, 0.0, "1/K", True, prior) for n in dict.fromkeys(owners)]
-    return _added(replace(chain, elements=tuple(elements)), parameters, (), [warm])
-
-
-def refreshed(chain: Chain, model: Chain) -> Chain:
-    """The same chain with moments of gravity taken at another model's geometry (that of an identified chain)."""
-    derived = tuple(
-        replace(c, model=c.model.with_values({n: model.table[n].value for n in c.model.table.names}))
-        if isinstance(c, Gravity)
-        else c
-        for c in chain.derived
-    )
-    return replace(chain, derived=derived)
+    return _added(replace(chain, elements=tuple(elements)), parameters, (), columns)

@@ -9,13 +9,14 @@ that it may learn from.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain, Group
+from robocal.arms.chain import Chain
 from robocal.arms.groups import add, held, released, without
 from robocal.calibrate.baseline import baseline
 from robocal.calibrate.evidence import bootstrap_gain
@@ -64,7 +65,7 @@ class Choice:
 class _Race:
     """The state of a forward selection."""
 
-    def __init__(self, model: Chain, data: DataSet, names: Sequence[str], options: Options) -> None:
+    def __init__(self, model: Chain, data: DataSet, names: Sequence[str], bound: set[str], options: Options) -> None:
         self.groups = {g.name: g for g in model.groups if g.name in set(names)}
         self.labels: list[tuple[str, float]] = []
         wide = model
@@ -76,7 +77,8 @@ class _Race:
         start = baseline(held(model), data, units)[1]
         # Whatever is entered or not, the noise is that of the geometry, and only what is left of it is followed.
         part = fit(held(model), data, units, options, start)
-        self.members = {g.name: g.parameters for g in wide.groups if g.name in self.groups}
+        members = {g.name: tuple(p for p in g.parameters if p not in bound) for g in wide.groups}
+        self.members = {name: own for name, own in members.items() if name in self.groups}
         added = [p for each in self.members.values() for p in each]
         split = make_split(data, "blocks", folds=min(ROUNDS, len(units)))
         self.line: Linearised = linearised(wide, part, added, split)
@@ -135,21 +137,31 @@ class _Race:
 
 
 def choose_groups(
-    model: Chain, data: DataSet, names: Sequence[str] | None = None, options: Options | None = None, watch: Watch | None = None
+    model: Chain,
+    data: DataSet,
+    extra: Mapping[str, Mapping[str, Any]] | None = None,
+    options: Options | None = None,
+    watch: Watch | None = None,
 ) -> Choice:
-    """Forward selection among the groups of a model (all by default); see the module.
+    """Forward selection among the groups of a model that have a free parameter, and `extra` ones by name, with their
+    options; see the module.
 
-    What does not enter keeps its values. Raises ModelError when nothing else is free.
+    What does not enter keeps its values; an extra group is not added then. Raises ModelError for unknown groups, or
+    when nothing else is free.
     """
-    options = options or Options()
-    wanted = [g.name for g in model.groups if names is None or g.name in names]
-    start = held(model)
+    options, extra = options or Options(), dict(extra or {})
+    bound = {p for g in model.groups for p in g.parameters} - set(model.table.free)
+    wide = model
+    for name, given in extra.items():
+        wide = add(wide, name, given)
+    wanted = [g.name for g in wide.groups if not g.parameters or set(g.parameters) - bound]
     if not wanted:
-        return Choice(start, ())
+        return Choice(model, ())
     if len(np.unique(places(data.configurations))) < FEWEST:
         few = f"fewer than {FEWEST} configurations prove nothing about it"
-        return Choice(start, tuple(Tried(g.name, len(g.parameters), False, few) for g in model.groups if g.name in wanted))
-    race = _Race(start_of(model), data, wanted, options)
+        tried = [Tried(g.name, len(g.parameters), False, few) for g in wide.groups if g.name in wanted]
+        return Choice(held(model), tuple(tried))
+    race = _Race(wide, data, wanted, bound, options)
     record: dict[str, Tried] = {}
     open_ = list(wanted)
     while open_:
@@ -164,25 +176,21 @@ def choose_groups(
         if not good:
             break
         best = max(good, key=lambda t: t.gain[0] if t.gain else 0.0)
-        # The others have another chance on top of it.
-        record.update({t.name: replace(t, entered=False) for t in good if t is not best})
         race.entered.append(best.name)
         open_.remove(best.name)
         race.noise = race.line.left(race.columns(race.entered))
-    return Choice(_chosen(start, race), tuple(record[n] for n in (*race.entered, *open_)), race.line.count)
+    made = _chosen(model, race, extra, bound)
+    return Choice(made, tuple(record[n] for n in (*race.entered, *open_)), race.line.count)
 
 
-def start_of(model: Chain) -> Chain:
-    """The model from which a selection starts: groups free, so that they hold their priors."""
-    return released(model, [g.name for g in model.groups])
-
-
-def _chosen(start: Chain, race: _Race) -> Chain:
-    """The model with what has entered."""
-    made = start
+def _chosen(model: Chain, race: _Race, extra: Mapping[str, Mapping[str, Any]], bound: set[str]) -> Chain:
+    """The model with what has entered free and the rest held."""
+    made = held(model)
     for name in race.entered:
-        if name == "ripple" and race.pairs is not None:
-            group: Group = race.groups[name]
-            options = {**group.options, "harmonics": race.orders()}
-            made = add(without(made, name), name, options)
-    return released(made, race.entered)
+        sought = name == "ripple" and race.pairs is not None
+        if name in extra or sought:
+            options = {**(extra.get(name) or race.groups[name].options)}
+            made = made if name in extra else without(made, name)
+            made = add(made, name, options | ({"harmonics": race.orders()} if sought else {}))
+    made = released(made, race.entered)
+    return replace(made, table=made.table.with_free(n for n in made.table.free if n not in bound))

@@ -21,14 +21,18 @@ from robocal.files.yamlio import Document
 
 __all__ = [
     "AngleResiduals",
+    "Beyond",
     "Combination",
     "CombinationTerm",
     "Correlation",
     "Coverage",
     "Fit",
+    "Gain",
     "Group",
+    "GroupTried",
     "Identifiability",
     "InputHash",
+    "LayerSummary",
     "Observability",
     "Outlier",
     "ParameterResult",
@@ -188,6 +192,50 @@ class Fit(Part):
     sigma_source: str = ""
 
 
+class Gain(Part):
+    """A mean reduction of the unseen error, with its paired bootstrap 95 % interval."""
+
+    mean: Number
+    low: Number
+    high: Number
+
+
+class GroupTried(Part):
+    """A group beyond geometry that was asked for: what it gained on blocks of rows that were not used (before: the mean
+    error without it), and why it entered or not; orders of ripple by joint."""
+
+    name: str
+    parameters: int
+    entered: bool
+    reason: str
+    unit: str = ""
+    before: Number = None
+    gain: Gain | None = None
+    orders: dict[str, list[float]] = Field(default_factory=dict)
+
+
+class Beyond(Part):
+    """A group that the identified robot has; options in SI."""
+
+    name: str
+    options: dict[str, Any] = Field(default_factory=dict)
+
+
+class LayerSummary(Part):
+    """The residual layer: mean unseen error in mm without and with it, on blocks of rows that neither model nor layer had
+    seen; coverage is the share of unseen components within its 95 % band."""
+
+    used: bool
+    reason: str
+    unit: str = "mm"
+    before: Number = None
+    after: Number = None
+    gain: Gain | None = None
+    n: int = 0
+    points: int = 0
+    coverage: Number = None
+
+
 class Split(Part):
     """Which configurations were fitted and which were held out, by id; embargoed ones share a place with held-out ones
     and are neither. how: what the verdict rests on."""
@@ -280,6 +328,9 @@ class Result(Part):
     outliers: list[Outlier] = Field(default_factory=list)
     fit: Fit
     split: Split = Split()
+    groups_tried: list[GroupTried] = Field(default_factory=list)
+    beyond: list[Beyond] = Field(default_factory=list)
+    layer: LayerSummary | None = None
     correlation: Correlation = Correlation()
     warnings: list[str] = Field(default_factory=list)
     provenance: Provenance

@@ -22,6 +22,7 @@ from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, default_free, rows
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.frames import frame_changes, frame_vector
+from robocal.files.groups import group_changes, group_lines, read_groups
 from robocal.files.rows import changes, quoted, read_row, same, show_row
 from robocal.files.schema import FrameModel, Model, UnitsModel, Version, validate
 from robocal.files.text import Source, read_text, write_text
@@ -91,6 +92,7 @@ class RobotModel(Model):
     home: FrameModel | None = None
     tool: FrameModel | None = None
     calibrate: CalibrateModel | None = None
+    groups: dict[str, Any] | None = None
     source: str | None = None
 
 
@@ -141,6 +143,7 @@ def parse_robot(source: Source) -> Robot:
     meta = {"file": str(source.path)}
     try:
         arm = chain(model.name, model.convention, made, **frames, home=home, source=model.source or "", meta=meta)
+        arm = read_groups(arm, document, units)
         table = _calibrate(arm, model, units, document)
     except ModelError as error:
         raise _located(error, document, made) from None
@@ -172,6 +175,7 @@ def _calibrate(arm: Chain, model: RobotModel, units: Units, document: Document) 
         free |= {
             n for n, flag in zip((n for n in table.names if n.startswith(f"{owner}.")), flags, strict=True) if flag
         }
+    free |= {n for group in arm.groups for n in group.parameters}
     free -= {n for i, word in enumerate(wanted.fixed) for n in _match(table, word, ("calibrate", "fixed", i), document)}
     table = table.with_free(free)
     priors: dict[str, float | None] = {}
@@ -282,6 +286,7 @@ def render_robot(robot: Robot, values: Mapping[str, float]) -> tuple[str, tuple[
         if any(n in changed for n in names):
             vector = np.array([after.table[n].value for n in names])
             out.update(frame_changes(document.data, owner, vector, robot.units))
+    out.update(group_changes(document, after, robot.units))
     text = edit(robot.text, out, robot.path)
     if text.startswith(HEADER):
         text = text.partition("\n")[2]
@@ -315,6 +320,7 @@ def describe(arm: Chain, units: Units | None = None, *, comment: str = "", calib
             example = quoted(f"{arm.joint_names[-1]}.{symbols[0]}")
             hint = f"# symbols, joints or single names such as {example}"
             lines.append(f"calibrate: {{free: [{', '.join(quoted(s) for s in symbols)}]}}    {hint}")
+    lines += group_lines(arm, units)
     if arm.source:
         lines.append(f"source: {quoted(arm.source)}")
     return "\n".join(lines) + "\n"

@@ -14,6 +14,7 @@ import numpy as np
 from robocal.arms.chain import Chain
 from robocal.errors import FileError, FormatError, InputError, ModelError, nearest
 from robocal.files.dataset import InputFile, Reading, read_datasets
+from robocal.files.groups import added
 from robocal.files.kinds.registry import READERS
 from robocal.files.result import read_result
 from robocal.files.robot import Robot, open_robot, render_robot
@@ -92,10 +93,13 @@ def _with_result(arm: Robot, place: Path) -> Robot:
     if not place.is_file():
         words = f"{place.parent}: there is no result.json, so what a URDF cannot hold (tool, gains, offsets) is unknown"
         return replace(arm, warnings=(*arm.warnings, words))
-    table = arm.chain.table
+    found = read_result(place)
+    # What lies beyond geometry has no place in a URDF at all.
+    grown = added(arm.chain, [(g.name, g.options) for g in found.beyond])
+    arm, table = replace(arm, chain=grown), grown.table
     values = {
         p.name: parse_unit(p.unit, file=place, key=p.name).to_si(p.identified)
-        for p in read_result(place).parameters
+        for p in found.parameters
         if p.name in table and p.identified is not None
     }
     _, left_out = render_robot(arm, values)

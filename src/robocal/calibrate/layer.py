@@ -1,0 +1,124 @@
+"""A residual layer: what a calibrated model still misses, learned over joint space by a Gaussian process.
+
+    y(q) = measured - predicted,   cov y = s^2 exp(-sum_j (1 - cos(q_j - q'_j)) / l_j^2) + n^2 I
+
+y is in base axes: three numbers in m, and a rotation vector in rad where orientations were measured. A joint that
+slides counts with (q_j - q'_j)^2 / 2. Every output has its own size s, all share length scales l and the ratio of
+noise n / s; both maximise the marginal likelihood of a subset (Rasmussen and Williams, Gaussian processes for machine
+learning, 2006, sections 2.2, 4.2.3 and 5.4). At most POINTS configurations are kept, spread evenly over the rows, so
+the solution is exact and takes seconds. A layer is plain numbers. It knows nothing away from its points: there it
+says zero, and its standard deviation says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, optimize
+
+__all__ = ["POINTS", "Layer", "learn"]
+
+Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+POINTS = 1500
+SUBSET = 400
+JITTER = 1e-8
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Points (p, n), their weights (p, d), size of every output (d,), length scales (n,), noise over size; `turning`
+    (n,) tells joints that turn. d is 3 or 6, in base axes, m and rad."""
+
+    joints: tuple[str, ...]
+    turning: tuple[bool, ...]
+    points: Array
+    weights: Array
+    size: Array
+    lengths: Array
+    noise: float
+
+    def predict(self, q: Array) -> Array:
+        """What is to be added to the model's pose at joint values (m, n): (m, d)."""
+        out: Array = self._kernel(q) @ self.weights
+        return out
+
+    def deviation(self, q: Array) -> Array:
+        """Standard deviation of a new measurement around the prediction (m, d)."""
+        half = linalg.solve_triangular(self._factor, self._kernel(q).T, lower=True)
+        left = np.maximum(1.0 - np.sum(half**2, axis=0), 0.0) + self.noise**2
+        return np.asarray(np.sqrt(left)[:, None] * self.size)
+
+    def _kernel(self, q: Array) -> Array:
+        return np.asarray(np.exp(-distances(q, self.points, np.array(self.turning)) @ self.lengths**-2.0))
+
+    @cached_property
+    def _factor(self) -> Array:
+        inner = self._kernel(self.points) + (self.noise**2 + JITTER) * np.eye(len(self.points))
+        return np.asarray(linalg.cholesky(inner, lower=True))
+
+
+def distances(a: Array, b: Array, turning: Bools) -> Array:
+    """How far configurations are apart, joint by joint, (m, p, n): 1 - cos for joints that turn."""
+    gap = a[:, None, :] - b[None, :, :]
+    return np.asarray(np.where(turning, 1.0 - np.cos(gap), 0.5 * gap**2))
+
+
+def learn(joints: tuple[str, ...], turning: tuple[bool, ...], q: Array, y: Array, *, points: int = POINTS) -> Layer:
+    """A layer from configurations q (m, n) and what the model misses there, y (m, d)."""
+    turns = np.array(turning)
+    size = np.sqrt(np.mean(y**2, axis=0))
+    size = np.where(size > 0, size, 1.0)
+    some = _spread(len(q), SUBSET)
+    lengths, noise = _likely(distances(q[some], q[some], turns), y[some] / size, turns, np.ptp(q, axis=0))
+    kept = _spread(len(q), points)
+    kernel = np.exp(-distances(q[kept], q[kept], turns) @ lengths**-2.0)
+    # size is that of signal and noise together: s^2 (1 + noise^2) = size^2.
+    signal = size / np.sqrt(1.0 + noise**2)
+    kernel[np.diag_indices_from(kernel)] += noise**2 + JITTER
+    weights = linalg.solve(kernel, y[kept], assume_a="pos")
+    return Layer(joints, turning, q[kept], weights, signal, lengths, noise)
+
+
+def _spread(count: int, most: int) -> NDArray[np.int64]:
+    """At most so many row numbers, evenly spread."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+
+
+def _likely(apart: Array, y: Array, turning: Bools, span: Array) -> tuple[Array, float]:
+    """Length scales and noise over signal of the highest marginal likelihood, from several starts."""
+    n = apart.shape[-1]
+    eye = np.eye(len(y))
+
+    def cost(u: Array) -> tuple[float, Array]:
+        inverse = np.exp(-2.0 * u[:n])
+        share = 1.0 / (1.0 + np.exp(-u[n]))  # of the variance that is signal
+        signal = np.exp(-apart @ inverse)
+        inner = share * signal + (1.0 - share + JITTER) * eye
+        try:
+            factor = linalg.cho_factor(inner, lower=True)
+        except linalg.LinAlgError:
+            return 1e12, np.zeros(n + 1)
+        alpha = linalg.cho_solve(factor, y)
+        d = y.shape[1]
+        value = 0.5 * float(np.sum(y * alpha)) + d * float(np.log(np.diag(factor[0])).sum())
+        outer = d * linalg.cho_solve(factor, eye) - alpha @ alpha.T
+        moved = outer * share * signal
+        slope = [0.5 * 2.0 * inverse[j] * float(np.sum(moved * apart[..., j])) for j in range(n)]
+        slope.append(0.5 * share * (1.0 - share) * float(np.sum(outer * (signal - eye))))
+        # A weak pull towards a length of one keeps joints that say nothing from running away.
+        return value + 0.02 * float(u[:n] @ u[:n]), np.array(slope) + np.append(0.04 * u[:n], 0.0)
+
+    bounds = [(np.log(0.02), np.log(30.0))] * n + [(-7.0, 9.0)]
+    usual = np.where(turning, 1.0, np.where(span > 0, span, 1.0))
+    best = None
+    for factor in (0.3, 1.0):
+        start = np.append(np.log(np.clip(factor * usual, 0.03, 20.0)), 0.0)
+        found = optimize.minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 60})
+        if best is None or found.fun < best.fun:
+            best = found
+    assert best is not None
+    return np.exp(best.x[:n]), float(np.exp(-0.5 * best.x[n]))
