@@ -123,6 +123,19 @@ KeepAll = Annotated[bool, typer.Option("--keep-all", help="Fit also what the dat
 Particles = Annotated[int, typer.Option("--particles", metavar="N", min=50, max=100_000, help="For --method particle.")]
 Iterations = Annotated[int, typer.Option("--iterations", metavar="N", min=1, help="At most this many.")]
 
+Groups = Annotated[
+    list[str],
+    _option(
+        "--groups",
+        metavar="NAMES",
+        text="Try these beyond geometry; each enters only if unseen blocks of rows get better: gain, eccentricity, "
+        "ripple, backlash, compliance, sag, bending, expansion.",
+    ),
+]
+LayerOption = Annotated[
+    bool, typer.Option("--layer", help="Try a residual layer on top; used only if unseen blocks of rows get better.")
+]
+
 # validate, export
 Against = Annotated[str | None, _option("--against", metavar="ROBOT", text="Compare with this robot, say the nominal.")]
 Distances = Annotated[

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from robocal.cli.show_beside import comparison, linear
+from robocal.cli import show_beyond
 from robocal.cli.terminal import Terminal
 
 if TYPE_CHECKING:
@@ -147,6 +148,7 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
         )
         terminal.show(Text(words, style="dim"))
     terminal.show(*([Text("")] if shares else []), *parameters(result), *hidden(result))
+    terminal.show(*show_beyond.groups(result.groups_tried, figure, table), *show_beyond.layer(result.layer, figure))
     terminal.show(*linear(result.linearity, figure), *comparison(result.comparison, figure, table))
     terminal.show(*strange(result))
     show_warnings(terminal, result.warnings)

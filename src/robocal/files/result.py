@@ -14,6 +14,7 @@ from pydantic import Field
 
 from robocal.errors import FormatError
 from robocal.files.beside import Comparison, Linearity
+from robocal.files.beyondparts import Beyond, GroupTried, LayerSummary
 from robocal.files.parts import Number, Part, finite
 from robocal.files.schema import validate
 from robocal.files.text import read_text
@@ -21,18 +22,14 @@ from robocal.files.yamlio import Document
 
 __all__ = [
     "AngleResiduals",
-    "Beyond",
     "Combination",
     "CombinationTerm",
     "Correlation",
     "Coverage",
     "Fit",
-    "Gain",
     "Group",
-    "GroupTried",
     "Identifiability",
     "InputHash",
-    "LayerSummary",
     "Observability",
     "Outlier",
     "ParameterResult",
@@ -190,50 +187,6 @@ class Fit(Part):
     dof: Number = None
     groups: list[Group] = Field(default_factory=list)
     sigma_source: str = ""
-
-
-class Gain(Part):
-    """A mean reduction of the unseen error, with its paired bootstrap 95 % interval."""
-
-    mean: Number
-    low: Number
-    high: Number
-
-
-class GroupTried(Part):
-    """A group beyond geometry that was asked for: what it gained on blocks of rows that were not used (before: the mean
-    error without it), and why it entered or not; orders of ripple by joint."""
-
-    name: str
-    parameters: int
-    entered: bool
-    reason: str
-    unit: str = ""
-    before: Number = None
-    gain: Gain | None = None
-    orders: dict[str, list[float]] = Field(default_factory=dict)
-
-
-class Beyond(Part):
-    """A group that the identified robot has; options in SI."""
-
-    name: str
-    options: dict[str, Any] = Field(default_factory=dict)
-
-
-class LayerSummary(Part):
-    """The residual layer: mean unseen error in mm without and with it, on blocks of rows that neither model nor layer had
-    seen; coverage is the share of unseen components within its 95 % band."""
-
-    used: bool
-    reason: str
-    unit: str = "mm"
-    before: Number = None
-    after: Number = None
-    gain: Gain | None = None
-    n: int = 0
-    points: int = 0
-    coverage: Number = None
 
 
 class Split(Part):

@@ -14,6 +14,7 @@ from typing import Any
 
 from robocal.errors import nearest
 from robocal.files.covariance import COVARIANCE
+from robocal.files.layerfile import LAYER
 from robocal.files.result import Result
 from robocal.files.text import write_files
 
@@ -78,7 +79,7 @@ def write_run(
     if report is not None:
         files[REPORT] = report
     written = write_files(folder, files)
-    for name in (RESIDUALS, REPORT, COVARIANCE, ACCURACY, *ROBOTS):
+    for name in (RESIDUALS, REPORT, COVARIANCE, ACCURACY, LAYER, *ROBOTS):
         if name not in files:
             with contextlib.suppress(OSError):
                 (Path(folder) / name).unlink(missing_ok=True)

@@ -10,17 +10,19 @@ import numpy as np
 
 from robocal.arms.groups import rule_of
 from robocal.calibrate.groups import Tried, choose_groups
-from robocal.calibrate.identification import Options
+from robocal.calibrate.identification import Identification, Options
 from robocal.calibrate.identify import FEW
-from robocal.calibrate.layered import Guarded
+from robocal.calibrate.layered import Guarded, try_layer
+from robocal.calibrate.noise import apply_noise
 from robocal.calibrate.split import SHARE, make_split, places
-from robocal.files import result as files
+from robocal.files import beyondparts as files
 from robocal.files.groups import plain_options
 from robocal.files.robot import Robot
 from robocal.jobs.inputs import Watch
+from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 
-__all__ = ["group_results", "layer_result", "select_groups"]
+__all__ = ["group_results", "guard_layer", "layer_result", "select_groups"]
 
 SHOWN = {"m": (1e3, "mm"), "rad": (180.0 / np.pi, "deg"), "px": (1.0, "px")}
 
@@ -43,6 +45,13 @@ def select_groups(
         data = data.take(split.units(0)[0])
     choice = choose_groups(robot.chain, data, extra, options, watch)
     return replace(robot, chain=choice.model), choice.tried
+
+
+def guard_layer(found: Identification, data: DataSet, watch: Watch | None = None) -> Guarded:
+    """Asks whether a residual layer helps on top of an identification to these data."""
+    noisy = apply_noise(data, {(g.name, g.unit): g.tau for g in found.groups if g.tau > 0})
+    made = build(found.nominal, noisy, free=found.correlation_names)
+    return try_layer(found.nominal, noisy, made, made.with_table(found.table).start, watch)
 
 
 def group_results(robot: Robot, tried: Sequence[Tried]) -> dict[str, Any]:

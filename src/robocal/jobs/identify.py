@@ -14,6 +14,7 @@ from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify as solve
 from robocal.errors import FileError, ModelError, nearest
 from robocal.jobs.beside import compared, methods_of
+from robocal.jobs.beyond import group_results, guard_layer, layer_result, select_groups
 from robocal.jobs.inputs import Inputs, Watch, choose, computable, read_inputs
 from robocal.jobs.outcome import Outcome, provenance, residual_columns, save, to_result
 
@@ -44,6 +45,8 @@ class Choices:
     base: str | None = None
     tip: str | None = None
     compare: str | None = None
+    groups: tuple[str, ...] = ()
+    layer: bool = False
 
     @property
     def options(self) -> Options:
@@ -126,11 +129,13 @@ def identify_inputs(
     started, clock = datetime.datetime.now(datetime.UTC), time.perf_counter()
     robot, data = choose(inputs.robot, inputs.data, free=choices.free, fix=choices.fix, prior=choices.prior)
     with computable(*(i.file for i in inputs.files)):
+        robot, tried = select_groups(robot, data, choices.groups, choices.options, watch)
         found = solve(robot.chain, data, choices.options, watch)
         seconds = time.perf_counter() - clock
         methods = methods_of(choices.compare, choices.method)
         known = (found, seconds)
         others = compared(robot.chain, data, methods, choices.options, known, watch) if methods else None
+        guarded = guard_layer(found, data, watch) if choices.layer else None
     stamp = started.isoformat(timespec="seconds")
     # What was left to us is recorded as it was decided.
     decided = {
@@ -140,8 +145,9 @@ def identify_inputs(
     recipe = provenance(
         command, inputs.files, choices.seed, stamp, time.perf_counter() - clock, choices.record | decided
     )
-    result = to_result(found, robot, recipe, inputs.warnings).model_copy(update={"comparison": others})
-    outcome = Outcome(result, residual_columns(found), found, robot)
+    more = {"comparison": others, "layer": layer_result(guarded)} | group_results(robot, tried)
+    result = to_result(found, robot, recipe, inputs.warnings).model_copy(update=more)
+    outcome = Outcome(result, residual_columns(found), found, robot, layer=guarded.layer if guarded else None)
     if output is None:
         return outcome
     if watch:

@@ -20,9 +20,11 @@ from robocal import __version__
 from robocal.calibrate import evidence
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Identification, Stages
+from robocal.calibrate.layer import Layer
 from robocal.errors import MissingExtra
 from robocal.files import result as files
 from robocal.files.dataset import InputFile
+from robocal.files.layerfile import LAYER, layer_text
 from robocal.files.robot import Robot, render_robot
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.units import UNITS, Unit
@@ -47,6 +49,7 @@ class Outcome:
     robot: Robot
     written: tuple[Path, ...] = ()
     left_out: tuple[str, ...] = ()
+    layer: Layer | None = None
 
     @property
     def improved(self) -> bool:
@@ -310,7 +313,9 @@ def save(outcome: Outcome, folder: Path) -> Outcome:
         page = None
         outcome = replace(outcome, result=_warned(outcome.result, f"report.html was left out: {missing}"))
     name = "calibrated.urdf" if robot.format == "urdf" else "calibrated.yaml"
-    more = knowledge_files(outcome.identification, cells)
+more = dict(knowledge_files(outcome.identification, cells))
+    if outcome.layer is not None:
+        more[LAYER] = layer_text(outcome.layer)
     written = write_run(folder, outcome.result, text, outcome.residuals, page, robot_name=name, more=more)
     return replace(outcome, written=written)
 

@@ -43,6 +43,8 @@ def identify(
     free: o.Free = [],  # noqa: B006
     fix: o.Fix = [],  # noqa: B006
     prior: o.Prior = [],  # noqa: B006
+    groups: o.Groups = [],  # noqa: B006
+    layer: o.LayerOption = False,
     method: o.Method = "lm",
     compare: o.Compare = None,
     loss: o.Loss = "none",
@@ -67,6 +69,7 @@ def identify(
     robocal identify rv-2aj data.yaml --method pinv --free alpha,beta,d,r
     robocal identify panda front.yaml right.yaml high.yaml --hold-out group --folds 3
     robocal identify robot.yaml data.yaml --compare
+    robocal identify robot.yaml data.yaml --groups eccentricity,ripple,compliance --layer
 
     Exit status 0 when the verdict is improved, 3 when it is not.
     """

@@ -1,0 +1,55 @@
+"""The parts of result.json beyond geometry: groups that were tried, what the robot has, the residual layer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import Field
+
+from robocal.files.parts import Number, Part
+
+__all__ = ["Beyond", "Gain", "GroupTried", "LayerSummary"]
+
+
+class Gain(Part):
+    """A mean reduction of the unseen error, with its paired bootstrap 95 % interval."""
+
+    mean: Number
+    low: Number
+    high: Number
+
+
+class GroupTried(Part):
+    """A group beyond geometry that was asked for: what it gained on blocks of rows that were not used (before: the mean
+    error without it), and why it entered or not; orders of ripple by joint."""
+
+    name: str
+    parameters: int
+    entered: bool
+    reason: str
+    unit: str = ""
+    before: Number = None
+    gain: Gain | None = None
+    orders: dict[str, list[float]] = Field(default_factory=dict)
+
+
+class Beyond(Part):
+    """A group that the identified robot has; options in SI."""
+
+    name: str
+    options: dict[str, Any] = Field(default_factory=dict)
+
+
+class LayerSummary(Part):
+    """The residual layer: mean unseen error in mm without and with it, on blocks of rows that neither model nor layer had
+    seen; coverage is the share of unseen components within its 95 % band."""
+
+    used: bool
+    reason: str
+    unit: str = "mm"
+    before: Number = None
+    after: Number = None
+    gain: Gain | None = None
+    n: int = 0
+    points: int = 0
+    coverage: Number = None

@@ -1,0 +1,74 @@
+"""layer.json: a residual layer as plain numbers, in SI, angles in rad.
+
+`points` are joint values, `weights` what each adds: correction = k(q, points) weights, in base axes; see
+`calibrate.layer` for k. The first three columns are in m, the others, where there are any, a rotation vector in rad.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Literal
+
+import numpy as np
+from pydantic import Field, FiniteFloat
+
+from robocal.calibrate.layer import Layer
+from robocal.errors import FormatError
+from robocal.files.schema import Model, validate
+from robocal.files.text import read_text
+from robocal.files.yamlio import Document
+
+__all__ = ["LAYER", "layer_text", "read_layer"]
+
+LAYER = "layer.json"
+
+
+class LayerModel(Model):
+    """layer.json as it is written."""
+
+    robocal: Literal[1]
+    frame: Literal["base"]
+    joints: list[str]
+    turning: list[bool]
+    lengths: list[FiniteFloat]
+    size: list[FiniteFloat]
+    noise: FiniteFloat = Field(gt=0)
+    points: list[list[FiniteFloat]]
+    weights: list[list[FiniteFloat]]
+
+
+def layer_text(layer: Layer) -> str:
+    """The text of layer.json."""
+    document = {
+        "robocal": 1,
+        "frame": "base",
+        "joints": list(layer.joints),
+        "turning": [bool(t) for t in layer.turning],
+        "lengths": layer.lengths.tolist(),
+        "size": layer.size.tolist(),
+        "noise": layer.noise,
+        "points": layer.points.tolist(),
+        "weights": layer.weights.tolist(),
+    }
+    return json.dumps(document, allow_nan=False) + "\n"
+
+
+def read_layer(path: str | os.PathLike[str]) -> Layer:
+    """Reads a layer.json. Raises FileError or FormatError."""
+    source = read_text(path)
+    try:
+        data = json.loads(source.text)
+    except (ValueError, RecursionError):
+        raise FormatError("not valid JSON", file=source.path) from None
+    if not isinstance(data, dict):
+        raise FormatError("this is not a residual layer", file=source.path, expected="an object with the key robocal")
+    model = validate(LayerModel, Document(source.path, source.text, source.sha256, data))
+    n, d = len(model.joints), len(model.size)
+    shapes = {len(model.turning), len(model.lengths), *(len(p) for p in model.points)}
+    if shapes != {n} or {len(w) for w in model.weights} != {d} or len(model.points) != len(model.weights):
+        raise FormatError("numbers are missing", file=source.path, expected=f"{n} per point and {d} per weight")
+    return Layer(
+        tuple(model.joints), tuple(model.turning), np.array(model.points), np.array(model.weights),
+        np.array(model.size), np.array(model.lengths), model.noise,
+    )  # fmt: skip
