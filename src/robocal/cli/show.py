@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.text import Text
 
-from robocal.cli.show_beside import comparison, linear
 from robocal.cli import show_beyond
+from robocal.cli.show_beside import comparison, linear
 from robocal.cli.terminal import Terminal
 
 if TYPE_CHECKING:

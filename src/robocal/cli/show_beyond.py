@@ -25,7 +25,11 @@ def groups(tried: list[Any], figure: Callable[..., str], table: Callable[..., An
             t.name, str(t.parameters), figure(t.before), figure(gain.mean if gain else None, 3), span,
             Text("entered" if t.entered else t.reason, style="bold" if t.entered else "dim"),
         )  # fmt: skip
-    return [made, Text("errors of blocks of rows in time order that were not used, groups in order of entry", style="dim"), Text("")]
+    return [
+        made,
+        Text("errors of blocks of rows in time order that were not used, groups in order of entry", style="dim"),
+        Text(""),
+    ]
 
 
 def layer(found: Any, figure: Callable[..., str]) -> list[Any]:

@@ -89,7 +89,7 @@ def read_groups(chain: Chain, document: Document, units: Units) -> Chain:
 
 def _options(name: str, model: GroupModel, units: Units, document: Document, at: Path_) -> dict[str, Any]:
     """What was stated, in SI."""
-    out = {k: v for k, v in model.model_dump(exclude={"values"}, exclude_none=True).items()}
+    out = model.model_dump(exclude={"values"}, exclude_none=True)
     if "prior" in out:
         out["prior"] = units.of(rule_of(name).unit).to_si(out["prior"])
     if model.links is not None:

@@ -313,7 +313,7 @@ def save(outcome: Outcome, folder: Path) -> Outcome:
         page = None
         outcome = replace(outcome, result=_warned(outcome.result, f"report.html was left out: {missing}"))
     name = "calibrated.urdf" if robot.format == "urdf" else "calibrated.yaml"
-more = dict(knowledge_files(outcome.identification, cells))
+    more = dict(knowledge_files(outcome.identification, cells))
     if outcome.layer is not None:
         more[LAYER] = layer_text(outcome.layer)
     written = write_run(folder, outcome.result, text, outcome.residuals, page, robot_name=name, more=more)
