@@ -10,12 +10,19 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 
 import job as jobs
 import numpy as np
 from robocal_worker import arm_of, problem_of
 
+from robocal.arms.conventions import chain
+from robocal.calibrate.folds import unseen
+from robocal.calibrate.split import leave_one_out_rounds
+from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
+from robocal.measure.base import problem, synthesise
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
 BATCH = 10_000
 SIZES = (100, 1_000, 10_000, 100_000, 1_000_000)
@@ -93,6 +100,28 @@ def scaling():
     return rows
 
 
+def leave_one_out():
+    """Every one of 150 poses left out once: an arm of eleven axes, tracker and target free, the parameters that are seen."""
+    names = [{"alpha": (-1) ** i * np.pi / 2 if i else 0.0, "d": 0.3 * (i % 2 == 0), "a": 0.05} for i in range(11)]
+    arm = chain("eleven axes", "mdh", names, tool=(0.02, 0.01, 0.1, 0, 0, 0))
+    arm = replace(arm, table=arm.table.with_free([n for n in arm.table.names if n[0] == "j" and n[-5:] != ".gain"]))
+    rng, m = np.random.default_rng(0), 150
+    true = arm.with_values({n: arm.table[n].value + rng.normal(0, 1e-3) for n in arm.table.free})
+    tracker = Frame("tracker", (1.0, 2.0, 0.3, 0.1, 0.2, 1.0), (True,) * 6)
+    smr = Frame("smr", (0.0, 0.0, 0.05, 0.0, 0.0, 0.0), (True,) * 6, "tool")
+    seen = Observations(
+        "pose", np.arange(m), np.zeros((m, 6)), np.full((m, 6), 2e-5), tracker, (smr,), np.zeros(m, dtype=int)
+    )
+    where = Configurations(tuple(map(str, range(m))), rng.uniform(-2, 2, (m, 11)))
+    data = synthesise(true, DataSet(where, (seen,)), rng)
+    made = problem(arm, data)
+    made = made.with_free(analyse(made, made.start).kept)
+    x = least_squares(made).x
+    split = leave_one_out_rounds(data)
+    wall, cpu = _times(lambda: unseen(made, x, split, ("m", "rad")))
+    return [{"poses": m, "parameters": made.n, "wall_s": wall, "cpu_s": cpu}]
+
+
 COLD = """
 import sys, time
 sys.path.insert(0, sys.argv[1])
@@ -149,7 +178,7 @@ def start_up():
 
 def sections():
     """All of them, by name."""
-    return {f.__name__: f() for f in (batch, forward_kinematics, scaling, compilation, start_up)}
+    return {f.__name__: f() for f in (batch, leave_one_out, forward_kinematics, scaling, compilation, start_up)}
 
 
 if __name__ == "__main__":

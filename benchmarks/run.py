@@ -111,9 +111,10 @@ def sections() -> dict[str, list[dict]]:
     if not (HERE / "robocal_sections.py").exists():
         print("no robocal_sections.py: batch, forward_kinematics and scaling are left out", file=sys.stderr)
         return {}
+    import cross_validation
     import robocal_sections
 
-    return robocal_sections.sections()
+    return {"cross_validation": cross_validation.section(), **robocal_sections.sections()}
 
 
 def main() -> int:

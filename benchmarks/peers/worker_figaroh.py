@@ -4,6 +4,10 @@ Argument: own (FIGAROH chooses the parameters itself from all six per joint, its
 the list is replaced by the job's 19, which in FIGAROH's joint frames have the names below). `initialize()` (CSV,
 choice of parameters) is not timed; `solve()` is: a Levenberg-Marquardt fit with finite differences over pinocchio,
 the statistics and the printed quality report.
+
+Two more for cross-validation: folds times five folds of the job's 19 parameters and nothing else; map_cv its
+cross-validated route, `estimation.method: map_cv` with its defaults (25 fits to choose the size of the priors), then
+`solve()`.
 """
 
 import sys
@@ -13,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from figaroh.calibration import BaseCalibration
+from figaroh.calibration import BaseCalibration, estimation
 from figaroh.calibration.calibration_tools import calc_updated_fkm
 from figaroh.tools.robot import Robot
 from protocol import serve
@@ -21,6 +25,8 @@ from protocol import serve
 WHICH = sys.argv[1]
 HOW = {
     "own": "BaseCalibration(full_params, known base), its own choice of parameters, solve() with its defaults",
+    "folds": "BaseCalibration, the job's 19 parameters, estimation._cv_error over five folds",
+    "map_cv": "BaseCalibration, create_param_list() with estimation.method map_cv, then solve(), defaults",
     "same": "BaseCalibration(full_params, known base), the job's 19 parameters, solve() with its defaults",
 }
 # alpha, a, theta of a joint are phix, px, phiz of its placement; d of joint i - 1 is a shift in the placement of
@@ -93,6 +99,18 @@ def config(names, data_file) -> dict:
     }
 
 
+def cross_validated(calibration):
+    """The choice of the prior scale by k-fold, and the fit with it."""
+    calibration.calib_config["estimation"] = {"method": "map_cv"}
+
+    def solve():
+        calibration.create_param_list()
+        calibration.solve(enable_logging=False)
+        return calibration.estimation_report
+
+    return solve, lambda report: {"k_fold_rms_mm": 1e3 * min(point["rms"] for point in report["cv_curve"])}
+
+
 def prepare(job):
     offsets = job.nominal[2:-3:4]
     names = [f"j{i}" for i in range(1, len(offsets) + 1)]
@@ -109,11 +127,20 @@ def prepare(job):
         calibration.calib_config["known_baseframe"] = True
         calibration.calib_config["known_tipframe"] = False
         calibration.initialize()
-    if WHICH == "same":
+    if WHICH in ("same", "folds"):
         calibration.calib_config["param_name"] = list(SAME)
 
     def solve():
         return calibration.solve(enable_logging=False)
+
+    if WHICH == "folds":
+        folds = estimation._folds(len(job.q), 5, 0)
+        return (
+            lambda: estimation._cv_error(calibration, list(SAME), None, folds),
+            lambda found: {"k_fold_rms_mm": 1e3 * float(found.mean())},
+        )
+    if WHICH == "map_cv":
+        return cross_validated(calibration)
 
     def answer(result):
         held_out = job.held_out_q + offsets
