@@ -150,6 +150,7 @@ OPTIONS = {
     "--hold-out x": ("--hold-out",),
     "--hold-out blocs": ("--hold-out", "blocks"),
     "--hold-out group": ("hold_out", "group"),
+    "--hold-out group --group dya": ("dya",),
     "--folds 1": ("folds", "2 to"),
     "--folds 99": ("folds", "2 to"),
     "--hold-out blocks --blocks 99": ("blocks", "2 to"),

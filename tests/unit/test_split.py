@@ -89,6 +89,12 @@ def test_groups_are_held_out_whole():
     assert (two.held.sum(axis=0) == 1).all() and all(len(set(labels[h]) & set(labels[~h])) == 0 for h in two.held)
 
 
+def test_what_belongs_to_no_group_is_always_fitted():
+    split = make_split(scattered(9, groups=("a",) * 3 + ("",) * 3 + ("b",) * 3), "group", folds=2)
+    assert split.names == ("a", "b") and not split.held[:, 3:6].any() and split.fit[:, 3:6].all()
+    np.testing.assert_array_equal(split.round_of, [0, 0, 0, -1, -1, -1, 1, 1, 1])
+
+
 def test_without_labels_every_data_file_is_a_group():
     both = scattered(6, source="a.csv") + scattered(8, 1, source="b.csv")
     assert groups_of(both) == ("a.csv",) * 6 + ("b.csv",) * 8

@@ -114,7 +114,7 @@ def _touched(data: DataSet) -> csr_array:
 
 
 def groups_of(data: DataSet) -> tuple[str, ...]:
-    """The group of every configuration: as stated, or the file that its measurements come from.
+    """The group of every configuration: as stated ("" belongs to none), or the file that its measurements come from.
 
     Raises ModelError when there are fewer than two.
     """
@@ -124,7 +124,7 @@ def groups_of(data: DataSet) -> tuple[str, ...]:
         for obs in data.observations:
             source[obs.configuration] = obs.source
         groups = tuple(source)
-    if len(set(groups)) < 2:
+    if len(set(groups) - {""}) < 2:
         raise ModelError(
             "there are no groups to hold out",
             key="hold_out",
@@ -145,8 +145,11 @@ def make_split(
     """
     where = data.configurations
     if how == "group":
-        names, label = np.unique(np.array(groups_of(data), dtype=str), return_inverse=True)
-        return _rounds(data, label.ravel(), folds, seed, "group", tuple(map(str, names)), ordered=False)
+        groups = np.array(groups_of(data), dtype=str)
+        names = np.unique(groups[groups != ""])
+        # What belongs to no group is fitted in every round.
+        label = np.where(groups == "", -1, np.searchsorted(names, groups))
+        return _rounds(data, label, folds, seed, "group", tuple(map(str, names)), ordered=False)
     if how == "blocks":
         many = blocks if folds is None else folds
         order = where.columns.get("time", np.full(1, np.nan))
@@ -185,7 +188,7 @@ def _rounds(
     dealt = np.arange(many) if ordered or folds == many else rng.permutation(many)
     turn = np.empty(many, dtype=np.int64)
     turn[dealt] = np.arange(many) % folds
-    held = turn[label] == np.arange(folds)[:, None]
+    held = (turn[label] == np.arange(folds)[:, None]) & (label >= 0)
     called = names if folds == many else tuple(f"fold {i + 1}" for i in range(folds))
     return Split.of(data, held, called, f"{folds} folds" if noun == "fold" else f"{folds} folds of {noun}s")
 

@@ -108,6 +108,9 @@ Folds = Annotated[
     int | None,
     _option("--folds", metavar="K", text="Hold out everything once, in K rounds, and fit the model to everything."),
 ]
+GroupColumn = Annotated[
+    str | None, _option("--group", metavar="COLUMN", text="The column that says what is held out together.")
+]
 Blocks = Annotated[int, typer.Option("--blocks", metavar="N", min=2, help="How many, with --hold-out blocks.")]
 Reselect = Annotated[
     bool, typer.Option("--reselect", help="With --folds: find noise and what is seen anew in every round.")

@@ -18,7 +18,7 @@ from robocal.arms.chain import Chain
 from robocal.errors import FormatError, nearest
 from robocal.files.configurations import nowhere, read_configurations
 from robocal.files.csvtable import CsvTable, read_csv
-from robocal.files.datamodel import DataModel, FramedModel, InstrumentModel, TargetModel
+from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, InstrumentModel, TargetModel
 from robocal.files.doubts import Suspicion, alternatives, limit_warning, repeat_warnings, suspicions
 from robocal.files.frames import frame_vector
 from robocal.files.headers import self_description
@@ -68,7 +68,9 @@ class Reading:
         )
 
 
-def read_datasets(paths: Sequence[str | os.PathLike[str]], chain: Chain, *, kind: str | None = None) -> Reading:
+def read_datasets(
+    paths: Sequence[str | os.PathLike[str]], chain: Chain, *, kind: str | None = None, group: str | None = None
+) -> Reading:
     """Several data files for one identification; instruments that nobody named are kept apart. Raises as
     `read_dataset`."""
     if not paths:
@@ -77,7 +79,7 @@ def read_datasets(paths: Sequence[str | os.PathLike[str]], chain: Chain, *, kind
     taken: set[str] = set()
     known: dict[tuple[object, ...], Path] = {}
     for path in paths:
-        made = read_dataset(path, chain, kind=kind, taken=taken)
+        made = read_dataset(path, chain, kind=kind, taken=taken, group=group)
         _refuse_again(made, known)
         taken |= {o.frame.name for o in made.dataset.observations if o.frame}
         total = made if total is None else total + made
@@ -112,11 +114,13 @@ def read_dataset(
     *,
     kind: str | None = None,
     taken: set[str] | frozenset[str] = frozenset(),
+    group: str | None = None,
 ) -> Reading:
     """Reads a data.yaml with its CSV files, or a CSV with units in its headers, for this arm.
 
     `kind` overrides the file's (positions only, of a file of poses); `taken` are instrument names that a default must
-    avoid. Raises FileError or FormatError naming file, row and column or key.
+    avoid; `group` is a column with a label for each row, whatever the file says of groups. Raises FileError or
+    FormatError naming file, row and column or key.
     """
     place = Path(path)
     if place.suffix.lower() in (".yaml", ".yml"):
@@ -131,6 +135,9 @@ def read_dataset(
         document = Document(place, "", "", self_description(tables[0], chain, kind))
         reader = _reader(document.data["kind"], document)
         model = validate(reader.model, document)
+    if group is not None:
+        given = {**model.configuration, "group": ColumnModel(column=int(group) if group.isdecimal() else group)}
+        model = model.model_copy(update={"configuration": given})
     files += [InputFile(t.path, t.sha256) for t in tables]
     name = _frame_name(model, place, tables[0].path, chain, taken, document)
     parts = [_read_table(model, table, chain, reader, document, name) for table in tables]

@@ -34,6 +34,7 @@ class Choices:
     folds: int | None = None
     blocks: int = 10
     reselect: bool = False
+    group: str | None = None
     leave_one_out: bool | None = None
     keep_all: bool = False
     iterations: int = 100
@@ -112,7 +113,7 @@ def identify(
     _ = choices.options
     if output is not None and output.exists() and not output.is_dir():
         raise FileError("this is not a folder", file=output, expected="a folder for the run, or a new name")
-    inputs = read_inputs(robot, data, base=choices.base, tip=choices.tip, watch=watch)
+    inputs = read_inputs(robot, data, base=choices.base, tip=choices.tip, group=choices.group, watch=watch)
     return identify_inputs(inputs, choices, output=output, command=command, watch=watch)
 
 

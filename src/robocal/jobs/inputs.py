@@ -132,6 +132,7 @@ def read_inputs(
     *,
     base: str | None = None,
     tip: str | None = None,
+    group: str | None = None,
     watch: Watch | None = None,
 ) -> Inputs:
     """Opens a robot and its data files as one data set. Raises InputError for whatever is wrong with them, units that
@@ -144,7 +145,7 @@ def read_inputs(
         _refuse_other_kind(robot, READERS, "this is a data file, not a robot")
         raise
     try:
-        reading = read_datasets([Path(d) for d in data], arm.chain)
+        reading = read_datasets([Path(d) for d in data], arm.chain, group=group)
     except FormatError:
         for name in data:
             _refuse_other_kind(name, ("arm", "cable"), "this is a robot file, not a data file")

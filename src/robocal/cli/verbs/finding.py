@@ -49,6 +49,7 @@ def identify(
     compare: o.Compare = None,
     loss: o.Loss = "none",
     hold_out: o.HoldOut = None,
+    group: o.GroupColumn = None,
     folds: o.Folds = None,
     blocks: o.Blocks = 10,
     reselect: o.Reselect = False,

@@ -127,10 +127,12 @@ def _with_distances(model: PointModel, values: Values, around: Around) -> Sequen
     """One part for every place, and one distance for every pair that is a known distance apart."""
     out = []
     frames = {}
+    touched = {}
     for part, known in each_place(model, values, XYZ, around):
         out.append(part)
         frames.update(known)
-    return [*out, *between(model.between, frames, around)]
+        touched[next(n for n, f in known.items() if f is part.options["place"])] = int(part.rows[0])
+    return [*out, *between(model.between, frames, touched, around)]
 
 
 def sphere_parts(model: SphereModel, values: Values, around: Around) -> Sequence[Part]:

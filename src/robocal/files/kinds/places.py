@@ -156,8 +156,11 @@ def _part(values: Values, rows: Ints, frame: Frame) -> Part:
     )
 
 
-def between(models: Sequence[BetweenModel], frames: Mapping[str, Frame], around: Around) -> Iterator[Part]:
-    """One distance for every pair of places that are a known distance apart. Raises FormatError for an unknown place."""
+def between(
+    models: Sequence[BetweenModel], frames: Mapping[str, Frame], touched: Mapping[str, int], around: Around
+) -> Iterator[Part]:
+    """One distance for every pair of places that are a known distance apart, filed under the row that `touched` tells of
+    the first: with that it is held out. Raises FormatError for an unknown place."""
     for i, given in enumerate(models):
         at = ("between", i) if len(models) > 1 else ("between",)
         for name in given.places:
@@ -179,7 +182,7 @@ def between(models: Sequence[BetweenModel], frames: Mapping[str, Frame], around:
             around.document.fail("not a standard deviation", (*at, "sigma"), expected="a number above 0")
         sigma = None if given.sigma is None else np.array([[unit.to_si(given.sigma)]])
         yield Part(
-            np.zeros(1, dtype=np.int64),
+            np.array([touched.get(a, touched.get(b, 0))]),
             np.array([[unit.to_si(given.distance)]]),
             sigma,
             options={"ends": (frames[a], frames[b])},
