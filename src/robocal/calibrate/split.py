@@ -64,13 +64,8 @@ class Split:
     def of(cls, data: DataSet, held: Bools, names: tuple[str, ...], how: str) -> Split:
         """A split that holds out these units, with everything that is tied to them left out of the fit; rounds that hold
         out nothing are dropped."""
-        joints = data.configurations.joints
-        if joints is not None:
-            # What was known without the machine, such as the distance of two sockets, is never what is predicted: left
-            # out, it would leave nothing that knows how long a metre is.
-            held = held & np.isfinite(joints).all(axis=1)
-            told: Bools = np.asarray(held.any(axis=1))
-            held, names = held[told], tuple(n for n, t in zip(names, told, strict=True) if t)
+        told: Bools = np.asarray(held.any(axis=1))
+        held, names = held[told], tuple(n for n, t in zip(names, told, strict=True) if t)
         touch = _touched(data)
         seen = csr_array(held.astype(np.float64)) @ touch  # (K, P) how often a round's held-out rows touch a place
         tied = (seen @ touch.T).toarray() > 0
@@ -92,6 +87,13 @@ def places(configurations: Configurations, near: float = NEAR) -> Ints:
     unknown = np.flatnonzero(np.isnan(place).any(axis=1))
     label[unknown] = len(place) + np.arange(len(unknown))
     return np.unique(label, return_inverse=True)[1].ravel()
+
+
+def _stood(configurations: Configurations) -> Bools:
+    """Where the machine stood somewhere, (U,). What was known without it, such as the distance of two sockets, is held out
+    with its group only: left out alone, it would leave nothing that knows how long a metre is."""
+    joints = configurations.joints
+    return np.ones(len(configurations), dtype=bool) if joints is None else np.asarray(np.isfinite(joints).all(axis=1))
 
 
 def _touched(data: DataSet) -> csr_array:
@@ -160,15 +162,17 @@ def make_split(
             )
         label = np.empty(len(where), dtype=np.int64)
         label[np.argsort(order, kind="stable")] = np.arange(len(where)) * many // len(where)
+        label[~_stood(where)] = -1
         return _rounds(data, label, folds, seed, "block", tuple(f"block {i + 1}" for i in range(many)), ordered=True)
     if isinstance(how, str):
         raise ModelError("unknown way to hold out", key="hold_out", found=how, expected="a share, blocks or group")
     if folds is not None:
-        label = _dealt(where, folds, seed)
+        label = np.where(_stood(where), _dealt(where, folds, seed), -1)
         return _rounds(data, label, folds, seed, "fold", tuple(f"fold {i + 1}" for i in range(folds)), ordered=True)
     held = np.zeros((1, len(where)), dtype=bool)
     held[0, stratified(where, how, seed)[1]] = True
-    return Split.of(data, held[: int(held.any())], ("held out",)[: int(held.any())], "held out")
+    held &= _stood(where)
+    return Split.of(data, held, ("held out",), "held out")
 
 
 def _rounds(
@@ -196,9 +200,10 @@ def _rounds(
 def leave_one_out_rounds(data: DataSet) -> Split:
     """A round for every place at which something was measured."""
     label = places(data.configurations)
-    measured = np.zeros(len(label), dtype=bool)
+    measured, stood = np.zeros(len(label), dtype=bool), _stood(data.configurations)
     for obs in data.observations:
         measured[obs.configuration] = True
+    measured &= stood
     every = np.unique(label[measured])
     return Split.of(data, (label == every[:, None]) & measured, tuple(map(str, every)), "leave-one-out")
 

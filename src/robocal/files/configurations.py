@@ -71,8 +71,9 @@ def read_configurations(model: DataModel, table: CsvTable, chain: Chain, documen
     return Places(made, index[: len(q)], index[len(q) :], q, every, angle)
 
 
-def nowhere(given: Configurations, names: tuple[str, ...]) -> Configurations:
-    """The configurations with some more in which the machine stood nowhere: what was known without it."""
+def nowhere(given: Configurations, names: tuple[str, ...], beside: Ints) -> Configurations:
+    """The configurations with some more in which the machine stood nowhere: what was known without it. Each belongs to
+    the group of the configuration that it is `beside`."""
     if not names or given.joints is None:
         return given
     nothing = np.full((len(names), given.joints.shape[1]), np.nan)
@@ -80,7 +81,7 @@ def nowhere(given: Configurations, names: tuple[str, ...]) -> Configurations:
         (*given.ids, *names),
         np.vstack([given.joints, nothing]),
         {k: np.concatenate([v, nothing[:, 0]]) for k, v in given.columns.items()},
-        groups=None if given.groups is None else (*given.groups, *("",) * len(names)),
+        groups=None if given.groups is None else (*given.groups, *(given.groups[i] for i in beside)),
     )
 
 

@@ -169,7 +169,9 @@ def _read_table(
     around = Around(table, document, units, name, frozenset(owners | ({name} if frame else set())))
     observations = []
     parts = kind.parts(model, values, around)
-    configurations = nowhere(places.configurations, tuple(p.group for p in parts if p.nowhere))
+    known = [p for p in parts if p.nowhere]
+    beside = places.first[np.array([p.rows[0] for p in known], dtype=np.int64)]
+    configurations = nowhere(places.configurations, tuple(p.group for p in known), beside)
     alone = iter(range(len(places.configurations), len(configurations)))
     for part in parts:
         kept = np.flatnonzero(np.isin(part.rows, places.measuring)) if part.targeted else np.arange(len(part.rows))
