@@ -1,0 +1,142 @@
+"""What every pose would tell, and what is to be predicted: candidates and test poses as blocks of one linear model.
+
+    y = y0 + A_i (theta - theta0) + noise         A_i whitened, every column in units of its expected error
+    e_t = T_t (theta - theta0)                    the error of the measured point at test pose t, in m
+
+The point is told in the instrument's frame. What no measurement can see of that frame (all of it where an instrument
+has none on the base: a ballbar, a camera in hand) is aligned to the test points, as a person does who tells a robot
+where his table stands: its columns are projected out of T. Frames and targets count as known to DECIMETRE beforehand,
+which any measurement improves a thousandfold; a wider prior would only cost digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.calibrate.candidates import observed
+from robocal.errors import ModelError
+from robocal.estimate.criteria import information
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet, Frame, Observations
+from robocal.parameters import FRAME_SYMBOLS
+
+__all__ = ["Blocks", "blocks", "predicted", "seen_directions"]
+
+Array = NDArray[np.float64]
+DECIMETRE = 0.1
+ALIGNED = "aligned to"  # no parameter of a file can have this name
+UNSEEN = 1e-12
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Candidates (m, d, n), tests (t, 3, n) in m, and what is known before (n, n), in units of the expected errors;
+    names of the columns."""
+
+    names: tuple[str, ...]
+    candidates: Array
+    tests: Array
+    known: Array
+
+
+def blocks(
+    model: Chain,
+    template: Observations,
+    q: Array,
+    tests: Array,
+    *,
+    measured: DataSet | None = None,
+    values: Mapping[str, float] | None = None,
+    columns: Mapping[str, Array] | None = None,
+) -> Blocks:
+    """Linearises what the template's instrument would measure at joint values q (m, n), and where its point would be at
+    tests (t, n).
+
+    `measured` are data whose information is there already; `values` are parameters to linearise at. Raises ModelError
+    when nothing is free.
+    """
+    columns = columns or {}
+    done = 0 if measured is None else len(measured.configurations)
+    new = observed(template, q, tuple(f"candidate {i}" for i in range(len(q))), columns)
+    point = _point(template)
+    there = observed(point, tests, tuple(f"test {i}" for i in range(len(tests))), columns)
+    data = new + there if measured is None else measured + new + there
+    made = build(model, data, values=values)
+    if not made.n:
+        raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
+    assert point.frame is not None
+    loose = {f"{point.frame.name}.{s}" for s in FRAME_SYMBOLS}
+    scale = np.where([n in loose for n in made.free], DECIMETRE, np.minimum(made.scales, DECIMETRE))
+    lin = made.linearize(made.start)
+    # Terms come one after the other; stable sorting gathers the rows of each configuration.
+    order = np.argsort(lin.unit, kind="stable")
+    unit, j = lin.unit[order], lin.j[order] * scale
+    ends = np.searchsorted(unit, [done, done + len(q)])
+    before, now, later = np.split(j, ends)
+    width = j.shape[1]
+    candidates = now.reshape(len(q), -1, width)
+    known = before.T @ before
+    seen = np.sum(now * now, axis=0) + np.diag(known) > UNSEEN
+    gauge = np.array([n in loose for n in made.free]) & ~seen
+    keep = ~gauge
+    target = _without(later, gauge)
+    # All targets of a pose, averaged.
+    target = target.reshape(len(tests), -1, width)[..., keep] / np.sqrt(max(1, len(point.targets)))
+    # The tests are in metres: their rows were divided by a sigma of 1 m.
+    return Blocks(
+        tuple(n for n, k in zip(made.free, keep, strict=True) if k),
+        np.ascontiguousarray(candidates[..., keep]),
+        np.ascontiguousarray(target),
+        known[np.ix_(keep, keep)] + np.eye(int(keep.sum())),
+    )
+
+
+def _point(template: Observations) -> Observations:
+    """The measured point as a perfect tracker would see it, in the template's frame where that stands on the base."""
+    own = template.frame if template.frame is not None and template.frame.mount == "base" else None
+    held = [t for t in template.targets if t.mount == "tool"]
+    frame = own or Frame(ALIGNED, free=(True,) * 6)
+    return Observations("position", np.zeros(1, dtype=np.int64), np.zeros((1, 3)), np.ones((1, 3)), frame, tuple(held))
+
+
+def _without(rows: Array, gauge: NDArray[np.bool_]) -> Array:
+    """Rows (k, n) with the span of some columns projected out."""
+    if not gauge.any():
+        return rows
+    q, _ = np.linalg.qr(rows[:, gauge])
+    return np.asarray(rows - q @ (q.T @ rows))
+
+
+def predicted(tests: Array, m: Array) -> Array:
+    """Standard deviation (m, three axes together) of the predicted point at every test, sqrt(trace T M^-1 T^T), (t,)."""
+    c = np.linalg.inv(m)
+    return np.sqrt(np.einsum("tdi,ij,tdj->t", tests, c, tests, optimize=True))
+
+
+def seen_directions(b: Blocks, count: int) -> Array:
+    """Directions (n, r) that `count` poses of average worth would know better than what is expected beforehand."""
+    average = information(b.candidates).mean(axis=0) * count + b.known - np.eye(len(b.names))
+    values, vectors = np.linalg.eigh(average)
+    return np.asarray(vectors[:, values > 1.0])
+
+
+def within(b: Blocks, directions: Array) -> Blocks:
+    """The same with only these directions of the parameters unknown."""
+    return replace(
+        b,
+        names=tuple(f"direction {i}" for i in range(directions.shape[1])),
+        candidates=np.ascontiguousarray(b.candidates @ directions),
+        tests=np.ascontiguousarray(b.tests @ directions),
+        known=directions.T @ b.known @ directions,
+    )
+
+
+def gathered(b: Blocks, chosen: Sequence[int]) -> Array:
+    """The information matrix with some candidates measured."""
+    rows = b.candidates[np.asarray(chosen, dtype=np.int64)].reshape(-1, len(b.names))
+    return np.asarray(b.known + rows.T @ rows)
