@@ -97,9 +97,11 @@ def draw(
     rng: np.random.Generator,
     *,
     columns: Mapping[str, Array] | None = None,
+    edges: bool = False,
 ) -> Array:
     """Joint values (count, n) inside the region: a shifted Sobol sequence within the joint range, less what is
-    outside.
+    outside. With `edges`, half of them have about half of their joints at a limit, where much is learnt and where a
+    uniform sample of many joints hardly ever gets.
 
     Fewer are returned when the region is small. Raises ModelError when it is all but empty, naming the rule that is
     hardest to meet.
@@ -111,7 +113,10 @@ def draw(
     total, tried = 0, 0
     refused: dict[str, int] = {}
     for _ in range(PATIENCE):
-        q = low + (high - low) * ((sequence.random(BATCH) + shift) % 1.0)
+        share = (sequence.random(BATCH) + shift) % 1.0
+        if edges:
+            share[1::2] = np.clip(2.0 * share[1::2] - 0.5, 0.0, 1.0)
+        q = low + (high - low) * share
         inside = np.ones(len(q), dtype=bool)
         for name, margin in margins(chain, template, region, q, columns).items():
             refused[name] = refused.get(name, 0) + int((margin < 0).sum())

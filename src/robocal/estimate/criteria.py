@@ -37,9 +37,13 @@ def information(blocks: Array) -> Array:
 
 
 class Criterion(ABC):
-    """A measure of information matrices (larger is better); `tight` says that `bound` is the value itself."""
+    """A measure of information matrices (larger is better).
+
+    `tight` says that `bound` is the value itself, `weakest` that a direction which nothing can see would decide alone.
+    """
 
     tight = False
+    weakest = False
 
     @abstractmethod
     def value(self, m: Array) -> Array:
@@ -121,6 +125,8 @@ class Spectrum(Criterion):
     """E, O2, O3, O4: what the smallest and largest eigenvalue make; Ritz values on the extreme eigenvectors bound
     both."""
 
+    weakest = True
+
     def __init__(self, of: Callable[[Array, Array], Array]) -> None:
         self.of = of
 
@@ -138,6 +144,8 @@ class Spectrum(Criterion):
 
 class Harmonic(Criterion):
     """O5: 1 / trace M^-1/2; by the inequality of Peierls and Bogoliubov the diagonal in any basis bounds the trace."""
+
+    weakest = True
 
     def value(self, m: Array) -> Array:
         e = np.linalg.eigvalsh(m)

@@ -78,4 +78,4 @@ def frames(obs: Observations) -> tuple[Frame, ...]:
     return (place_of(obs),)
 
 
-PLANE = register(Kind("plane", 1, terms, parameters, ((0, 1, "m"),), frames=frames))
+PLANE = register(Kind("plane", 1, terms, parameters, ((0, 1, "m"),), frames=frames, contact=True))

@@ -41,4 +41,4 @@ def frames(obs: Observations) -> tuple[Frame, ...]:
     return (place_of(obs),)
 
 
-POINT = register(Kind("point", 3, terms, frames=frames))
+POINT = register(Kind("point", 3, terms, frames=frames, contact=True))

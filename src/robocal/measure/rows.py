@@ -193,6 +193,7 @@ class Kind:
     disturb: Callable[[Array, Array], Array] = lambda value, noise: value + noise
     frames: Callable[[Observations], Sequence[Frame]] = lambda obs: ()
     positional: bool = False  # whether its first three numbers say where the target is, in the instrument's frame
+    contact: bool = False  # the machine has to touch something, so not every configuration can be measured
 
 
 KINDS: dict[str, Kind] = {}

@@ -1,0 +1,25 @@
+"""The verb `plan`: which poses to measure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from robocal.cli.guard import DONE
+from robocal.cli.terminal import Terminal
+
+__all__ = ["plan"]
+
+
+def plan(*, robot: str, output: str | None, json: bool, **options: Any) -> int:
+    """plan: joint program and data file in a folder."""
+    terminal = Terminal(json=json)
+    with terminal.watching() as watch:
+        from robocal.jobs.plan import plan_poses
+
+        made = plan_poses(robot, output=None if output is None else Path(output), watch=watch, **options)
+    from robocal.cli.show_plan import show_plan
+
+    terminal.document(made.document)
+    show_plan(terminal, made, robot)
+    return DONE

@@ -1,0 +1,61 @@
+"""Lists of poses: joint values without measurements. Read from any CSV with joint columns or from a data file, written
+as a joint program."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.files.csvtable import read_csv
+from robocal.files.dataset import InputFile, read_dataset
+from robocal.files.headers import IDS, joint_columns
+from robocal.files.kinds.base import column_units
+from robocal.files.units import Units, number
+from robocal.files.yamlio import Document
+
+__all__ = ["poses_text", "read_poses"]
+
+Array = NDArray[np.float64]
+
+
+def read_poses(path: str | os.PathLike[str], chain: Chain) -> tuple[tuple[str, ...], Array, tuple[InputFile, ...]]:
+    """Names and joint values (m, n) in rad or m of a list of poses, and the files read. Raises FileError or FormatError
+    naming file, row and column."""
+    place = Path(path)
+    if place.suffix.lower() in (".yaml", ".yml"):
+        made = read_dataset(place, chain)
+        joints = made.dataset.configurations.joints
+        return made.dataset.configurations.ids, np.asarray(joints), made.files
+    table = read_csv(place)
+    columns = joint_columns(table, chain)
+    si = ["m" if j.type == "prismatic" else "rad" for j in chain.joints]
+    units = column_units(table, columns, None, si, Document(place, "", "", {}), ("joints",))
+    q = table.numbers(columns) * np.array([u.factor for u in units])
+    named = next((n for n in IDS if n in table.names), None)
+    names = table.texts(named) if named else tuple(f"{table.path.name}:{line}" for line in table.lines)
+    twice = next((i for i, n in enumerate(names) if n in names[:i]), None)
+    if twice is not None:
+        raise table.fail("two poses have one name", twice, named, found=names[twice], expected="a name for each")
+    return names, q, (InputFile(table.path, table.sha256),)
+
+
+def poses_text(chain: Chain, names: Sequence[str], q: Array, rank: Sequence[int], units: Units | None = None) -> str:
+    """A joint program: one pose per row in the order of travel, with its rank (1: the most useful; the first k of them
+    are a plan of k poses)."""
+    units = units or Units()
+    shown = [units.length if j.type == "prismatic" else units.angle for j in chain.joints]
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["id", *(f"{j.name} [{u.name}]" for j, u in zip(chain.joints, shown, strict=True)), "rank"])
+    for name, row, place in zip(names, q, rank, strict=True):
+        # A millionth of a degree is finer than any controller.
+        cells = (number(round(float(u.from_si(v)), 6)) for u, v in zip(shown, row, strict=True))
+        writer.writerow([name, *cells, str(place)])
+    return stream.getvalue()
