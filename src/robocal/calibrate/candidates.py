@@ -21,9 +21,11 @@ from robocal.measure.base import Builder
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet, Observations
 
-__all__ = ["Region", "draw", "joint_range", "margins", "observed"]
+__all__ = ["Region", "Template", "draw", "joint_range", "margins", "observed"]
 
 Array = NDArray[np.float64]
+# Everything that is observed at one configuration: one or more instruments, one or more rows each.
+Template = tuple[Observations, ...]
 # Where nobody bounds a joint: a quarter turn, or a quarter of a metre, to either side.
 WIDE = {"revolute": math.pi / 2, "prismatic": 0.25}
 BATCH = 4096
@@ -63,35 +65,23 @@ def joint_range(chain: Chain) -> Array:
     return np.stack([low, high], axis=1)
 
 
-def observed(template: Observations, q: Array, ids: tuple[str, ...], columns: Mapping[str, Array]) -> DataSet:
-    """What the template's instrument would observe at joint values (m, n): every target once at each, nothing measured
-    yet.
-
-    Sigma is the template's first row for every target; columns of the configurations hold their median.
-    """
-    m, each = len(q), max(1, len(template.targets))
-    at = np.tile(np.arange(m), each)
-    first = np.zeros(each, dtype=np.int64)
-    if template.target is not None:
-        # A target that no row of the template sees takes the first row's sigma.
-        first = np.array([int(np.argmax(template.target == t)) for t in range(each)])
-    rows = np.repeat(first, m)
-    made = replace(
-        template,
-        configuration=at,
-        value=np.zeros((m * each, template.value.shape[-1])),
-        sigma=None if template.sigma is None else template.sigma[rows],
-        target=np.repeat(np.arange(each), m) if template.targets else None,
-        extra={k: v[rows] for k, v in template.extra.items()},
-        rows=None,
-    )
+def observed(template: Template, q: Array, ids: tuple[str, ...], columns: Mapping[str, Array]) -> DataSet:
+    """What the template's instruments would observe at joint values (m, n): its rows at each of them, nothing measured
+    yet. Columns of the configurations hold their median."""
+    m = len(q)
+    out = []
+    for obs in template:
+        k = len(obs)
+        rows = np.tile(np.arange(k), m)
+        made = obs.take(rows)
+        out.append(replace(made, configuration=np.repeat(np.arange(m), k), value=np.zeros_like(made.value), rows=None))
     held = {k: np.full(m, float(np.nanmedian(v))) for k, v in columns.items() if np.isfinite(v).any()}
-    return DataSet(Configurations(ids, q, held), (made,))
+    return DataSet(Configurations(ids, q, held), tuple(out))
 
 
 def draw(
     chain: Chain,
-    template: Observations,
+    template: Template,
     region: Region,
     count: int,
     rng: np.random.Generator,
@@ -116,7 +106,8 @@ def draw(
         share = (sequence.random(BATCH) + shift) % 1.0
         if edges:
             share[1::2] = np.clip(2.0 * share[1::2] - 0.5, 0.0, 1.0)
-        q = low + (high - low) * share
+        # Rounding must not carry a joint past its limit.
+        q = np.clip(low + (high - low) * share, low, high)
         inside = np.ones(len(q), dtype=bool)
         for name, margin in margins(chain, template, region, q, columns).items():
             refused[name] = refused.get(name, 0) + int((margin < 0).sum())
@@ -138,7 +129,7 @@ def draw(
 
 def margins(
     chain: Chain,
-    template: Observations,
+    template: Template,
     region: Region,
     q: Array,
     columns: Mapping[str, Array] | None = None,
@@ -147,13 +138,12 @@ def margins(
     ids = tuple(str(i) for i in range(len(q)))
     data = observed(template, q, ids, columns or {})
     out: dict[str, Array] = {}
-    c, obs = data.configurations, data.observations[0]
+    c = data.configurations
     table = build(chain, data).table
     builder = Builder(chain, table, c)
     x = table.values[None]
-    parts = builder.split(obs)
     if region.box is not None or region.floor is not None or region.pedestal is not None:
-        tip = chain.pose(c.joints, c.columns)[:, :3, 3]
+        tip = chain.pose(q, c.columns)[:, :3, 3]
         flange = _flange(chain, builder, len(q), x)
         points = np.stack([tip, flange])
         if region.box is not None:
@@ -166,10 +156,15 @@ def margins(
             away = np.linalg.norm(points[..., :2], axis=-1) - radius
             out["pedestal"] = np.maximum(away, points[..., 2] - height).min(axis=0)
     if region.needs_instrument:
-        if obs.frame is None:
+        framed = [o for o in data.observations if o.frame is not None]
+        if not framed:
             raise ModelError("without an instrument's frame nothing can be said of what it sees", key="frame")
-        seen = [builder.view(obs, t, index).pose(x, 0, len(index))[0][0] for t, index in parts]
-        out |= _sight(region, np.stack(seen))
+        for obs in framed:
+            for target, index in builder.split(obs):
+                seen = builder.view(obs, target, index).pose(x, 0, len(index))[0][0]
+                for name, margin in _sight(region, seen).items():
+                    # The worst row of a configuration decides.
+                    np.minimum.at(out.setdefault(name, np.full(len(q), np.inf)), obs.configuration[index], margin)
     return out
 
 
@@ -182,15 +177,15 @@ def _flange(chain: Chain, builder: Builder, count: int, x: Array) -> Array:
 
 
 def _sight(region: Region, pose: Array) -> dict[str, Array]:
-    """Of T_instrument_target (targets, m, 4, 4): the worst target decides."""
-    p = pose[..., :3, 3]
+    """Of T_instrument_target (k, 4, 4): how far inside each rule it is, (k,)."""
+    p = pose[:, :3, 3]
     away = np.maximum(np.linalg.norm(p, axis=-1), 1e-12)
     out = {}
     if region.distance is not None:
-        out["range"] = np.minimum(away - region.distance[0], region.distance[1] - away).min(axis=0)
+        out["range"] = np.minimum(away - region.distance[0], region.distance[1] - away)
     if region.cone is not None:
-        out["cone"] = region.cone - np.arccos(np.clip(p[..., 2] / away, -1, 1)).max(axis=0)
+        out["cone"] = region.cone - np.arccos(np.clip(p[:, 2] / away, -1, 1))
     if region.facing is not None:
-        toward = -np.sum(pose[..., :3, 2] * p, axis=-1) / away
-        out["facing"] = region.facing - np.arccos(np.clip(toward, -1, 1)).max(axis=0)
+        toward = -np.sum(pose[:, :3, 2] * p, axis=-1) / away
+        out["facing"] = region.facing - np.arccos(np.clip(toward, -1, 1))
     return out

@@ -18,14 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.candidates import observed
+from robocal.calibrate.candidates import Template, observed
 from robocal.errors import ModelError
 from robocal.estimate.criteria import information
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["Blocks", "blocks", "predicted", "seen_directions"]
+__all__ = ["Blocks", "blocks", "gathered", "predicted", "seen_directions", "within"]
 
 Array = NDArray[np.float64]
 DECIMETRE = 0.1
@@ -46,7 +46,7 @@ class Blocks:
 
 def blocks(
     model: Chain,
-    template: Observations,
+    template: Template,
     q: Array,
     tests: Array,
     *,
@@ -64,7 +64,7 @@ def blocks(
     done = 0 if measured is None else len(measured.configurations)
     new = observed(template, q, tuple(f"candidate {i}" for i in range(len(q))), columns)
     point = _point(template)
-    there = observed(point, tests, tuple(f"test {i}" for i in range(len(tests))), columns)
+    there = observed((point,), tests, tuple(f"test {i}" for i in range(len(tests))), columns)
     data = new + there if measured is None else measured + new + there
     made = build(model, data, values=values)
     if not made.n:
@@ -96,12 +96,17 @@ def blocks(
     )
 
 
-def _point(template: Observations) -> Observations:
-    """The measured point as a perfect tracker would see it, in the template's frame where that stands on the base."""
-    own = template.frame if template.frame is not None and template.frame.mount == "base" else None
-    held = [t for t in template.targets if t.mount == "tool"]
+def _point(template: Template) -> Observations:
+    """The measured points as a perfect tracker would see them, in the frame of the first instrument that stands on the
+    base."""
+    first = next((o for o in template if o.frame is not None and o.frame.mount == "base"), template[0])
+    own = first.frame if first.frame is not None and first.frame.mount == "base" else None
     frame = own or Frame(ALIGNED, free=(True,) * 6)
-    return Observations("position", np.zeros(1, dtype=np.int64), np.zeros((1, 3)), np.ones((1, 3)), frame, tuple(held))
+    held = tuple(t for t in first.targets if t.mount == "tool")
+    k = max(1, len(held))
+    each = np.arange(k) if held else None
+    zero = np.zeros(k, dtype=np.int64)
+    return Observations("position", zero, np.zeros((k, 3)), np.ones((k, 3)), frame, held, each)
 
 
 def _without(rows: Array, gauge: NDArray[np.bool_]) -> Array:
@@ -115,7 +120,7 @@ def _without(rows: Array, gauge: NDArray[np.bool_]) -> Array:
 def predicted(tests: Array, m: Array) -> Array:
     """Standard deviation (m, three axes together) of the predicted point at every test, sqrt(trace T M^-1 T^T), (t,)."""
     c = np.linalg.inv(m)
-    return np.sqrt(np.einsum("tdi,ij,tdj->t", tests, c, tests, optimize=True))
+    return np.asarray(np.sqrt(np.einsum("tdi,ij,tdj->t", tests, c, tests, optimize=True)))
 
 
 def seen_directions(b: Blocks, count: int) -> Array:

@@ -19,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.candidates import Region, draw, margins
+from robocal.calibrate.candidates import Region, Template, draw, margins
 from robocal.calibrate.design import Blocks, blocks, gathered, predicted, seen_directions, within
 from robocal.calibrate.route import short_path, travel
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion, criterion_of
-from robocal.estimate.selection import Design, greedy, select
+from robocal.estimate.selection import Design, greedy, limit, select
 from robocal.measure.base import kind_of
-from robocal.measure.data import DataSet, Observations
+from robocal.measure.data import DataSet
 
 __all__ = ["Forecast", "Plan", "PlanOptions", "plan"]
 
@@ -38,6 +38,7 @@ BEYOND = 15  # poses foretold beyond the design
 MOST = 60  # poses, when nobody says how many
 RANDOM = 12  # random sets to compare with
 DOUBTS = 6  # perturbed models
+LIMIT_ROUNDS = 80
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,8 @@ class Forecast:
 @dataclass(frozen=True)
 class Plan:
     """The chosen poses (count, n) in the order of their worth, and `path`, an order that is short to travel; forecast,
-    what is enough, mean errors at perturbed models, and the candidates and tests that it rests on."""
+    what is enough, mean errors at perturbed models, the value of the criterion that no set of this size exceeds (None
+    where that is not known), and the candidates and tests that it rests on."""
 
     q: Array
     names: tuple[str, ...]
@@ -93,18 +95,19 @@ class Plan:
     design: Design
     forecast: Forecast
     enough: int | None
+    limit: float | None
     doubts: Array
     candidates: Array
     tests: Array
     parameters: tuple[str, ...]
     criterion: str
-    template: Observations
+    template: Template
     measured: int
 
 
 def plan(
     model: Chain,
-    template: Observations,
+    template: Template,
     options: PlanOptions | None = None,
     *,
     listed: tuple[tuple[str, ...], Array] | None = None,
@@ -113,9 +116,12 @@ def plan(
     values: Mapping[str, float] | None = None,
     watch: Watch | None = None,
 ) -> Plan:
-    """Plans measurements with the template's instrument. `listed` are names and joint values (m, n) to choose from,
-    `tests` (t, n) poses to predict (default: others of the region); `measured` counts as done, `values` are parameters
-    to linearise at. Raises ModelError for what cannot be planned."""
+    """Plans measurements with the template's instruments (the rows of one configuration).
+
+    `listed` are names and joint values (m, n) to choose from, `tests` (t, n) poses to predict (default: others of the
+    region); `measured` counts as done, `values` are parameters to linearise at. Raises ModelError for what cannot be
+    planned.
+    """
     options = options or PlanOptions()
     _plannable(template, listed is not None)
     rng = np.random.default_rng(options.seed)
@@ -129,7 +135,9 @@ def plan(
     else:
         names, q = listed
         if options.region != Region():
-            inside = np.min([np.asarray(v) for v in margins(at, template, options.region, q, columns).values()], axis=0) >= 0
+            inside = (
+                np.min([np.asarray(v) for v in margins(at, template, options.region, q, columns).values()], axis=0) >= 0
+            )
             names, q = tuple(n for n, i in zip(names, inside, strict=True) if i), q[inside]
     if tests is None:
         tests = draw(at, template, options.task or options.region, options.tests, rng, columns=columns)
@@ -141,30 +149,36 @@ def plan(
     forecast = _forecast(b, ranked, _further(posed, criterion, ranked), rng)
     enough = (path_to or forecast).enough(options.worth, options.accuracy)
     if watch:
+        watch({"stage": "asking how good it could be"})
+    best = limit(posed.candidates, count, criterion, posed.known, rounds=LIMIT_ROUNDS)
+    if watch:
         watch({"stage": "trying perturbed models"})
     doubts = _doubts(model, template, q[ranked], tests, measured, values, columns, rng)
     middle = np.linalg.norm(q[ranked] - q.mean(axis=0), axis=1)
     path = short_path(travel(model, q[ranked]), int(np.argmin(middle)))
     return Plan(
         q[ranked], tuple(names[i] for i in ranked), path, Design(ranked, design.value, design.start, design.start_value, design.exchanges),
-        forecast, enough, doubts, q, tests, b.names, options.criterion, template,
+        forecast, enough, best, doubts, q, tests, b.names, options.criterion, template,
         0 if measured is None else len(measured.configurations),
     )  # fmt: skip
 
 
-def _plannable(template: Observations, listed: bool) -> None:
-    if template.second is not None:
-        raise ModelError(
-            "this kind compares two configurations, which cannot be planned in pairs",
-            found=template.kind,
-            expected="a plan for positions: the same poses serve",
-        )
-    if kind_of(template).contact and not listed:
-        raise ModelError(
-            "the machine has to touch something, so poses cannot be drawn",
-            found=template.kind,
-            expected="a list of poses that touch it (--candidates)",
-        )
+def _plannable(template: Template, listed: bool) -> None:
+    for obs in template:
+        if obs.second is not None:
+            raise ModelError("this kind compares two configurations, and poses are planned one by one", found=obs.kind)
+        if kind_of(obs).contact and not listed:
+            raise ModelError(
+                "the machine has to touch something, so poses cannot be drawn",
+                found=obs.kind,
+                expected="a list of poses that touch it (--candidates)",
+            )
+        if kind_of(obs).contact and len(template) > 1:
+            raise ModelError(
+                "a pose touches one place, so one place is planned for at a time",
+                found=", ".join(o.label for o in template),
+                expected="one place",
+            )
 
 
 def _posed(b: Blocks, name: str, count: int) -> tuple[Criterion, Blocks]:
@@ -207,14 +221,12 @@ def _forecast(b: Blocks, ranked: Ints, further: list[int], rng: np.random.Genera
         sets = [rng.permutation(len(b.candidates))[: len(order)] for _ in range(RANDOM)]
         every = [[predicted(b.tests, gathered(b, list(s[:k]))).mean() for k in range(len(order) + 1)] for s in sets]
         at_random = np.median(every, axis=0)
-    return Forecast(
-        np.arange(len(error)), error.mean(axis=1), np.quantile(error, 0.95, axis=1), np.asarray(at_random)
-    )
+    return Forecast(np.arange(len(error)), error.mean(axis=1), np.quantile(error, 0.95, axis=1), np.asarray(at_random))
 
 
 def _doubts(
     model: Chain,
-    template: Observations,
+    template: Template,
     q: Array,
     tests: Array,
     measured: DataSet | None,
@@ -228,8 +240,6 @@ def _doubts(
     here = {p.name: (values or {}).get(p.name, p.value) for p in geometric}
     for _ in range(DOUBTS):
         moved = {p.name: here[p.name] + p.scale * rng.standard_normal() for p in geometric}
-        b = blocks(
-            model, template, q, tests, measured=measured, values={**(values or {}), **moved}, columns=columns
-        )
+        b = blocks(model, template, q, tests, measured=measured, values={**(values or {}), **moved}, columns=columns)
         out.append(predicted(b.tests, gathered(b, list(range(len(q))))).mean())
     return np.array(out)

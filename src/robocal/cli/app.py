@@ -15,6 +15,7 @@ from robocal.cli.verbs.finding import check, demo, identify, validate
 from robocal.cli.verbs.handing import compensate, export, report
 from robocal.cli.verbs.making import new, simulate
 from robocal.cli.verbs.trusting import predict
+from robocal.cli.verbs.planning import plan
 
 __all__ = ["build"]
 
@@ -51,6 +52,7 @@ def build() -> typer.Typer:
 VERBS: dict[Callable[..., Any], str] = {
     demo: "Watch three arms being calibrated.",
     new: "Write files to start from.",
+    plan: "Choose which poses to measure, and how many.",
     check: "Say what files contain and what they can tell.",
     identify: "Identify true parameters, and prove the gain.",
     predict: "Where the tool is, with 95 % bands.",

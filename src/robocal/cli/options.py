@@ -188,7 +188,10 @@ Poses = Annotated[
     ),
 ]
 At = Annotated[
-    str | None, _option("--at", metavar="FILE", text="Take the joint values of this data file instead of drawing them.")
+    str | None,
+    _option(
+        "--at", metavar="FILE", text="Take the joint values of this data file or list of poses instead of drawing them."
+    ),
 ]
 Noise = Annotated[
     float | None,

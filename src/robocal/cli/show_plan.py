@@ -32,7 +32,13 @@ def show_plan(terminal: Terminal, made: Planned, robot: str) -> None:
     if found["measured_before"]:
         terminal.show(Text(f"{found['measured_before']} poses were measured before and count", style="dim"))
     made_table = table(
-        "poses", "mean", "95 %", "random", "last pose", right=(0, 1, 2, 3, 4), title="Foretold error [mm] at other poses"
+        "poses",
+        "mean",
+        "95 %",
+        "random",
+        "last pose",
+        right=(0, 1, 2, 3, 4),
+        title="Foretold error [mm] at other poses",
     )
     for row in found["forecast"]:
         k = row["poses"]
@@ -43,6 +49,10 @@ def show_plan(terminal: Terminal, made: Planned, robot: str) -> None:
     terminal.show(Text(""), made_table)
     low, high = min(found["perturbed_models_mm"]), max(found["perturbed_models_mm"])
     terminal.show(Text(f"at models that are off as far as expected: {figure(low)} to {figure(high)} mm", style="dim"))
+    value, limit = found["selection"]["value"], found["selection"]["limit"]
+    if found["criterion"] == "I" and limit:
+        more = 100 * ((value / limit) ** 0.5 - 1)
+        terminal.show(Text(f"no {n} of these candidates are better by more than {figure(more, 2)} %", style="dim"))
     enough = found["enough"]
     if found["asked_accuracy_mm"] is not None:
         words = f"{enough} poses reach {figure(found['asked_accuracy_mm'])} mm" if enough else ""

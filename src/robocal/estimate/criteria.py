@@ -49,6 +49,10 @@ class Criterion(ABC):
     def value(self, m: Array) -> Array:
         """The criterion of information matrices (..., n, n) -> (...)."""
 
+    def slope(self, m: Array) -> Array | None:
+        """F (n, q) with F F^T the derivative by M of a criterion that is concave; None where nobody has derived it."""
+        return None
+
     @abstractmethod
     def bound(self, m: Array, blocks: Array, sign: float) -> Array:
         """No less than value(m + sign A^T A) of every block A: m (n, n), blocks (k, d, n) -> (k,)."""
@@ -70,6 +74,9 @@ class Determinant(Criterion):
         sign, log = np.linalg.slogdet(m)
         return np.where(sign > 0, log, -np.inf)
 
+    def slope(self, m: Array) -> Array:
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(m)).T)
+
     def bound(self, m: Array, blocks: Array, sign: float) -> Array:
         _, s = _lemma(m, blocks, sign)
         return self.value(m) + self.value(s)
@@ -82,16 +89,20 @@ class Variance(Criterion):
 
     def __init__(self, wanted: Array) -> None:
         # Only F^T F counts, so n rows are enough.
-        self.wanted = np.linalg.qr(wanted, mode="r") if len(wanted) > wanted.shape[1] else wanted
+        self.wanted = np.asarray(np.linalg.qr(wanted, mode="r")) if len(wanted) > wanted.shape[1] else wanted
 
     def value(self, m: Array) -> Array:
         return -np.asarray(np.einsum("qi,...ij,qj->...", self.wanted, np.linalg.inv(m), self.wanted, optimize=True))
+
+    def slope(self, m: Array) -> Array:
+        return np.asarray(np.linalg.solve(m, self.wanted.T))
 
     def bound(self, m: Array, blocks: Array, sign: float) -> Array:
         w, s = _lemma(m, blocks, sign)
         k, d, n = w.shape
         g = (w.reshape(k * d, n) @ self.wanted.T).reshape(k, d, -1)
-        return self.value(m) + sign * np.trace(np.linalg.solve(s, g @ np.swapaxes(g, 1, 2)), axis1=1, axis2=2)
+        less = np.trace(np.linalg.solve(s, g @ np.swapaxes(g, 1, 2)), axis1=1, axis2=2)
+        return np.asarray(self.value(m) + sign * less)
 
 
 class Largest(Criterion):
@@ -108,7 +119,7 @@ class Largest(Criterion):
         return np.asarray(square.reshape(*m.shape[:-2], t, d).sum(axis=-1))
 
     def value(self, m: Array) -> Array:
-        return -self._variance(m).max(axis=-1)
+        return np.asarray(-self._variance(m).max(axis=-1))
 
     def bound(self, m: Array, blocks: Array, sign: float) -> Array:
         w, s = _lemma(m, blocks, sign)

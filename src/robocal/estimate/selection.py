@@ -6,10 +6,17 @@ Greedy: add the best of all candidates, one at a time. Then exchange: excursions
 k away again, or the other way round (DETMAX), and single swaps of every member for the best candidate (Fedorov). Only
 a better set is accepted, so the result is never worse than the greedy start, and no single swap improves it.
 
+How good could it be? A concave criterion phi lies below its tangents, so with any M* and any `count` candidates
+
+    phi(M) <= phi(M*) + tr Phi'(M*) (M0 - M*) + count max_i tr A_i Phi'(M*) A_i^T
+
+`limit` takes M* from the best weights on all candidates, found by multiplying each with its share of the slope.
+
 Vectors only: parameters that nobody wants to know (frames, targets) are columns like the others, M0 holds 1 / expected^2
 of each column, so that a small set is never singular, and the information of what was measured before. References:
 Fedorov, Theory of optimal experiments (1972); Mitchell, An algorithm for the construction of D-optimal experimental
-designs (Technometrics, 1974).
+designs (Technometrics, 1974); Silvey, Titterington and
+Torsney, An algorithm for optimal designs on a finite design space (1978) for the weights.
 """
 
 from __future__ import annotations
@@ -23,7 +30,7 @@ from numpy.typing import NDArray
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion, information
 
-__all__ = ["Design", "exchange", "greedy", "select"]
+__all__ = ["Design", "exchange", "greedy", "limit", "select"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -128,8 +135,27 @@ def exchange(
     improved = True
     while improved:
         # A swap takes away its own member only, so the others of this round are still there.
-        improved = any([better(search.swap(best, member)) for member in list(best)])
+        improved = sum(better(search.swap(best, member)) for member in list(best)) > 0
     return best, accepted
+
+
+def limit(blocks: Array, count: int, criterion: Criterion, known: Array, *, rounds: int = 150) -> float | None:
+    """No `count` of the candidates have a larger value than this; None for a criterion whose slope is not known."""
+    m, d, n = blocks.shape
+    flat = blocks.reshape(m * d, n)
+    weight = np.full(m, count / m)
+    best = np.inf
+    for _ in range(rounds):
+        total = known + flat.T @ (flat * np.repeat(weight, d)[:, None])
+        slope = criterion.slope(total)
+        if slope is None:
+            return None
+        gain = np.sum((flat @ slope).reshape(m, -1) ** 2, axis=1)
+        missing = count * float(gain.max()) - float(weight @ gain)
+        best = min(best, float(criterion.value(total)) + missing)
+        weight *= np.sqrt(gain)
+        weight *= count / weight.sum()
+    return best
 
 
 @dataclass(frozen=True)

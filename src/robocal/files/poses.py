@@ -55,7 +55,7 @@ def poses_text(chain: Chain, names: Sequence[str], q: Array, rank: Sequence[int]
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["id", *(f"{j.name} [{u.name}]" for j, u in zip(chain.joints, shown, strict=True)), "rank"])
     for name, row, place in zip(names, q, rank, strict=True):
-        # A millionth of a degree is finer than any controller.
-        cells = (number(round(float(u.from_si(v)), 6)) for u, v in zip(shown, row, strict=True))
+        # Finer than any controller, in degrees or in radians.
+        cells = (number(round(float(u.from_si(v)), 9)) for u, v in zip(shown, row, strict=True))
         writer.writerow([name, *cells, str(place)])
     return stream.getvalue()

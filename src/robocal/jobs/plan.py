@@ -12,32 +12,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.candidates import Region
-from robocal.calibrate.fit import fit
-from robocal.calibrate.identification import Options
-from robocal.calibrate.identify import baseline
+from robocal.calibrate.candidates import Region, Template, observed
 from robocal.calibrate.plan import Plan, PlanOptions, plan
 from robocal.calibrate.route import length, travel
-from robocal.errors import ModelError, nearest
-from robocal.estimate.criteria import CRITERIA
+from robocal.errors import ModelError
 from robocal.files.dataset import InputFile
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.poses import poses_text, read_poses
 from robocal.files.robot import Robot
 from robocal.files.text import write_files
-from robocal.jobs.inputs import Inputs, Watch, computable, open_arm, read_inputs, robot_files
+from robocal.jobs.inputs import Watch, computable, open_arm, read_inputs, robot_files
+from robocal.jobs.instruments import known, template
 from robocal.jobs.plain import plain
-from robocal.jobs.simulate import parse_frame, refuse_existing
-from robocal.measure.data import Configurations, DataSet, Frame, Observations
-from robocal.parameters import FRAME_SYMBOLS
+from robocal.jobs.simulate import refuse_existing
+from robocal.measure.data import DataSet
 from robocal.report.plan import plan_page
 
 __all__ = ["Planned", "plan_poses"]
 
 Array = NDArray[np.float64]
 FILES = ("poses.csv", "data.yaml", "data.csv", "plan.json", "plan.html")
-# What `--kind` alone can describe: numbers per axis and their usual noise (m, rad).
-PLAIN = {"position": (1e-4,) * 3, "pose": (1e-4,) * 3 + (2e-4,) * 3}
 
 
 @dataclass(frozen=True)
@@ -47,6 +41,7 @@ class Planned:
     robot: Robot
     plan: Plan
     options: PlanOptions
+    template: Template  # with the sigma that is stated
     inputs: tuple[InputFile, ...]
     warnings: tuple[str, ...]
     written: tuple[Path, ...] = ()
@@ -60,8 +55,8 @@ class Planned:
         found: dict[str, Any] = plain(
             {
                 "robot": self.robot.chain.name,
-                "kind": p.template.kind,
-                "instrument": p.template.label,
+                "kind": p.template[0].kind,
+                "instruments": [o.label for o in p.template],
                 "criterion": p.criterion,
                 "poses": n,
                 "measured_before": p.measured,
@@ -79,7 +74,9 @@ class Planned:
                     for i, (k, a, b, r) in enumerate(zip(f.count, f.mean, f.p95, f.random, strict=True))
                 ],
                 "perturbed_models_mm": (p.doubts * 1e3).tolist(),
-                "selection": {"greedy": p.design.start_value, "value": p.design.value, "exchanges": p.design.exchanges},
+                "selection": {
+                    "greedy": p.design.start_value, "value": p.design.value, "exchanges": p.design.exchanges, "limit": p.limit,
+                },
                 "travel_rad": {"by_rank": length(distance, np.arange(n)), "path": length(distance, p.path)},
                 "program": [
                     {"id": f"p{i + 1:0{len(str(n))}d}", "rank": int(k) + 1, "candidate": p.names[k], "joints_si": p.q[k]}
@@ -121,9 +118,6 @@ def plan_poses(
     watch: Watch | None = None,
 ) -> Planned:
     """Plans and, given a folder, writes; lengths and angles are in the robot file's units. Raises InputError."""
-    if criterion not in CRITERIA:
-        known = ", ".join(CRITERIA)
-        raise ModelError("unknown criterion", key="--criterion", found=criterion, expected=known, suggestion=nearest(criterion, CRITERIA))  # fmt: skip
     arm = open_arm(robot, base=base, tip=tip)
     size, turn = arm.units.length, arm.units.angle
     if noise is not None:
@@ -135,7 +129,10 @@ def plan_poses(
     given = read_inputs(robot, [data], base=base, tip=tip, watch=watch) if data else None
     for more in (done, given):
         if more is not None:
-            warnings, files = tuple(dict.fromkeys((*warnings, *more.warnings))), tuple(dict.fromkeys((*files, *more.files)))
+            warnings, files = (
+                tuple(dict.fromkeys((*warnings, *more.warnings))),
+                tuple(dict.fromkeys((*files, *more.files))),
+            )
     region = Region(
         _box("--box", box, size.to_si),
         None if floor is None else size.to_si(_finite("--floor", floor)),
@@ -145,8 +142,8 @@ def plan_poses(
         None if facing is None else turn.to_si(_positive("--facing", facing)),
     )
     with computable(robot, *after):
-        template = _template(arm, done, given, kind, noise, frame)
-        template, measured, values = _known(arm, template, done, given, watch)
+        stated = template(arm, done, given, kind, noise, frame)
+        at_work, measured, values = known(arm, stated, done, given, watch)
     if region.needs_instrument and done is None and given is None and frame == "auto":
         raise ModelError(
             "it is not known where the instrument stands", key="--frame", found=frame,
@@ -166,80 +163,24 @@ def plan_poses(
     )  # fmt: skip
     with computable(robot, *after):
         found = plan(
-            chain, template, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
+            chain, at_work, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
         )
     if wanted is not None and found.enough is None:
         best = found.forecast.mean[-1] * 1e3
-        warnings = (*warnings, f"the accuracy asked for is not reached: {best:.3g} mm after {found.forecast.count[-1]} poses")
-    if measured is None and noise is None and template.sigma is None:
-        warnings = (*warnings, "no sigma is stated: 0.1 mm per axis was assumed")
-    made = Planned(arm, found, options, files, warnings)
+        warnings = (
+            *warnings,
+            f"the accuracy asked for is not reached: {best:.3g} mm after {found.forecast.count[-1]} poses",
+        )
+    if any(o.sigma is None for o in at_work):
+        warnings = (*warnings, "no sigma is stated: 0.1 mm and 0.1 mrad per axis were assumed")
+    made = Planned(arm, found, options, stated, files, warnings)
     if output is None:
         return made
     texts, said = _texts(made)
     made = replace(made, warnings=(*warnings, *said))
     texts["plan.json"] = json.dumps(made.document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    texts["plan.html"] = plan_page(made.document, _points(made))
+    texts["plan.html"] = plan_page(made.document, {k: v.tolist() for k, v in _points(made).items()})
     return replace(made, written=write_files(output, texts))
-
-
-def _template(
-    arm: Robot, done: Inputs | None, given: Inputs | None, kind: str, noise: float | None, frame: str
-) -> Observations:
-    """The instrument to plan for: of the data file, else of what was measured before, else by its kind."""
-    source = given or done
-    if source is not None:
-        first = source.data.observations[0]
-        if given is not None and len({o.label for o in source.data.observations}) > 1:
-            raise ModelError("one instrument is planned for at a time", found=", ".join(o.label for o in source.data.observations))
-        if noise is not None:
-            angles = np.ones(first.value.shape[-1]) * noise
-            angles[3:] = PLAIN["pose"][3]
-            return replace(first, sigma=np.tile(angles, (len(first), 1)))
-        if first.sigma is not None:
-            # What one row says is typical of all.
-            return replace(first, sigma=np.tile(np.median(first.sigma, axis=0), (len(first), 1)))
-        return first
-    if kind not in PLAIN:
-        raise ModelError(
-            "this kind needs a data file that describes it", key="--kind", found=kind,
-            expected=f"{', '.join(PLAIN)}, or DATA", suggestion=nearest(kind, PLAIN),
-        )  # fmt: skip
-    sigma = np.array(PLAIN[kind])
-    if noise is not None:
-        sigma[:3] = noise
-    place = parse_frame(frame, arm)
-    stands = Frame("instrument", place, (True,) * 6, expected=(10.0, 3.0)) if place is not None else Frame("world")
-    return Observations(kind, np.zeros(1, dtype=np.int64), np.zeros((1, len(sigma))), sigma[None], stands)
-
-
-def _known(
-    arm: Robot, template: Observations, done: Inputs | None, given: Inputs | None, watch: Watch | None
-) -> tuple[Observations, DataSet | None, dict[str, float] | None]:
-    """What was measured with the noise that it showed, and the values of parameters and frames that were fitted to
-    it."""
-    if done is not None:
-        everyone = np.arange(len(done.data.configurations))
-        problem, x = baseline(arm.chain, done.data, everyone, watch)
-        fitted = fit(arm.chain, done.data, everyone, Options(), x, watch)
-        names = fitted.problem.table.names
-        values = {n: float(v) for n, v in zip(names, fitted.solution.x[0], strict=False)}
-        same = next((o for o in fitted.data.observations if o.kind == template.kind and _name(o) == _name(template)), None)
-        if same is not None and same.sigma is not None:
-            # Of one instrument the noise is what the fit left, not what the file states.
-            usual = np.median(same.sigma, axis=0)
-            template = replace(template, frame=same.frame, sigma=np.tile(usual, (len(template), 1)))
-        return template, fitted.data, values
-    if given is not None:
-        everyone = np.arange(len(given.data.configurations))
-        problem, x = baseline(arm.chain, given.data, everyone, watch)
-        frames = {n for f in (template.frame, *template.targets) if f for n in (f"{f.name}.{s}" for s in FRAME_SYMBOLS)}
-        return template, None, {n: float(v) for n, v in zip(problem.table.names, x[0], strict=False) if n in frames}
-    return template, None, None
-
-
-def _name(obs: Observations) -> str:
-    return "" if obs.frame is None else obs.frame.name
 
 
 def _texts(made: Planned) -> tuple[dict[str, str], tuple[str, ...]]:
@@ -248,27 +189,21 @@ def _texts(made: Planned) -> tuple[dict[str, str], tuple[str, ...]]:
     n = len(p.q)
     names = tuple(f"p{i + 1:0{len(str(n))}d}" for i in range(n))
     q = p.q[p.path]
-    texts = {"poses.csv": poses_text(chain, names, q, [int(k) + 1 for k in p.path], units)}
-    old = p.template
-    each = max(1, len(old.targets))
-    at = np.repeat(np.arange(n), each)
-    frame = old.frame
-    if frame is not None and all(frame.free):
-        frame = replace(frame, value=(0.0,) * 6)
-    pick = np.zeros(n * each, dtype=np.int64)
-    obs = replace(
-        old, configuration=at, value=np.full((n * each, old.value.shape[-1]), np.nan),
-        sigma=None if old.sigma is None or p.measured else old.sigma[pick], frame=frame,
-        target=np.tile(np.arange(each), n) if old.targets else None,
-        extra={k: v[pick] for k, v in old.extra.items()}, rows=None,
-    )  # fmt: skip
+    program = poses_text(chain, names, q, [int(k) + 1 for k in p.path], units)
+    blank = observed(made.template, q, names, {})
+    unknown = []
+    for obs in blank.observations:
+        frame = obs.frame
+        if frame is not None and all(frame.free):
+            frame = replace(frame, value=(0.0,) * 6)
+        unknown.append(replace(obs, value=np.full_like(obs.value, np.nan), frame=frame))
     try:
-        table = table_text(DataSet(Configurations(names, q), (obs,)), chain, units)
-        texts["data.csv"] = "\n".join(",".join("" if c == ".nan" else c for c in r.split(",")) for r in table.split("\n"))
-        texts["data.yaml"] = data_text(obs, chain, "data.csv", units)
+        data = DataSet(blank.configurations, tuple(unknown))
+        table, said = table_text(data, chain, units), data_text(data, chain, "data.csv", units)
     except ModelError as error:
-        return {"poses.csv": texts["poses.csv"]}, (f"no data file was written: {error.message} ({error.found})",)
-    return texts, ()
+        return {"poses.csv": program}, (f"no data file was written: {error.message} ({error.found})",)
+    empty = "\n".join(",".join("" if c == ".nan" else c for c in r.split(",")) for r in table.split("\n"))
+    return {"poses.csv": program, "data.csv": empty, "data.yaml": said}, ()
 
 
 def _points(made: Planned) -> dict[str, Array]:
@@ -315,11 +250,15 @@ def _pair(option: str, text: str | None, to_si: Any) -> tuple[float, float] | No
     return float(to_si(a)), float(to_si(b))
 
 
-def _box(option: str, text: str | None, to_si: Any) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
+def _box(
+    option: str, text: str | None, to_si: Any
+) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
     if text is None:
         return None
     v = [float(to_si(x)) for x in _numbers(option, text, 6, "x0,y0,z0,x1,y1,z1")]
     low, high = (v[0], v[1], v[2]), (v[3], v[4], v[5])
     if not all(a < b for a, b in zip(low, high, strict=True)):
-        raise ModelError("an empty box", key=option, found=text, expected="x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1, z0 < z1")
+        raise ModelError(
+            "an empty box", key=option, found=text, expected="x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1, z0 < z1"
+        )
     return low, high

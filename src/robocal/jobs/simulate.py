@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.errors import FileError, ModelError, nearest
-from robocal.files.dataset import read_dataset
 from robocal.files.datawrite import data_text, table_text
+from robocal.files.poses import read_poses
 from robocal.files.robot import Robot, describe, parse_robot, render_robot
 from robocal.files.text import Source, write_files
 from robocal.jobs.hiding import hidden
@@ -197,7 +197,7 @@ def simulate(
     if at is None:
         q = sample_joints(arm.chain, poses, streams[1])
     else:
-        q = np.asarray(read_dataset(at, arm.chain).dataset.configurations.joints)
+        _, q, _ = read_poses(at, arm.chain)
     if watch:
         watch({"stage": "simulating"})
     data = measure(truth, q, instrument, streams[2])

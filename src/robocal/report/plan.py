@@ -41,7 +41,9 @@ def plan_page(document: Mapping[str, object], places: Mapping[str, Points]) -> s
     body = [
         '<p class="eyebrow">robocal plan</p>',
         f"<h1>{name}</h1>",
-        '<dl class="facts">' + "".join(f"<div><dt>{escape(k)}</dt><dd>{escape(v)}</dd></div>" for k, v in facts) + "</dl>",
+        '<dl class="facts">'
+        + "".join(f"<div><dt>{escape(k)}</dt><dd>{escape(v)}</dd></div>" for k, v in facts)
+        + "</dl>",
         f'<section class="verdict"><p class="lead">{escape(said)}</p><p>{escape(judged)}</p></section>',
         _warnings(entries(document.get("warnings"))),
         "<h2>How many poses</h2>",
@@ -71,7 +73,11 @@ def _mm(data: Mapping[str, object], key: str) -> str:
 
 
 def _figure(picture: str, caption: str) -> str:
-    return f'<figure><div class="scroll">{picture}</div><figcaption>{escape(caption)}</figcaption></figure>' if picture else ""
+    return (
+        f'<figure><div class="scroll">{picture}</div><figcaption>{escape(caption)}</figcaption></figure>'
+        if picture
+        else ""
+    )
 
 
 def _warnings(found: Sequence[object]) -> str:
@@ -96,7 +102,10 @@ def accuracy_picture(document: Mapping[str, object]) -> str:
     at = [finite(r.get("poses")) or 0.0 for r in shown]
     left, right, bottom, top = 56.0, 922.0, 300.0, 34.0
     x, y = Scale(0.0, at[-1] * 1.04, left, right), Scale(*around, bottom, top, log=True)
-    parts = [bottom_axis(x, bottom, top, "poses measured"), left_axis(y, left, right, "foretold error, mm, logarithmic")]
+    parts = [
+        bottom_axis(x, bottom, top, "poses measured"),
+        left_axis(y, left, right, "foretold error, mm, logarithmic"),
+    ]
     for key, cls in (("random", "curve random"), ("p95", "curve p95"), ("mean", "curve")):
         known = [(x(a), y(v)) for a, v in zip(at, curves[key], strict=True) if v is not None]
         parts.append(path("".join(f"{'L' if i else 'M'}{num(u)} {num(v)}" for i, (u, v) in enumerate(known)), cls))
@@ -108,9 +117,15 @@ def accuracy_picture(document: Mapping[str, object]) -> str:
         parts += [line(x(n), bottom, x(n), y(here), "axis"), points([x(n)], [y(here)], "held")]
         parts.append(label(x(n) + 8, y(here) - 10, f"{n:.0f} poses: {significant(here)} mm", "strong"))
     if asked is not None and around[0] <= asked <= around[1]:
-        parts += [line(left, y(asked), right, y(asked), "mean held"), label(right, y(asked) - 6, "asked for", "name", "end")]
-    said = f"Foretold mean error falls from {significant(curves['mean'][0])} mm after {at[0]:.0f} poses to {significant(curves['mean'][-1])} mm after {at[-1]:.0f}."
-    return drawing(940, 345, parts, title="Foretold error against the number of poses", text=said, key="forecast", cls="wide")
+        parts += [
+            line(left, y(asked), right, y(asked), "mean held"),
+            label(right, y(asked) - 6, "asked for", "name", "end"),
+        ]
+    first, last = (f"{significant(curves['mean'][i])} mm after {at[i]:.0f} poses" for i in (0, -1))
+    said = f"Foretold mean error falls from {first} to {last}."
+    return drawing(
+        940, 345, parts, title="Foretold error against the number of poses", text=said, key="forecast", cls="wide"
+    )
 
 
 def _table(document: Mapping[str, object]) -> str:
@@ -120,10 +135,13 @@ def _table(document: Mapping[str, object]) -> str:
         k = finite(r.get("poses")) or 0.0
         if k < 1 or (k % 5 and k != n):
             continue
-        cells = "".join(f'<td class="n">{significant(r.get(c))}</td>' for c in ("mean_mm", "p95_mm", "random_mm", "gain_mm"))
+        cells = "".join(
+            f'<td class="n">{significant(r.get(c))}</td>' for c in ("mean_mm", "p95_mm", "random_mm", "gain_mm")
+        )
         out.append(f'<tr{" class=count" if k == n else ""}><th class="n">{k:.0f}</th>{cells}</tr>')
     head = "".join(
-        f'<th class="n">{h}</th>' for h in ("poses", "mean, mm", "95 %, mm", "random poses, mm", "gain of the last pose, mm")
+        f'<th class="n">{h}</th>'
+        for h in ("poses", "mean, mm", "95 %, mm", "random poses, mm", "gain of the last pose, mm")
     )
     return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(out)}</tbody></table>" if out else ""
 
@@ -142,7 +160,9 @@ def place_pictures(places: Mapping[str, Points]) -> list[tuple[str, str]]:
         x = Scale((middle[0] - half) * 1e3, (middle[0] + half) * 1e3, 52, 452)
         y = Scale((middle[1] - half) * 1e3, (middle[1] + half) * 1e3, 434, 34)
         parts = [bottom_axis(x, 434, 34, f"{'xyz'[i]}, mm"), left_axis(y, 52, 452, f"{'xyz'[j]}, mm")]
-        dots = "".join(f"M{num(x(p[i] * 1e3) - 1)} {num(y(p[j] * 1e3) - 1)}h2v2h-2z" for p in places.get("candidates", ()))
+        dots = "".join(
+            f"M{num(x(p[i] * 1e3) - 1)} {num(y(p[j] * 1e3) - 1)}h2v2h-2z" for p in places.get("candidates", ())
+        )
         parts.append(path(dots, "seen"))
         chosen = places.get("chosen", ())
         parts.append(points([x(p[i] * 1e3) for p in chosen], [y(p[j] * 1e3) for p in chosen], "after"))

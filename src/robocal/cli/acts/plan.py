@@ -11,13 +11,14 @@ from robocal.cli.terminal import Terminal
 __all__ = ["plan"]
 
 
-def plan(*, robot: str, output: str | None, json: bool, **options: Any) -> int:
+def plan(*, robot: str, output: str | None, task_box: str | None, json: bool, **options: Any) -> int:
     """plan: joint program and data file in a folder."""
     terminal = Terminal(json=json)
     with terminal.watching() as watch:
         from robocal.jobs.plan import plan_poses
 
-        made = plan_poses(robot, output=None if output is None else Path(output), watch=watch, **options)
+        folder = None if output is None else Path(output)
+        made = plan_poses(robot, output=folder, task=task_box, watch=watch, **options)
     from robocal.cli.show_plan import show_plan
 
     terminal.document(made.document)
