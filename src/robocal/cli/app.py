@@ -14,8 +14,8 @@ import typer
 from robocal.cli.verbs.finding import check, demo, identify, validate
 from robocal.cli.verbs.handing import compensate, export, report
 from robocal.cli.verbs.making import new, simulate
-from robocal.cli.verbs.trusting import predict
 from robocal.cli.verbs.planning import plan
+from robocal.cli.verbs.trusting import predict
 
 __all__ = ["build"]
 
