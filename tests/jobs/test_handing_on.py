@@ -18,9 +18,10 @@ from robocal.files.run import RESIDUAL_COLUMNS
 from robocal.files.text import Source
 from robocal.files.urdf import read_urdf
 from robocal.jobs.examples import example_folder
-from robocal.jobs.export import export, joint_offsets, parameter_table
+from robocal.jobs.export import export, parameter_table
 from robocal.jobs.identify import Choices, identify
 from robocal.jobs.inputs import open_arm
+from robocal.jobs.offsets import joint_offsets
 from robocal.jobs.plain import plain
 from robocal.jobs.report import read_residuals
 from robocal.jobs.simulate import Errors, sample_joints, simulate, true_chain

@@ -152,7 +152,16 @@ Distances = Annotated[
 Form = Annotated[
     str,
     typer.Option(
-        "--format", metavar="FORMAT", help="yaml, urdf, csv or markdown (the parameter table), offsets (of the joints)."
+        "--format",
+        metavar="FORMAT",
+        help="yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: "
+        "offsets (CSV), ros (parameters), xacro (properties).",
+    ),
+]
+Into = Annotated[
+    str | None,
+    _option(
+        "--into", metavar="URDF", text="With --format urdf: this URDF with calibrated origins, else byte for byte."
     ),
 ]
 Nominal = Annotated[

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from robocal.arms.chain import Chain
-from robocal.arms.conventions import convention_of, default_free, rows
+from robocal.arms.conventions import convention_of, rows
+from robocal.arms.denavit import to_denavit
 from robocal.errors import FileError, ModelError, nearest
 from robocal.files.robot import Robot, describe
-from robocal.files.rows import leaves, same
+from robocal.files.rows import leaves
 from robocal.files.text import write_text
 from robocal.files.units import UNITS, Units, number
 from robocal.jobs.inputs import open_arm
-from robocal.jobs.reference import nominal_chain, run_result
+from robocal.jobs.offsets import OFFSETS, offset_text
+from robocal.jobs.urdf_into import urdf_into
 from robocal.jobs.urdf_text import urdf_text
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["FORMATS", "Exported", "export", "joint_offsets"]
+__all__ = ["FORMATS", "Exported", "export", "parameter_table"]
 
-FORMATS = ("yaml", "urdf", "csv", "markdown", "offsets")
+FORMATS = ("yaml", "urdf", "dh", "csv", "markdown", *OFFSETS)
 
 
 @dataclass(frozen=True)
@@ -41,27 +41,36 @@ def export(
     form: str = "yaml",
     output: Path | None = None,
     nominal: str | None = None,
+    into: str | None = None,
     force: bool = False,
     base: str | None = None,
     tip: str | None = None,
 ) -> Exported:
-    """The robot (a file, a catalogue name or a run folder) in another form. Raises InputError, also for a form that
-    cannot hold it."""
+    """The robot (a file, a catalogue name or a run folder) in another form; `into` is a URDF whose origins are to say
+    it. Raises InputError, also for a form that cannot hold it."""
     if form not in FORMATS:
         raise ModelError(
             "unknown format", key="--format", found=form, expected=", ".join(FORMATS), suggestion=nearest(form, FORMATS)
         )
-    arm = open_arm(robot, base=base, tip=tip)
+    if into is not None and form != "urdf":
+        raise ModelError("only a URDF can be written into", key="--into", found=form, expected="--format urdf")
+    ours = into is None
+    arm = open_arm(robot, base=base if ours else None, tip=tip if ours else None)
     notes: tuple[str, ...] = ()
     told = tuple(w for w in arm.warnings if "run folder" in w or "result.json" in w)
     if form == "yaml":
         text = arm.text if arm.format == "yaml" else describe(arm.chain, Units(UNITS["m"], UNITS["rad"]))
     elif form == "urdf":
-        text, notes = (arm.text, ()) if arm.format == "urdf" else urdf_text(arm.chain)
-        if arm.format == "urdf" and arm.left_out:
+        if into is not None:
+            text, notes = urdf_into(arm.chain, into, base=base, tip=tip)
+        else:
+            text, notes = (arm.text, ()) if arm.format == "urdf" else urdf_text(arm.chain)
+        if into is None and arm.format == "urdf" and arm.left_out:
             notes = (f"a URDF cannot hold the fitted {', '.join(arm.left_out)}; --format yaml can",)
-    elif form == "offsets":
-        text = _offsets(robot, arm, nominal)
+    elif form == "dh":
+        text = describe(to_denavit(arm.chain), arm.units, calibrate=False)
+    elif form in OFFSETS:
+        text = offset_text(robot, arm, nominal, form)
     else:
         table = parameter_table(arm)
         text = _csv(table) if form == "csv" else _markdown(table)
@@ -131,82 +140,3 @@ def _markdown(table: list[list[str]]) -> str:
     lines = ["| " + " | ".join(row) + " |" for row in table]
     lines.insert(1, "|" + "---|" * len(table[0]))
     return "\n".join(lines) + "\n"
-
-
-# --- joint offsets ----------------------------------------------------------------------------------------------------------
-
-
-def joint_offsets(nominal: Chain, corrected: Mapping[str, float]) -> list[tuple[str, float]]:
-    """What to add to every joint value (rad or m) before the nominal model, from corrected parameter values in SI.
-
-    The joint's element has the value factor * gain * q + offset; the offset's change, seen as a change of q, is
-    divided by factor and gain.
-    """
-    out = []
-    for joint in nominal.joints:
-        for element in nominal.elements:
-            drive = next((t for t in element.terms if t.column == joint.name), None)
-            own = next((t for t in element.terms if t.column == "1"), None)
-            if drive is not None and own is not None:
-                change = own.factor * (corrected[own.parameter] - nominal.table[own.parameter].value)
-                out.append((joint.name, change / (drive.factor * nominal.table[drive.parameter].value)))
-                break
-    return out
-
-
-def _offsets(name: str, robot: Robot, nominal: str | None) -> str:
-    """A CSV of joint offsets with their sigma where a run knows it."""
-    known = run_result(name)
-    table = robot.chain.table
-    reference = nominal_chain(name, robot, nominal)
-    if reference.table.names != table.names:
-        raise ModelError(
-            "the nominal robot has other joints or parameters",
-            key="--nominal",
-            found=nominal,
-            expected=", ".join(robot.chain.joint_names),
-        )
-    found = joint_offsets(reference, {p.name: p.value for p in table.rows})
-    own = {n for joint in robot.chain.joint_names for n in _driven(robot.chain, joint)}
-    shifted = any(not same(table[n].value, reference.table[n].value) for n in own)
-    # Where a convention frees other parameters by itself (a URDF's rz, cpc's beta), zero errors of joints are in these.
-    if not found or not (shifted or own & {*default_free(robot.chain)}):
-        raise ModelError(
-            "this convention keeps joint offsets inside its frames",
-            found=robot.chain.convention,
-            expected="--format yaml or urdf",
-        )
-    moved = [n for n in robot.chain.geometric if not same(table[n].value, reference.table[n].value)]
-    if moved and not shifted:
-        raise ModelError(
-            "no joint offset differs from the nominal robot, but other parameters do: offsets alone would correct nothing",
-            found=", ".join(moved),
-            expected="--format yaml or urdf",
-        )
-    sigmas = {p.name: p.sigma for p in known.parameters} if known else {}
-    lines = [["joint", "offset", "sigma", "unit"]]
-    for joint, (owner, value) in zip(robot.chain.joints, found, strict=True):
-        unit = robot.units.of("m" if joint.type == "prismatic" else "rad")
-        sigma = next(
-            (s for n, s in sigmas.items() if n.rpartition(".")[0] == owner and n in _driven(robot.chain, owner)), None
-        )
-        lines.append(
-            [
-                owner,
-                number(value / unit.factor),
-                "" if sigma is None else f"{sigma:.3g}",
-                unit.name,
-            ]
-        )
-    return "# Feed the nominal model with joint value + offset.\n" + _csv(lines)
-
-
-def _driven(chain: Chain, joint: str) -> tuple[str, ...]:
-    """The parameters that add to a joint's own value."""
-    return tuple(
-        t.parameter
-        for e in chain.elements
-        if any(s.column == joint for s in e.terms)
-        for t in e.terms
-        if t.column == "1"
-    )

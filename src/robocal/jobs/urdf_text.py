@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
+from robocal.arms.denavit import axes_at_zero
 from robocal.errors import ModelError
 from robocal.files.orientation import to_rpy
 from robocal.files.units import number
@@ -26,28 +27,25 @@ Array = NDArray[np.float64]
 
 def urdf_text(chain: Chain) -> tuple[str, tuple[str, ...]]:
     """The URDF of an arm and notes on it. Raises ModelError when a joint's gain is not 1, which a URDF cannot say."""
-    for joint in chain.joints:
-        name = f"{joint.name}.gain"
-        if name in chain.table and abs(chain.table[name].value - 1.0) > 1e-12:
+    axes, points, gains, tool = axes_at_zero(chain)
+    for joint, gain in zip(chain.joints, gains, strict=True):
+        if abs(gain - 1.0) > 1e-12:
+            # A gain of -1 is an axis that points the other way; anything else has no place.
             raise ModelError(
-                "a URDF cannot hold a joint's gain", key=name, found=chain.table[name].value, expected="--format yaml"
+                "a URDF cannot hold a joint's gain",
+                key=f"{joint.name}.gain",
+                found=float(gain),
+                expected="--format yaml",
             )
-    zero = np.zeros((1, len(chain.joints)))
-    tool = chain.pose(zero)[0]
-    jac = chain.jacobian(zero)[0]
     lines = ['<?xml version="1.0"?>', "<!-- Written by robocal. Joint values are those of the model; lengths in m. -->"]
     lines += [f"<robot name={quoteattr(chain.name)}>", '  <link name="base_link"/>']
     at, parent = np.zeros(3), "base_link"
     for i, joint in enumerate(chain.joints):
         turning = joint.type == "revolute"
-        axis = jac[3:, i] if turning else jac[:3, i]
-        axis = axis / np.linalg.norm(axis)
-        # v = axis x (tool - point), so tool + axis x v lies on the axis; any point of it will do, the nearest is the
-        # plainest.
-        point = at
-        if turning:
-            lever = tool[:3, 3] + np.cross(axis, jac[:3, i])
-            point = lever + axis * (axis @ (at - lever))
+        axis = axes[i]
+        # Any point of the axis will do; the nearest is the plainest, and no common normal of near-parallel axes is
+        # sought, which could lie anywhere.
+        point = points[i] + axis * (axis @ (at - points[i])) if turning else at
         child = f"{joint.name}_link"
         lines += _joint(
             joint.name,

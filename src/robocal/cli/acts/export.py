@@ -17,6 +17,7 @@ def export(
     output: str | None,
     form: str,
     nominal: str | None,
+    into: str | None,
     force: bool,
     base: str | None,
     tip: str | None,
@@ -27,7 +28,7 @@ def export(
     from robocal.jobs.export import export as job
 
     target = None if output is None else Path(output)
-    made = job(robot, form=form, output=target, nominal=nominal, force=force, base=base, tip=tip)
+    made = job(robot, form=form, output=target, nominal=nominal, into=into, force=force, base=base, tip=tip)
     for note in made.notes:
         terminal.warn(note)
     written = None if made.written is None else str(made.written)

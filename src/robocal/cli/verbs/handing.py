@@ -35,6 +35,7 @@ def export(
     output: o.OutputFile = None,
     form: o.Form = "yaml",
     nominal: o.Nominal = None,
+    into: o.Into = None,
     force: o.Force = False,
     base: o.Base = None,
     tip: o.Tip = None,
@@ -45,6 +46,7 @@ def export(
     \b
     robocal export run --format offsets
     robocal export run --format urdf -o calibrated.urdf
+    robocal export run --format urdf --into robot.urdf -o calibrated.urdf
     robocal export ur10 --format markdown
     """
     return task("export", locals())

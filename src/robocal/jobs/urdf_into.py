@@ -1,0 +1,126 @@
+"""A calibrated model written into the URDF that a robot already has: meshes, limits, comments and every other byte stay,
+and the origins of the joints say what was found.
+
+Each joint frame of the URDF is moved by as little as puts its axis on the calibrated one: the smallest turn, and the
+shift to the nearest point. Near-parallel axes need no special care, for no common normal is sought. What the last axis
+leaves goes into the last fixed joint before the tip.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.arms.denavit import axes_at_zero
+from robocal.errors import ModelError
+from robocal.files.robot import Robot, open_robot
+from robocal.files.urdf import edit_urdf
+from robocal.geometry import se3, so3
+from robocal.parameters import FRAME_SYMBOLS
+
+__all__ = ["urdf_into"]
+
+Array = NDArray[np.float64]
+# Further apart than this and the URDF is of another robot, or counts its joints from elsewhere.
+OTHER = (0.05, 0.1)  # m, rad
+LOST = (1e-9, 1e-9)
+
+
+def urdf_into(
+    chain: Chain, into: str, *, base: str | None = None, tip: str | None = None
+) -> tuple[str, tuple[str, ...]]:
+    """The text of a URDF with the calibrated origins, and notes. Raises InputError for a URDF of another robot."""
+    urdf = open_robot(into, base=base, tip=tip)
+    if urdf.format != "urdf":
+        raise ModelError("this is not a URDF", key="--into", found=into)
+    axes, points, tool, own = _comparable(chain, urdf)
+    origins = {
+        str(row["name"]): se3.from_vector(
+            np.array([urdf.chain.table[f"{row['name']}.{s}"].value for s in FRAME_SYMBOLS])
+        )
+        for row in urdf.chain.meta["rows"]  # type: ignore[attr-defined]
+    }
+    order = list(origins)
+    moving = {j.name: i for i, j in enumerate(urdf.chain.joints)}
+    last_fixed = order[-1] if order[-1] not in moving else None
+    was, now = np.eye(4), np.eye(4)
+    changed: dict[str, float] = {}
+    for name in order:
+        was = was @ origins[name]
+        if name in moving:
+            i = moving[name]
+            wanted = _moved(was, own[i], axes[i], points[i])
+            if name == order[-1]:
+                wanted = _turned_to(wanted, axes[i], tool)
+        elif name == last_fixed:
+            wanted = tool
+        else:
+            wanted = now @ origins[name]
+        vector = se3.to_vector(np.linalg.inv(now) @ wanted)
+        if np.abs(np.linalg.inv(now) @ wanted - origins[name]).max() > 1e-15:
+            changed |= {f"{name}.{s}": float(v) for s, v in zip(FRAME_SYMBOLS, vector, strict=True)}
+        now = wanted
+    text, _ = edit_urdf(urdf.text, urdf.chain, changed)
+    gap, turn = _apart(now, tool)
+    notes: tuple[str, ...] = ()
+    if gap > LOST[0] or turn > LOST[1]:
+        notes = (
+            f"{into}: behind the last axis there is no fixed joint that could hold the tool, which is off by "
+            f"{1e3 * gap:.3g} mm and {np.degrees(turn):.3g} deg; all axes are right",
+        )
+    return text, notes
+
+
+def _comparable(chain: Chain, urdf: Robot) -> tuple[Array, Array, Array, Array]:
+    """Axes, points and tool of the model, and the axes of the URDF, when the URDF is of this robot. Raises ModelError."""
+    mine = [(j.type, j.name) for j in chain.joints]
+    theirs = [(j.type, j.name) for j in urdf.chain.joints]
+    if [t for t, _ in mine] != [t for t, _ in theirs]:
+        found = ", ".join(f"{n} ({t})" for t, n in theirs)
+        expected = ", ".join(f"{n} ({t})" for t, n in mine)
+        raise ModelError("the URDF has other joints than the model", key="--into", found=found, expected=expected)
+    axes, points, gain, tool = axes_at_zero(chain)
+    if np.abs(gain - 1).max() > 1e-12:
+        worst = chain.joints[int(np.argmax(np.abs(gain - 1)))].name
+        raise ModelError("a URDF cannot hold a joint's gain", key=f"{worst}.gain", expected="--format yaml")
+    axes2, points2, _, _ = axes_at_zero(urdf.chain)
+    for i, joint in enumerate(chain.joints):
+        angle = float(np.arctan2(np.linalg.norm(np.cross(axes[i], axes2[i])), axes[i] @ axes2[i]))
+        away = points[i] - points2[i] if joint.type == "revolute" else np.zeros(3)
+        gap = float(np.linalg.norm(away - axes2[i] * (axes2[i] @ away)))
+        if gap > OTHER[0] or angle > OTHER[1]:
+            raise ModelError(
+                "this axis lies elsewhere in the URDF: another robot, another base, or joints that count from elsewhere",
+                key=joint.name,
+                found=f"{1e3 * gap:.3g} mm and {np.degrees(angle):.3g} deg apart",
+                expected=f"at most {1e3 * OTHER[0]:g} mm and {np.degrees(OTHER[1]):.2g} deg",
+            )
+    return axes, points, tool, axes2
+
+
+def _moved(frame: Array, own: Array, axis: Array, point: Array) -> Array:
+    """A joint frame whose axis was `own`, turned and shifted by as little as puts it on the calibrated axis."""
+    cross = np.cross(own, axis)
+    sine = float(np.linalg.norm(cross))
+    turn = so3.exp(cross / sine * np.arctan2(sine, own @ axis)) if sine > 1e-15 else np.eye(3)
+    out = frame.copy()
+    out[:3, :3] = turn @ frame[:3, :3]
+    if np.isfinite(point).all():
+        out[:3, 3] = point + axis * (axis @ (frame[:3, 3] - point))
+    return out
+
+
+def _turned_to(frame: Array, axis: Array, tool: Array) -> Array:
+    """A joint frame that ends the arm, turned about its axis and shifted along it until it is nearest to the tool."""
+    m = tool[:3, :3] @ frame[:3, :3].T
+    twice = np.array([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
+    out = frame.copy()
+    out[:3, :3] = so3.exp(axis * np.arctan2(axis @ twice, np.trace(m) - axis @ m @ axis)) @ frame[:3, :3]
+    out[:3, 3] += axis * (axis @ (tool[:3, 3] - frame[:3, 3]))
+    return out
+
+
+def _apart(a: Array, b: Array) -> tuple[float, float]:
+    turn = so3.log(a[:3, :3] @ b[:3, :3].T)
+    return float(np.linalg.norm(a[:3, 3] - b[:3, 3])), float(np.linalg.norm(turn))
