@@ -186,8 +186,8 @@ def _residuals(found: Identification) -> files.Residuals:
     if main is None and "px" in by_unit:
         return files.Residuals(**_stage(by_unit["px"], UNITS["px"]), angle=angle)
     if main is None and "rad" in by_unit:
-        # Bearings alone: what else is told in mm is told in deg.
-        return files.Residuals(**_stage(by_unit["rad"], DEG), angle=angle)
+        # Bearings alone: what else is told in mm is told in deg, once.
+        return files.Residuals(**_stage(by_unit["rad"], DEG))
     return files.Residuals(**_stage(main, MM), angle=angle)
 
 

@@ -1,12 +1,13 @@
 """Contact with a plane: r = n . R_place^T (p - p_place) - offset - radius - y.
 
 value y (k, 1) in m, normally 0, sigma (k, 1). A ball, probe or pointer on the tool touches a plate. `options["place"]`
-is a frame on the base that carries the plane: z = 0 by default, of which z rx ry are seen; `extra["normal"]` (k, 3) and
-`extra["offset"]` (k,) in m name other planes of the same body (the faces of a datum cube, of which all six are seen).
+is a frame on the base that carries the plane: z = 0 by default, of which one shift and two turns are seen (z rx ry of
+a table, x or y of a wall); `extra["normal"]` (k, 3) and `extra["offset"]` (k,) in m name other planes of the same body
+(the faces of a datum cube, of which all six are seen).
 `options["radius"]` names the ball, whose parameter `NAME.radius` (m) is held or free; a single plane cannot tell it
-from its own height. Several plates are several places. Readings of zero do not say from which side a
-plate is touched, and its frame may come out turned over. A single plane leaves a good part of the arm unseen; three that
-are not parallel see nearly as much as positions do.
+from its own height. Several plates are several places. Readings of zero do not say from which side a plate is touched:
+its frame may come out turned over. A single plane leaves a good part of the arm unseen; three that are not parallel see
+nearly as much as positions do.
 Source: Ikits and Hollerbach, Kinematic calibration using a plane constraint (1997); Zhuang, Motaghedi and Roth, Robot
 calibration with planar constraints (1999).
 """

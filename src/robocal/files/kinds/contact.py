@@ -16,7 +16,18 @@ from pydantic import BeforeValidator, Field, FiniteFloat
 from robocal.errors import nearest
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import ScalarModel, ValueModel, column_model
-from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, contact, quantity, scalar, show_scalar
+from robocal.files.kinds.base import (
+    FULL,
+    Around,
+    KindFile,
+    Part,
+    Values,
+    Written,
+    contact,
+    quantity,
+    scalar,
+    show_scalar,
+)
 from robocal.files.kinds.places import BetweenModel, PlacedModel, between, each_place
 from robocal.files.schema import Model
 from robocal.files.units import UNITS, Units
@@ -27,7 +38,6 @@ __all__ = ["PLANE", "POINT", "SPHERE"]
 
 Array = NDArray[np.float64]
 XYZ = (True, True, True, False, False, False)
-ACROSS = (False, False, True, True, True, False)
 # The faces of a cube: unit normals that point away from its centre.
 FACES = {f"{sign}{axis}": (1 if sign == "+" else -1) * np.eye(3)[i] for i, axis in enumerate("xyz") for sign in "+-"}
 NORMAL = ("nx", "ny", "nz")
@@ -151,9 +161,8 @@ def plane_parts(model: PlaneModel, values: Values, around: Around) -> Sequence[P
         extra["offset"] = np.full(len(values.value), around.units.length.to_si(model.cube.edge) / 2)
     options = {} if model.radius is None else scalar(model.radius, "m", "radius", "radius", around)
     shared = Values(values.value, values.sigma, extra=extra, options=options)
-    # Several planes of one body tell all six of its place.
-    free = (True,) * 6 if model.cube is not None or model.normal is not None else ACROSS
-    return [part for part, _ in each_place(model, shared, free, around)]
+    # A plate shows three of the six, which three depends on where it looks: those that are not seen are dropped.
+    return [part for part, _ in each_place(model, shared, FULL, around)]
 
 
 def _contact(obs: Observations, units: Units) -> Written:
@@ -233,5 +242,5 @@ place: place    # the column that names the plane; one plane: {{name: plate}}
 """,
     XYZ,
     plane_parts,
-    ACROSS,
+    FULL,
 )
