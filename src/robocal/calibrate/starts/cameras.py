@@ -20,9 +20,11 @@ from robocal.measure.pixels import rays
 __all__ = ["resect"]
 
 Array = NDArray[np.float64]
-ITERATIONS = 40
+# How many rotations are kept and how many steps are made with them: first all, then the best few to the end.
+ITERATIONS = ((8, 20), (4, 120))
+SAME = 1e-2  # rotations nearer than that are one
 # Points that make a pose, and poses that are enough for a start.
-POINTS, POSES = 4, 30
+POINTS, POSES = 4, 12
 
 
 def resect(points: Array, directions: Array, keep: int = 2) -> list[Array]:
@@ -41,21 +43,24 @@ def resect(points: Array, directions: Array, keep: int = 2) -> list[Array]:
     def shift(r: Array) -> Array:
         return np.asarray(-np.einsum("ij,mjk,bmk->bi", solve, across, p @ np.swapaxes(r, 1, 2)))
 
-    for _ in range(ITERATIONS):
-        seen = p @ np.swapaxes(r, 1, 2) + shift(r)[:, None]
-        along = np.einsum("bmi,mi->bm", seen, directions)[..., None] * directions
-        r = so3.project(np.einsum("bmi,mj->bij", along - along.mean(axis=1, keepdims=True), p))
-    t = shift(r)
-    seen = p @ np.swapaxes(r, 1, 2) + t[:, None]
-    depth = np.einsum("bmi,mi->bm", seen, directions)
-    off = np.linalg.norm(seen - depth[..., None] * directions, axis=2).mean(axis=1)
-    # What the instrument sees lies in front of it.
-    order = np.argsort(np.where((depth > 0).all(axis=1), off, off + 1e3), kind="stable")
-    chosen: list[int] = []
-    for b in order:
-        if len(chosen) < keep and all(np.abs(r[b] - r[c]).max() > 1e-3 for c in chosen):
-            chosen.append(int(b))
-    return [se3.compose(r[b], t[b] - r[b] @ centre) for b in chosen]
+    for many, rounds in ITERATIONS:
+        for _ in range(rounds):
+            seen = p @ np.swapaxes(r, 1, 2) + shift(r)[:, None]
+            along = np.einsum("bmi,mi->bm", seen, directions)[..., None] * directions
+            r = so3.project(np.einsum("bmi,mj->bij", along - along.mean(axis=1, keepdims=True), p))
+        t = shift(r)
+        seen = p @ np.swapaxes(r, 1, 2) + t[:, None]
+        depth = np.einsum("bmi,mi->bm", seen, directions)
+        off = np.linalg.norm(seen - depth[..., None] * directions, axis=2).mean(axis=1)
+        # What the instrument sees lies in front of it.
+        order = np.argsort(np.where((depth > 0).all(axis=1), off, off + 1e3), kind="stable")
+        chosen: list[int] = []
+        for b in order:
+            if len(chosen) < max(many, keep) and all(np.abs(r[b] - r[c]).max() > SAME for c in chosen):
+                chosen.append(int(b))
+        r, t = r[chosen], t[chosen]
+    r, t = r[:keep], t[:keep]
+    return [se3.compose(a, b - a @ centre) for a, b in zip(r, t, strict=True)]
 
 
 def _linear(p: Array, directions: Array) -> Array:

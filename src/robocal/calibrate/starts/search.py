@@ -48,7 +48,8 @@ def combined(model: Chain, data: DataSet, units: Ints, problem: Problem) -> list
     has the columns free that may be set."""
     out: list[dict[str, float]] = [{}]
     for obs in data.observations:
-        out = [{**a, **b} for a in out for b in (closed_form(model, data, obs, units) or [{}])]
+        found = closed_form(model, data, obs, units) or [{}]
+        out = [{**a, **b} for a in out for b in found]
         if len(out) > MOST:
             cost = problem.normal(_placed(problem, out)).cost
             out = [out[i] for i in np.argsort(np.where(np.isfinite(cost), cost, np.inf), kind="stable")[:MOST]]
