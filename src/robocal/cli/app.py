@@ -15,7 +15,7 @@ from robocal.cli.verbs.finding import check, demo, identify, validate
 from robocal.cli.verbs.handing import compensate, export, report
 from robocal.cli.verbs.making import new, simulate
 from robocal.cli.verbs.planning import plan
-from robocal.cli.verbs.trusting import predict
+from robocal.cli.verbs.trusting import drift, predict
 
 __all__ = ["build"]
 
@@ -57,6 +57,7 @@ VERBS: dict[Callable[..., Any], str] = {
     identify: "Identify true parameters, and prove the gain.",
     predict: "Where the tool is, with 95 % bands.",
     validate: "Measure a model's error on other data.",
+    drift: "Has a robot changed between two calibrations?",
     compensate: "Correct targets for a controller that keeps its model.",
     export: "Hand a model on: YAML, URDF, table, offsets.",
     simulate: "Simulate measurements of an imperfect robot.",

@@ -246,3 +246,7 @@ Where = Annotated[
 KnowingRun = Annotated[str, _argument("RUN", "A run folder, as identify -o writes it.")]
 JointTable = Annotated[str, _argument("POSES", "A CSV of joint values with units in its headers: q1 [deg], ...")]
 Absolute = Annotated[bool, typer.Option("--absolute", help="Include what is not known of where the base stands.")]
+FirstRun = Annotated[str, _argument("RUN1", "The earlier run folder.")]
+SecondRun = Annotated[str, _argument("RUN2", "The later run folder, identified from the same robot file.")]
+NewTool = Annotated[bool, typer.Option("--new-tool", help="The tool was mounted anew and may differ.")]
+DriftFolder = Annotated[str | None, _option("-o", "--output", metavar="DIR", text="Write drift.json here.")]

@@ -6,15 +6,17 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from robocal.cli.show import figure, show_warnings, table
+from robocal.cli.show import figure, indented, show_paths, show_warnings, table
 from robocal.cli.terminal import Terminal
 
 if TYPE_CHECKING:
+    from robocal.jobs.drift import Comparison
     from robocal.jobs.predict import Prediction
 
-__all__ = ["show_prediction"]
+__all__ = ["show_drift", "show_prediction"]
 
 MOST = 40
+TEN = 10
 BLIND = 30.0  # deg: from here on nothing was known of a turn
 
 
@@ -55,3 +57,35 @@ def show_prediction(terminal: Terminal, found: Prediction) -> None:
     show_warnings(terminal, found.warnings)
     if found.written:
         terminal.say(f"Written: {found.written[0]}")
+
+
+def show_drift(terminal: Terminal, found: Comparison) -> None:
+    """The verdict, how far predictions are apart, and the parameters that changed most."""
+    if terminal.json:
+        for warning in found.warnings:
+            terminal.warn(warning)
+        return
+    document = found.document
+    drifted = document["verdict"]["status"] == "drifted"
+    terminal.show(Text.assemble((found.robot.name, "bold"), f"   {found.runs[0]} and {found.runs[1]}"))
+    terminal.show(Text("DRIFTED", style="bold yellow") if drifted else Text("NO SIGNIFICANT DRIFT", style="bold green"))
+    terminal.show(*indented(*found.reasons), Text(""))
+    made = table(
+        "parameter", "first", "second", "change", "± 95 %", "unit", "chance", "of all", right=(1, 2, 3, 4, 6, 7)
+    )
+    changes = sorted(document["changes"], key=lambda c: c["p_value"])
+    for c in changes[:TEN]:
+        digits = 6
+        bar = figure(1.96 * c["sigma"], 2)
+        made.add_row(
+            c["name"], figure(c["first"], digits), figure(c["second"], digits), f"{c['change']:+.4g}", bar, c["unit"],
+            f"{c['p_value']:.1g}", f"{c['p_of_all']:.1g}", style="" if c["p_of_all"] < 0.05 else "dim",
+        )  # fmt: skip
+    terminal.show(made)
+    if len(changes) > TEN:
+        terminal.show(Text(f"... and {len(changes) - TEN} more in --json", style="dim"))
+    terminal.show(
+        Text("chance: of such a change by noise alone; of all: after looking at every parameter", style="dim"), Text("")
+    )
+    show_warnings(terminal, found.warnings)
+    show_paths(terminal, found.written)

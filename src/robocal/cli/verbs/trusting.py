@@ -5,7 +5,7 @@ from __future__ import annotations
 from robocal.cli import options as o
 from robocal.cli.verbs.task import Task, task
 
-__all__ = ["predict"]
+__all__ = ["drift", "predict"]
 
 
 def predict(
@@ -25,3 +25,23 @@ def predict(
     robocal predict run poses.csv -o predicted.csv
     """
     return task("predict", locals())
+
+
+def drift(
+    first: o.FirstRun,
+    second: o.SecondRun,
+    new_tool: o.NewTool = False,
+    output: o.DriftFolder = None,
+    json: o.Json = False,
+) -> Task:
+    """Compare two calibrations of one robot: has it changed, by how many millimetres, and where does it show?
+
+    Both runs must start from the same robot file. The instrument may stand elsewhere; with --new-tool the tool too.
+
+    \b
+    robocal drift march/run june/run
+    robocal drift march/run june/run --new-tool --json
+
+    Exit status 0 when they could be compared; the verdict is in the document.
+    """
+    return task("drift", locals())
