@@ -1,12 +1,16 @@
-"""Section 3.3.4 of the thesis: the Jacobian of the RX-90 written out, entry by entry, against the generic one.
+"""What the thesis writes out in closed form, against the generic code: the Jacobian of the RX-90 of section 3.3.4, entry by
+entry, and the rotation matrix of a rotation vector, equation 5.30.
 
-D3 = RL4 = 1 cm. Every entry is right but J_6^1, where theta4 stands for its cosine and a bracket closes too late.
+D3 = RL4 = 1 cm. Every entry of the Jacobian is right but J_6^1, where theta4 stands for its cosine and a bracket closes too
+late. 5.30 prints x y (1 - c) for x x (1 - c) in its first entry.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from seeds.test_arm_tables import jacobian
+
+from robocal.geometry import se3, so3
 
 NAMES = [f"{s}{i}" for s in ("a", "theta", "d") for i in range(1, 7)]
 
@@ -56,3 +60,33 @@ def test_three_columns_vanish_because_the_wrist_is_a_point(rng):
     """What the section concludes: theta4 to theta6 move nothing, so the determinant is zero."""
     j = np.vstack([jacobian("rx-90", q[None]) for q in rng.uniform(-3, 3, (6, 6))])
     assert np.abs(j[:, 9:12]).max() < 1e-12 and np.linalg.matrix_rank(j) == 13
+
+
+def rotation(vector, misprint=False):
+    """Equation 5.30."""
+    angle = np.linalg.norm(vector)
+    x, y, z = vector / angle
+    s, c = np.sin(angle), np.cos(angle)
+    mc = 1 - c
+    return np.array(
+        [
+            [c + x * (y if misprint else x) * mc, x * y * mc - z * s, x * z * mc + y * s],
+            [x * y * mc + z * s, c + y * y * mc, y * z * mc - x * s],
+            [x * z * mc - y * s, y * z * mc + x * s, c + z * z * mc],
+        ]
+    )
+
+
+def test_rotation_vector_of_5_30(rng):
+    for vector in rng.normal(size=(20, 3)):
+        np.testing.assert_allclose(so3.exp(vector), rotation(vector), atol=1e-14)
+    wrong = np.abs(so3.exp(vector) - rotation(vector, misprint=True)) > 1e-9
+    assert [tuple(at) for at in np.argwhere(wrong)] == [(0, 0)]
+
+
+def test_the_camera_seen_from_the_pattern(rng):
+    """Y' = -R' P of section 5.3.2: where the camera is, from a marker's pose in the camera as a rotation vector and a
+    position."""
+    pose = np.concatenate([rng.normal(size=3), rng.normal(size=3)])
+    seen = -rotation(pose[3:]).T @ pose[:3]
+    np.testing.assert_allclose(se3.inverse(se3.from_vector(pose))[:3, 3], seen, atol=1e-14)

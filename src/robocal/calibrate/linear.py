@@ -3,13 +3,13 @@ curvature within the sigmas; with the words that a reader should not miss."""
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.calibrate.fit import Fit
-from robocal.errors import ModelError
 from robocal.estimate.linearity import Curvature, Step, curvature, one_step
 from robocal.estimate.uncertainty import Uncertainty
 
@@ -46,16 +46,14 @@ def linearity(fit: Fit, start: Array, u: Uncertainty, units: tuple[str, ...]) ->
     """Of a fit that began at x (1, P), in the first SI unit that was measured; None with local blocks."""
     if not units:
         return None
-    with np.errstate(all="ignore"):
-        try:
-            fitted = one_step(fit.problem, start, units[0])
-            if fitted is None:
-                return None
-            loose = replace(fit.problem, priors=False).with_free(fit.problem.table.free)
-            everything = one_step(loose, start, units[0])
-            return Linearity(fitted, everything, curvature(fit.problem, fit.solution.x, u.covariance * u.factor**2))
-        except np.linalg.LinAlgError:
-            raise ModelError("some numbers are far too large or too small to compute with") from None
+    loose = replace(fit.problem, priors=False).with_free(fit.problem.table.free)
+    # What overflows or cannot be factored tells nothing; the verdict says what is wrong with such numbers.
+    with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
+        fitted = one_step(fit.problem, start, units[0])
+        if fitted is not None:
+            bend = curvature(fit.problem, fit.solution.x, u.covariance * u.factor**2)
+            return Linearity(fitted, one_step(loose, start, units[0]), bend)
+    return None
 
 
 def linearity_words(found: Linearity | None) -> tuple[str, ...]:
