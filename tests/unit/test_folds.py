@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from unit.arm_data import TOOL, arm, measured, true_arm
 
-from robocal.calibrate.evidence import errors
+from robocal.calibrate.evidence import bootstrap_gain, errors
 from robocal.calibrate.folds import leave_one_out, unseen
 from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.judge import _drawn
 from robocal.calibrate.split import leave_one_out_rounds, make_split
 from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import problem, synthesise
@@ -154,3 +155,17 @@ def test_leave_one_out_of_a_chunk_boundary(monkeypatch):
     whole = leave_one_out(p, x, np.arange(20))
     monkeypatch.setattr("robocal.calibrate.folds.CHUNK", 7)
     np.testing.assert_allclose(leave_one_out(p, x, np.arange(20)), whole, rtol=1e-9)
+
+
+def test_whole_blocks_are_drawn():
+    """Errors that hang together within a block: six blocks are six pieces of evidence, and the interval is as wide."""
+    data = measured(60)
+    split = make_split(data, "blocks", folds=6)
+    label, at = np.arange(60), np.arange(60)
+    np.testing.assert_array_equal(_drawn(split, label, at), np.repeat(np.arange(6), 10))
+    np.testing.assert_array_equal(_drawn(split, label, at[:40]), label[:40])  # four blocks are too few to draw from
+    np.testing.assert_array_equal(_drawn(make_split(data, 0.0, folds=6), label, at), label)
+    drift = np.repeat(np.random.default_rng(0).normal(1, 2, 6), 10) + 1e-3 * np.random.default_rng(1).normal(size=60)
+    wide = bootstrap_gain(drift, np.zeros(60), _drawn(split, label, at), 0)
+    narrow = bootstrap_gain(drift, np.zeros(60), label, 0)
+    assert wide[2] - wide[1] > 2 * (narrow[2] - narrow[1])

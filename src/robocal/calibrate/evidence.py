@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from robocal.calibrate.split import Split
 from robocal.estimate.rows import Residuals
 
-__all__ = ["Statistic", "Verdict", "bootstrap_gain", "constant_errors", "errors", "judge"]
+__all__ = ["PROOF", "Statistic", "Verdict", "bootstrap_gain", "constant_errors", "errors", "judge"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import frame_names
 from robocal.calibrate.estimators import estimator
-from robocal.calibrate.evidence import Statistic, Verdict, constant_errors, errors, judge
+from robocal.calibrate.evidence import PROOF, Statistic, Verdict, constant_errors, errors, judge
 from robocal.calibrate.fit import Fit
 from robocal.calibrate.folds import Unseen
 from robocal.calibrate.identification import Fold, Options, Stages
@@ -138,7 +138,7 @@ def verdict(
         before[told],
         after[told],
         constant[~np.isnan(constant)] if constant is not None else None,
-        label[at[told]],
+        _drawn(proof.split, label, at[told]),
         rank=part.identifiability.rank,
         # Some methods end after as many steps as were asked for.
         converged=part.solution.reasons[0].converged or estimator(options.method).finite,
@@ -148,6 +148,14 @@ def verdict(
         unit=unit,
     )
     return _second_thoughts(model, base, part, proof, found) if found.status == "improved" else found
+
+
+def _drawn(split: Split, label: Ints, at: Ints) -> Ints:
+    """What the bootstrap draws as a whole: blocks or groups, where enough of them were held out to prove something, else
+    places."""
+    if split.together is not None and len(np.unique(split.together[at])) >= PROOF:
+        return split.together[at]
+    return label[at]
 
 
 def _second_thoughts(model: Chain, base: Problem, part: Fit, proof: Proof, found: Verdict) -> Verdict:

@@ -37,12 +37,14 @@ BLOCKS = 10
 
 @dataclass(frozen=True)
 class Split:
-    """Rounds of holding out; see the module. `how` says in words how they were drawn."""
+    """Rounds of holding out; see the module. `how` says in words how they were drawn, `together` (U,) the block or group
+    of each unit where whole ones are held out."""
 
     held: Bools  # (K, U)
     fit: Bools  # (K, U)
     names: tuple[str, ...]
     how: str
+    together: Ints | None = None
 
     def __len__(self) -> int:
         return len(self.held)
@@ -61,7 +63,7 @@ class Split:
         return np.flatnonzero(self.fit[k]), np.flatnonzero(self.held[k])
 
     @classmethod
-    def of(cls, data: DataSet, held: Bools, names: tuple[str, ...], how: str) -> Split:
+    def of(cls, data: DataSet, held: Bools, names: tuple[str, ...], how: str, together: Ints | None = None) -> Split:
         """A split that holds out these units, with everything that is tied to them left out of the fit; rounds that hold
         out nothing are dropped."""
         told: Bools = np.asarray(held.any(axis=1))
@@ -69,7 +71,7 @@ class Split:
         touch = _touched(data)
         seen = csr_array(held.astype(np.float64)) @ touch  # (K, P) how often a round's held-out rows touch a place
         tied = (seen @ touch.T).toarray() > 0
-        return cls(held, ~held & ~tied, names, how)
+        return cls(held, ~held & ~tied, names, how, together)
 
 
 def places(configurations: Configurations, near: float = NEAR) -> Ints:
@@ -181,11 +183,12 @@ def _rounds(
     """Rounds that hold out whole labels: a fifth of them once, or all of them in `folds` rounds."""
     many = len(names)
     rng = np.random.default_rng(seed)
+    together = None if noun == "fold" else label
     if folds is None:
         chosen = np.sort(rng.permutation(many)[: max(1, round(SHARE * many))])
         held = np.isin(label, chosen)[None]
         words = ", ".join(names[i] for i in chosen) if many <= BLOCKS else f"{len(chosen)} of {many} {noun}s"
-        return Split.of(data, held, (words,), f"{noun}s held out")
+        return Split.of(data, held, (words,), f"{noun}s held out", together)
     if not 2 <= folds <= many:
         raise ModelError("impossible number of folds", key="folds", found=folds, expected=f"2 to {many}")
     # Labels that outnumber the rounds are dealt out; otherwise every round is one of them.
@@ -194,7 +197,8 @@ def _rounds(
     turn[dealt] = np.arange(many) % folds
     held = (turn[label] == np.arange(folds)[:, None]) & (label >= 0)
     called = names if folds == many else tuple(f"fold {i + 1}" for i in range(folds))
-    return Split.of(data, held, called, f"{folds} folds" if noun == "fold" else f"{folds} folds of {noun}s")
+    how = f"{folds} folds" if noun == "fold" else f"{folds} folds of {noun}s"
+    return Split.of(data, held, called, how, together)
 
 
 def leave_one_out_rounds(data: DataSet) -> Split:
