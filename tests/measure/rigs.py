@@ -282,15 +282,20 @@ def stated(data, rng, error=2e-3):
         if "ends" in options:
             options["ends"] = tuple(once(e) for e in options["ends"])
         if "free" in options and "values" in options:
-            unknown = {"length": 0.0, "speed": options.get("speed"), "delay": 0.0}
+            unknown = {"length": 0.0, "radius": 0.0, "speed": options.get("speed"), "delay": 0.0}
             options["values"] = {k: unknown[k] if k in options["free"] else v for k, v in options["values"].items()}
         out.append(replace(obs, frame=once(obs.frame), targets=tuple(once(t) for t in obs.targets), options=options))
     return DataSet(data.configurations, tuple(out))
 
 
 def recorded(kind, truth, rng, m, contact):
+    """What the rig of a kind records."""
+    return recorded_by(RIGS[kind], truth, rng, m, contact)
+
+
+def recorded_by(rig, truth, rng, m, contact):
     """What a rig records with noise: constraints read exactly 0, the first `contact` configurations have their noise."""
-    data = RIGS[kind](truth, rng, m, contact)
+    data = rig(truth, rng, m, contact)
     read = synthesise(truth, data, rng)
     return DataSet(
         data.configurations,
