@@ -24,7 +24,7 @@ __all__ = ["POINTS", "Layer", "learn"]
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 POINTS = 1500
-SUBSET = 400
+SUBSET = 300
 JITTER = 1e-8
 
 
@@ -89,7 +89,7 @@ def _spread(count: int, most: int) -> NDArray[np.int64]:
 
 
 def _likely(apart: Array, y: Array, turning: Bools, span: Array) -> tuple[Array, float]:
-    """Length scales and noise over signal of the highest marginal likelihood, from several starts."""
+    """Length scales and noise over signal of the highest marginal likelihood, climbed to from the best of three starts."""
     n = apart.shape[-1]
     eye = np.eye(len(y))
 
@@ -114,11 +114,7 @@ def _likely(apart: Array, y: Array, turning: Bools, span: Array) -> tuple[Array,
 
     bounds = [(np.log(0.02), np.log(30.0))] * n + [(-7.0, 9.0)]
     usual = np.where(turning, 1.0, np.where(span > 0, span, 1.0))
-    best = None
-    for factor in (0.3, 1.0):
-        start = np.append(np.log(np.clip(factor * usual, 0.03, 20.0)), 0.0)
-        found = optimize.minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 60})
-        if best is None or found.fun < best.fun:
-            best = found
-    assert best is not None
+    starts = [np.append(np.log(np.clip(f * usual, 0.03, 20.0)), 0.0) for f in (0.15, 0.5, 1.5)]
+    start = min(starts, key=lambda u: cost(u)[0])
+    best = optimize.minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40})
     return np.exp(best.x[:n]), float(np.exp(-0.5 * best.x[n]))
