@@ -39,7 +39,11 @@ def read(text):
 
 def everywhere(rng, n, m=40):
     q = rng.uniform(-3, 3, (m, n))
-    return q, {"temperature": rng.uniform(285, 310, m), "payload": rng.uniform(0, 5, m), "approach.j1": rng.choice([-1.0, 1.0], m)}
+    return q, {
+        "temperature": rng.uniform(285, 310, m),
+        "payload": rng.uniform(0, 5, m),
+        "approach.j1": rng.choice([-1.0, 1.0], m),
+    }
 
 
 def moved(chain, rng):
@@ -53,7 +57,9 @@ def test_what_is_stated_is_read(rng):
     chain = read(TEXT).chain
     table = chain.table
     assert [g.name for g in chain.groups] == ["eccentricity", "ripple", "compliance", "expansion", "gain"]
-    assert table["j1.cos1"].value == pytest.approx(np.radians(0.01)) and table["j1.cos1"].prior == pytest.approx(np.radians(0.02))
+    assert table["j1.cos1"].value == pytest.approx(np.radians(0.01)) and table["j1.cos1"].prior == pytest.approx(
+        np.radians(0.02)
+    )
     assert {"j1.cos1", "j2.sin20_5", "j2.compliance", "thermal.expansion", "j1.gain"} <= set(table.free)
     (link,) = chain.groups[2].options["links"]
     assert link.mass == 2.5 and link.at == pytest.approx((-0.12, 0.0, 0.03))
@@ -95,7 +101,10 @@ def test_groups_that_were_added_are_written_into_any_robot_file(name, rng):
 def test_a_result_can_make_the_groups_again():
     chain = read(TEXT).chain
     bare = open_robot("ur10").chain
-    stated = [(g.name, plain_options(g.options)) for g in add(add(bare, "compliance"), "ripple", {"harmonics": {"j1": (3.0,)}}).groups]
+    stated = [
+        (g.name, plain_options(g.options))
+        for g in add(add(bare, "compliance"), "ripple", {"harmonics": {"j1": (3.0,)}}).groups
+    ]
     assert [g.name for g in added(bare, stated).groups] == ["compliance", "ripple"]
     assert isinstance(plain_options(chain.groups[2].options)["links"][0], dict)
 

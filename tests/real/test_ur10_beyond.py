@@ -70,10 +70,14 @@ def test_geometry_groups_and_layer_on_rows_that_nothing_has_seen(load, how):  # 
             guarded = try_layer(model, part.data, part.problem, part.solution.x)
             switched.append((name, guarded.layer is not None))
             rows = layer_rows(other, made, made.start)
-            with_it = plain if guarded.layer is None else layered_errors(guarded.layer, rows, other.configurations.joints)
+            with_it = (
+                plain if guarded.layer is None else layered_errors(guarded.layer, rows, other.configurations.joints)
+            )
             every[name].append(plain)
             every[f"{name} + layer"].append(with_it)
-            print(f"  {split.names[k]}: {name} {1e3 * plain.mean():.4f}, with guarded layer {1e3 * with_it.mean():.4f} mm ({entered if name == 'groups' else ''})")
+            print(
+                f"  {split.names[k]}: {name} {1e3 * plain.mean():.4f}, with guarded layer {1e3 * with_it.mean():.4f} mm ({entered if name == 'groups' else ''})"
+            )
     found = {name: np.concatenate(v) for name, v in every.items()}
     told("geometry -> geometry + layer", found["geometry"], found["geometry + layer"])
     gain = told("geometry -> groups", found["geometry"], found["groups"])

@@ -91,7 +91,14 @@ def test_orders_of_ripple_are_found():
 
 @pytest.mark.slow
 def test_what_is_not_there_enters_in_at_most_a_twentieth_of_the_trials():
-    names = {"gain": {}, "eccentricity": {}, "ripple": {"highest": 24}, "backlash": {}, "compliance": {"links": LINKS}, "expansion": {}}
+    names = {
+        "gain": {},
+        "eccentricity": {},
+        "ripple": {"highest": 24},
+        "backlash": {},
+        "compliance": {"links": LINKS},
+        "expansion": {},
+    }
     trials, entered = 100, dict.fromkeys(names, 0)
     for seed in range(trials):
         choice = choose_groups(arm(), seen_by(bent(arm(), seed), 100, 1000 + seed), names)

@@ -20,7 +20,9 @@ NAMES = ("a", "b", "c")
 
 
 def field(q):
-    return 1e-4 * np.stack([np.sin(2 * q[:, 0]) + 0.5 * np.cos(q[:, 1]), np.cos(q[:, 0] - q[:, 1]), 3 * q[:, 2]], axis=1)
+    return 1e-4 * np.stack(
+        [np.sin(2 * q[:, 0]) + 0.5 * np.cos(q[:, 1]), np.cos(q[:, 0] - q[:, 1]), 3 * q[:, 2]], axis=1
+    )
 
 
 def test_a_smooth_field_is_reproduced_within_its_bars(rng):

@@ -28,6 +28,7 @@ from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot
 from robocal.files.text import write_files
 from robocal.jobs.inputs import Inputs, Watch, computable, open_arm, read_inputs, robot_files
+from robocal.jobs.layered import layer_beside, layer_words
 from robocal.jobs.plain import plain
 from robocal.jobs.standard import Standard, standard
 from robocal.measure.data import DataSet
@@ -80,6 +81,7 @@ class Validation:
     inputs: tuple[InputFile, ...]
     command: str = ""
     written: tuple[Path, ...] = ()
+    layer: Statistic | None = None  # with the residual layer of the run folder on top
     frames_against: tuple[str, ...] = ()
     iso: Standard = field(default_factory=dict)
 
@@ -98,6 +100,7 @@ class Validation:
             "angle": None
             if self.angle is None
             else {"unit": "deg"} | {k: None if s is None else asdict(s) for k, s in angles},
+            "layer": None if self.layer is None else {"unit": "mm"} | asdict(self.layer),
             "gain": None if self.gain is None else dict(zip(("mean", "low", "high"), self.gain, strict=True)),
             "predicting_the_mean": self.constant,
             "profiled": list(self.frames),
@@ -168,14 +171,19 @@ def validate(
     if theirs is not None and len(theirs.position) == len(mine.position) and worst is not None:
         low = bootstrap_gain(theirs.position * theirs.factor, mine.position * mine.factor, mine.position_at, seed)
         gain = (low[0] * 1e3, low[1] * 1e3, low[2] * 1e3)
-    warnings = (*inputs.warnings, *(w for w in (other.warnings if other else ()) if w not in inputs.warnings))
+    layer = layer_beside(robot, inputs, mine.values, mine.factor)
+    warnings = (
+        *inputs.warnings,
+        *layer_words(layer),
+        *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
+    )
     files = (*inputs.files, *(() if other is None or against is None else robot_files(other, against)))
     made = Validation(
         inputs.robot, other, "mm",
         _statistic(mine, "m"), _statistic(theirs, "m"), _statistic(mine, "rad"), _statistic(theirs, "rad"),
         gain, None if constant is None else constant * 1e3, mine.fitted,
         _poses(inputs.data, mine, theirs), not reasons, tuple(reasons), warnings, files, command,
-        frames_against=() if theirs is None else theirs.fitted, iso=iso,
+        frames_against=() if theirs is None else theirs.fitted, iso=iso, layer=layer,
     )  # fmt: skip
     return made if output is None else _save(made, output)
 

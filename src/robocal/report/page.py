@@ -18,6 +18,7 @@ from robocal.errors import MissingExtra
 from robocal.report import matrix, pictures, tables, words
 from robocal.report.arrows import arrows
 from robocal.report.beside import beside
+from robocal.report.beyond import beyond
 from robocal.report.heat import heat
 from robocal.report.numbers import entries, finite, plain, ranges, section, significant, unit_text, with_unit
 from robocal.report.series import three
@@ -78,6 +79,7 @@ def render(result: Result, residuals: Columns, accuracy: Columns | None = None) 
         **_parameters(result),
         **_fit(result),
         **beside(result),
+        **beyond(result),
         **_recipe(result),
         **_trust(result, accuracy),
     )
