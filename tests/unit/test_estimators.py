@@ -85,6 +85,8 @@ def test_so_is_one_pass_over_enough_poses(name):
     held, cost, far = told(name, ekf, lm)
     assert abs(held - 1) < 0.02 and abs(cost - 1) < 0.02 and far < 0.1
     assert ekf.stages[0].leave_one_out is None and ekf.reason == "every configuration was taken in"
+    again = identify(robot, data, Options(method="ekf", max_iterations=1))
+    assert again.stages[0].leave_one_out is None and any("leave-one-out was left out" in w for w in again.warnings)
 
 
 def test_particles_repeat_the_filter_under_gaussian_noise(solved):
@@ -116,7 +118,7 @@ def test_gross_rows_are_left_to_the_loss(method):
 def test_leave_one_out_of_a_method_that_is_no_minimum_is_made_of_refits():
     robot, data = arm(), measured(12)
     assert identify(robot, data, Options(method="pinv")).stages[0].leave_one_out is None
-    found = identify(robot, data, Options(method="particle", leave_one_out=True, particles=200))
+    found = identify(robot, data, Options(method="particle", particles=200))
     lm = identify(robot, data)
     assert found.stages[0].leave_one_out.n == 12
     assert found.stages[0].leave_one_out.mean == pytest.approx(lm.stages[0].leave_one_out.mean, rel=0.5)

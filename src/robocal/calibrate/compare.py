@@ -84,7 +84,7 @@ def compare(
     entries = []
     for name in dict.fromkeys(methods):
         if watch:
-            watch({"stage": "compare", "method": name})
+            watch({"stage": "compare", "what": name})
         title = estimator(name).title
         try:
             found, seconds = _timed(model, data, replace(options, method=name), known, watch)

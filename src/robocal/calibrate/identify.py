@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.calibrate.bands import coverage_of, mean_conditions, measured_range, total_of
 from robocal.calibrate.baseline import baseline, frame_names
-from robocal.calibrate.estimators import batched
+from robocal.calibrate.estimators import batched, estimator
 from robocal.calibrate.fit import Fit, fit
 from robocal.calibrate.folds import local_names, merge, trial, unseen
 from robocal.calibrate.identification import Identification, Options
@@ -65,8 +65,10 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
             watch({"stage": "folds", "units": len(split)})
         quick = batched(options) and not options.reselect
         proofs["k_fold"] = _rounds(model, data, (base, base_x), whole, split, options, watch, quick)
-    # By itself only where it is one batch; who asks for it gets it from any method, by refits.
-    cheap = count <= MANY and options.folds is None and batched(options)
+    # By itself where it is one batch, or where nothing else proves anything; who asks for it gets it from any method, by
+    # refits.
+    method = estimator(options.method)
+    cheap = options.folds is None and (count <= MANY if batched(options) else count < FEW and not method.blind)
     if (cheap if options.leave_one_out is None else options.leave_one_out) and count > 2:
         if watch:
             watch({"stage": "leave-one-out", "units": count})
@@ -93,6 +95,9 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     known = all(obs.sigma is not None for obs in data.observations)
     off, strange = total_of(whole), find_outliers(data, whole)
     bent = linearity(whole, start, u, told)
+    missed = "leave_one_out" not in proofs and not batched(options) and options.leave_one_out is None
+    words = "leave-one-out was left out: this method takes a refit for every configuration (--leave-one-out does it)"
+    left_out = (words,) if missed and not method.blind and options.folds is None else ()
     results = parameter_results(model, whole, u, off, uncertainty(stated, whole.solution.x) if known else None)
     ids = data.configurations.ids
     return Identification(
@@ -117,7 +122,7 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
         u.correlation,
         u.covariance * u.factor**2,
         prediction_band(model, data, whole, off),
-        (*data_warnings(model, data, whole, fit_units, options.method, strange), *linearity_words(bent)),
+        (*data_warnings(model, data, whole, fit_units, options.method, strange), *linearity_words(bent), *left_out),
         tuple(ids[i] for i in np.flatnonzero(~used)),
         best.split.how if best else "",
         total=off,

@@ -90,7 +90,7 @@ def kalman(
             moved = target
             root = r[size : size + n, size : size + n]
         if watch:
-            watch({"stage": "filter", "unit": unit, "units": problem.units})
+            watch({"stage": "filter", "unit": unit, "units": problem.units, "done": unit + 1, "total": problem.units})
     inverse = solve_triangular(root, np.eye(n)) if n else root
     return Filtered(x, inverse @ inverse.T)
 

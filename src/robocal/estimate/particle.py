@@ -152,7 +152,7 @@ def particles(
             step, value, ratio, share = _roughen(seen, step, value, ratio, done, rng)
             tried, taken = tried + 1, taken + share
         if watch:
-            watch({"stage": "particles", "unit": done, "units": ratio.shape[1]})
+            watch({"stage": "particles", "done": done, "total": ratio.shape[1]})
         if last:
             break
     mean = step.mean(axis=0)
