@@ -12,7 +12,7 @@ from robocal.calibrate.bands import coverage, measured_bands
 from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
 from robocal.calibrate.workspace import base_motion, motion_field, sample_joints
-from robocal.estimate.uncertainty import quantile, radius, total
+from robocal.estimate.uncertainty import quantile, radius, total, uneven
 
 
 @pytest.mark.parametrize("prior", [None, 0.3])
@@ -90,3 +90,27 @@ def test_joints_are_drawn_within_limits_or_where_measured():
     free = arm(limits=(-np.inf, np.inf))
     q, region = sample_joints(free, np.tile([0.2, 0.3], (5, 1)), 100)
     assert q.min() >= 0.2 and q.max() <= 0.3 and "measured" in region
+
+
+def test_noise_that_sits_where_the_leverage_is_enlarges_the_bars(rng):
+    """Even noise is left alone; noise three times larger at the rows that decide the fit is noticed, and by how much."""
+    a = rng.normal(size=(120, 8))
+    a[:12] *= 4.0
+    loud = np.where(np.arange(120) < 12, 3.0, 1.0)
+    unit = np.arange(120) // 2
+
+    def factors(sigma, count):
+        out = []
+        for _ in range(count):
+            y = sigma * rng.normal(size=120)
+            p = plain_problem(linear(a, y, unit=unit), np.zeros(8))
+            out.append(uneven(p, np.linalg.lstsq(a, y, rcond=None)[0]))
+        return np.array(out)
+
+    assert (factors(1.0, 200) == 1.0).mean() > 0.97
+    inverse = np.linalg.inv(a.T @ a)
+    true = np.trace(np.linalg.solve(inverse, inverse @ (a.T * loud**2) @ a @ inverse)) / 8
+    spread = (loud**2 @ (1 - np.einsum("ij,jk,ik->i", a, inverse, a))) / (120 - 8)
+    found = factors(loud, 200)
+    print(f"variance {true / spread:.2f} times that of even noise, told {np.median(found):.2f}")
+    assert np.median(found) == pytest.approx(true / spread, rel=0.25)

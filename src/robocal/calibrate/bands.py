@@ -20,7 +20,7 @@ from scipy import special
 from robocal.calibrate.noise import Group, apply_noise
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term
-from robocal.estimate.uncertainty import LEVEL, Total, quantile, total, uncertainty
+from robocal.estimate.uncertainty import LEVEL, Total, quantile, total, uncertainty, uneven
 from robocal.measure.base import Machine
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
@@ -166,7 +166,9 @@ def total_of(found: Fit) -> Total:
     u = uncertainty(found.problem, found.solution.x, estimated=any(g.stated is None for g in found.groups))
     every = found.problem.with_free(found.identifiability.names)
     dof = noise_dof(found.groups, u.dof)
-    return total(every, found.problem.free, found.solution.x, factor=u.factor, dof=dof)
+    # Noise that was stated and stands is even; what a model leaves need not be.
+    more = np.sqrt(uneven(found.problem, found.solution.x)) if np.isfinite(dof) else 1.0
+    return total(every, found.problem.free, found.solution.x, factor=u.factor * float(more), dof=dof)
 
 
 def coverage_of(found: Fit, held: Ints) -> tuple[Coverage, ...]:

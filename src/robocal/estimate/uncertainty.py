@@ -28,7 +28,18 @@ from robocal.estimate.identifiability import block_columns, eliminate, triangle
 from robocal.estimate.problem import LOSSES, TUNING, Problem
 from robocal.estimate.rows import Linear
 
-__all__ = ["LEVEL", "Total", "Uncertainty", "band", "effective_columns", "quantile", "radius", "total", "uncertainty"]
+__all__ = [
+    "LEVEL",
+    "Total",
+    "Uncertainty",
+    "band",
+    "effective_columns",
+    "quantile",
+    "radius",
+    "total",
+    "uncertainty",
+    "uneven",
+]
 
 Array = NDArray[np.float64]
 # Singular values below this share of the largest are rounding.
@@ -179,6 +190,44 @@ def total(problem: Problem, kept: tuple[str, ...], x: Array, *, factor: float = 
 
 def _unknown(root: Array, known: NDArray[np.bool_]) -> Array:
     return np.asarray(root[:, ~known] @ root[:, ~known].T)
+
+
+def uneven(problem: Problem, x: Array) -> float:
+    """How much larger the covariance of the estimate is than even noise would make it: 1 unless significantly more.
+
+    Where a model leaves errors of its own, they may be largest at the poses that decide the fit. Q the orthonormal basis
+    of the columns, H_u = Q_u Q_u^T the leverage of unit u, r the residuals in units of their own spread; with even noise
+
+        E[1/n sum_u |Q_u^T (I - H_u)^(-1/2) r_u|^2] = 1
+
+    When that is exceeded by three standard deviations, the jackknife's variance (exponent -1) over its value for even
+    noise is returned. Sources: Bell and McCaffrey, Bias reduction in standard errors (2002); MacKinnon and White (1985).
+    """
+    lin = _reweighted(problem.linearize(x), problem)
+    n = problem.n
+    if not n or problem.block_size or len(lin.r) <= n:
+        return 1.0
+    q = np.linalg.qr(lin.j * problem.scales)[0]
+    r = lin.r * np.sqrt((len(lin.r) - n) / max(float(lin.r @ lin.r), 1e-300))
+    order = np.argsort(lin.unit, kind="stable")
+    counts = np.unique(lin.unit, return_counts=True)[1]
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    gentle = jackknife = even = spread = 0.0
+    for count in np.unique(counts):
+        # Units with the same number of rows are treated together.
+        rows = order[starts[counts == count][:, None] + np.arange(count)]
+        values, vectors = np.linalg.eigh(np.eye(count) - q[rows] @ np.swapaxes(q[rows], 1, 2))
+        values = np.maximum(values, 1e-3)
+        turned = np.einsum("uab,ua->ub", vectors, r[rows])
+        # |Q^T V f(w) V^T r|^2 = sum over components of (1 - w) f(w)^2 t^2, because Q Q^T = V (1 - w) V^T.
+        gentle += float(np.sum((1 - values) / values * turned**2))
+        jackknife += float(np.sum((1 - values) / values**2 * turned**2))
+        even += float(np.sum((1 - values) / values))
+        # Residuals are in units of their own spread, so what all components have in common does not scatter.
+        spread += float(np.sum(2 * (1 - values - n / len(lin.r)) ** 2))
+    if gentle / n <= 1 + 3 * np.sqrt(spread) / n:
+        return 1.0
+    return max(jackknife / even, 1.0)
 
 
 def quantile(dof: float = np.inf, level: float = LEVEL) -> float:
