@@ -36,29 +36,43 @@ def gaps(robot, q, target):
     return np.linalg.norm(robot.pose(q)[:, :3, 3] - target[:, :3, 3], axis=1)
 
 
-@pytest.mark.parametrize("name", ["rv-2aj", "ur10", "panda", "rx-90", "iiwa-14", "irb-120"])
-def test_true_robots_come_within_two_percent(name):
-    """150 measured poses, noise 0.02 mm and 0.05 mrad per axis, base known; 200 targets anywhere within the limits."""
-    rng = np.random.default_rng(0)
+def judged(name, instrument, seed):
+    """Mean error (mm) of the true robot before and after, and the share of 200 targets that are reached: identified from
+    150 poses with the base known, targets anywhere within the limits."""
+    rng = np.random.default_rng(seed)
     nominal = open_robot(name).chain
     nominal = replace(nominal, table=nominal.table.with_free(set(nominal.geometric)))
     truth = true_chain(nominal, Errors(), rng)
-    data = measure(truth, sample_joints(nominal, 150, rng), TRACKER, rng)
+    data = measure(truth, sample_joints(nominal, 150, rng), instrument, rng)
     found = identify(nominal, data, Options(hold_out=0.0, leave_one_out=False))
     q = sample_joints(nominal, 200, rng)
     target = nominal.pose(q)
     made = compensate(nominal, found.corrected, Targets(target[:, :3, 3], target[:, :3, :3], q))
     reached = made.reached
-    before, after = gaps(truth, made.nominal, target)[reached], gaps(truth, made.joints[reached], target[reached])
-    ratio = after.mean() / before.mean()
-    print(
-        f"\n{name}: {1e3 * before.mean():.3f} -> {1e3 * after.mean():.4f} mm, {ratio:.2%}, {(~reached).sum()} of 200 lost"
-    )
-    assert len(made.status) == 200 and reached.mean() >= 0.85
-    assert before.mean() > 4e-4 and ratio < 0.02
     low, high = nominal.limits.T
+    assert len(made.status) == 200
     assert (made.joints[reached] >= low).all() and (made.joints[reached] <= high).all()
     assert np.isnan(made.joints[~reached]).all() and np.isnan(made.command[~reached]).all()
+    before, after = gaps(truth, made.nominal, target)[reached], gaps(truth, made.joints[reached], target[reached])
+    return 1e3 * before.mean(), 1e3 * after.mean(), reached.mean()
+
+
+@pytest.mark.parametrize("name", ["rv-2aj", "ur10", "panda", "rx-90", "iiwa-14", "irb-120"])
+def test_true_robots_come_within_two_percent(name):
+    """Noise 0.02 mm and 0.05 mrad per axis."""
+    before, after, share = judged(name, TRACKER, 0)
+    print(f"\n{name}: {before:.3f} -> {after:.4f} mm, {after / before:.2%}, {share:.1%} of the targets reached")
+    assert before > 0.4 and after / before < 0.02 and share >= 0.85
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["rv-2aj", "ur10", "panda", "fr3", "rx-90", "iiwa-14", "irb-120"])
+def test_a_worse_instrument_does_too(name):
+    """Noise 0.05 mm and 0.1 mrad, what `robocal simulate` takes: median of five robots."""
+    figures = np.array([judged(name, Instrument("pose", 5e-5, 1e-4, None), seed) for seed in range(5)])
+    ratio = figures[:, 1] / figures[:, 0]
+    print(f"\n{name}: {np.median(ratio):.2%}, worst {ratio.max():.2%}")
+    assert np.median(ratio) < 0.02
 
 
 def test_the_nominal_inverse_kinematics_leads_the_command_to_the_corrected_joints(rng):

@@ -30,6 +30,10 @@ def show_compensation(terminal: Terminal, found: Compensated) -> None:
         if s is not None:
             made.add_row(label, figure(s.mean), figure(s.rms), figure(s.p95), figure(s.max), str(s.n))
     terminal.show(Text(""), made, Text("if the calibrated model is the truth", style="dim"))
+    real = found.document["expected_of_the_real_robot"]
+    if real:
+        words = f"the real robot is expected within {figure(real['mean'], 3)} mm (95 %, mean of the targets; worst {figure(real['max'], 3)} mm)"
+        terminal.show(Text(words))
     # What has no correction comes first.
     order = sorted((i for i, note in enumerate(found.notes) if note), key=lambda i: -int(found.made.status[i]))
     words = list(found.counts)

@@ -163,9 +163,12 @@ def _joints(
     return joint_values(given, table, chain, document, ("joints",))
 
 
-def compensated_text(made: Compensation, file: TargetFile, chain: Chain, notes: Sequence[str]) -> str:
+def compensated_text(
+    made: Compensation, file: TargetFile, chain: Chain, notes: Sequence[str], within: Array | None = None
+) -> str:
     """compensated.csv: one row per target, in order; cells are empty where there is nothing to command. Orientations
-    in the form of the targets, or as a rotation vector."""
+    in the form of the targets, or as a rotation vector. `within` (m,) is the radius in m in which the real robot is
+    expected to arrive."""
     length, angle = file.units.length, file.units.angle
     shown: list[tuple[str, Sequence[str]]] = [("target", file.ids), ("status", [STATUS[s] for s in made.status])]
 
@@ -191,6 +194,8 @@ def compensated_text(made: Compensation, file: TargetFile, chain: Chain, notes: 
     add("before", mm, made.before)
     add("after", mm, made.after)
     add("after_by_tcp", mm, made.by_command)
+    if within is not None:
+        add("within_95", mm, within)
     if made.oriented:
         add("before_angle", deg, made.before_angle)
         add("after_angle", deg, made.after_angle)

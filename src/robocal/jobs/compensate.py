@@ -15,13 +15,17 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.compensate import LEAP, SINGULAR_BELOW, STATUS, Compensation
 from robocal.calibrate.compensate import compensate as solve
 from robocal.calibrate.evidence import Statistic
+from robocal.calibrate.workspace import predict
 from robocal.errors import ModelError
+from robocal.estimate.uncertainty import LEVEL, radius
+from robocal.files.covariance import COVARIANCE
 from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot
 from robocal.files.targets import TargetFile, compensated_text, read_targets
 from robocal.files.text import write_files
 from robocal.jobs.inputs import Watch, computable, open_arm, robot_files
 from robocal.jobs.plain import plain
+from robocal.jobs.predict import known_of, shape_motion
 from robocal.jobs.reference import nominal_chain, run_result
 from robocal.parameters import FRAME_SYMBOLS
 
@@ -46,6 +50,7 @@ class Compensated:
     inputs: tuple[InputFile, ...]
     command: str = ""
     written: tuple[Path, ...] = ()
+    within: Array | None = None  # m: what the run knows of the real robot at the corrected joint values, 95 %
 
     @property
     def trusted(self) -> bool:
@@ -80,6 +85,7 @@ class Compensated:
         m = self.made
         stages = {"before": self.before, "after": self.after, "after_by_tcp": self.after_by_tcp}
         named = {k: None if s is None else s.__dict__ for k, s in stages.items()}
+        known = None if self.within is None else Statistic.of(1e3 * self.within[np.isfinite(self.within)])
         return {
             "robocal": 1,
             "robot": self.robot.name,
@@ -89,6 +95,7 @@ class Compensated:
             "targets": len(m.status),
             "status": self.counts,
             "errors": {"unit": "mm"} | named,
+            "expected_of_the_real_robot": None if known is None else {"unit": "mm", "level": LEVEL} | known.__dict__,
             "rows": [
                 {"target": name, "status": STATUS[s], "after_mm": 1e3 * a, "note": note}
                 for name, s, a, note in zip(self.file.ids, m.status, m.after.tolist(), self.notes, strict=True)
@@ -132,10 +139,11 @@ def compensate(
     known = run_result(robot)
     verdict = None if known is None else known.verdict.status
     notes = tuple(_note(made, i, after, file) for i in range(len(file.ids)))
+    within = _within(Path(robot), replace(arm, chain=after), made, file)
     found = Compensated(
-        arm, made, file, notes, compensated_text(made, file, after, notes), tool, verdict,
+        arm, made, file, notes, compensated_text(made, file, after, notes, within), tool, verdict,
         (*arm.warnings, *_warnings(made, file, verdict, reference, arm)),
-        (*robot_files(arm, robot), *file.files), command,
+        (*robot_files(arm, robot), *file.files), command, within=within,
     )  # fmt: skip
     if output is None:
         return found
@@ -163,6 +171,21 @@ def _tools(nominal: Chain, arm: Robot, tool: str) -> tuple[Chain, Chain]:
             raise ModelError("not a tool", key="--tool", found=tool, expected=expected)
         values = {n: arm.units.of(calibrated.table[n].unit).to_si(v) for n, v in zip(names, numbers, strict=True)}
     return nominal.with_values(values), calibrated.with_values(values)
+
+
+def _within(folder: Path, arm: Robot, made: Compensation, file: TargetFile) -> Array | None:
+    """The radius (m,) in m in which the real robot is expected with 95 %: what the calibration does not know of the
+    model, and what the model does not say of the robot. None where no run says."""
+    some = np.flatnonzero(made.reached)
+    if not (folder / COVARIANCE).is_file() or not len(some):
+        return None
+    known = known_of(folder)
+    motion = None if known.placed else shape_motion(arm, known)[0]
+    extra = {k: v[some] for k, v in file.targets.extra.items()}
+    found = predict(arm.chain, made.joints[some], known.total, {**known.conditions, **extra}, motion)
+    out = np.full(len(made.status), np.nan)
+    out[some] = radius(found.position + known.noise.get("m", 0.0) ** 2 * np.eye(3), known.total.dof)
+    return out
 
 
 def _note(made: Compensation, i: int, chain: Chain, file: TargetFile) -> str:
