@@ -32,7 +32,8 @@ def show_compensation(terminal: Terminal, found: Compensated) -> None:
     terminal.show(Text(""), made, Text("if the calibrated model is the truth", style="dim"))
     real = found.document["expected_of_the_real_robot"]
     if real:
-        words = f"the real robot is expected within {figure(real['mean'], 3)} mm (95 %, mean of the targets; worst {figure(real['max'], 3)} mm)"
+        mean, worst = figure(real["mean"], 3), figure(real["max"], 3)
+        words = f"the real robot is expected within {mean} mm (95 %, mean of the targets; worst {worst} mm)"
         terminal.show(Text(words))
     # What has no correction comes first.
     order = sorted((i for i, note in enumerate(found.notes) if note), key=lambda i: -int(found.made.status[i]))
