@@ -33,8 +33,8 @@ def show_compensation(terminal: Terminal, found: Compensated) -> None:
     real = found.document["expected_of_the_real_robot"]
     if real:
         mean, worst = figure(real["mean"], 3), figure(real["max"], 3)
-        words = f"the real robot is expected within {mean} mm (95 %, mean of the targets; worst {worst} mm)"
-        terminal.show(Text(words))
+        told = f"the real robot is expected within {mean} mm (95 %, mean of the targets; worst {worst} mm)"
+        terminal.show(Text(told))
     # What has no correction comes first.
     order = sorted((i for i, note in enumerate(found.notes) if note), key=lambda i: -int(found.made.status[i]))
     words = list(found.counts)
