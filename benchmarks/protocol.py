@@ -3,7 +3,7 @@
 contestant, once, when it is ready   {"ready": true, "how": "one line on the method", "versions": {"numpy": "2.4.6"}}
                        or, and exits {"unavailable": "why"}
 driver      {"job": "path.npz", "repeat": 5}
-contestant  {"seconds": [5 floats], "prepare_seconds": 0.1, "iterations": 4, and either
+contestant  {"seconds": [5 floats], "cpu_seconds": [5 floats], "prepare_seconds": 0.1, "iterations": 4, and either
              "parameters": [23 floats, the full vector in the job's order], or
              "held_out": [[x, y, z], ... 500 predicted held-out positions in metres]}
                          or, if it failed {"error": "text"}
@@ -48,18 +48,19 @@ def full_vector(job, free_values) -> list[float]:
 
 
 def _timed(solve, repeat):
-    """Seconds of each solve and the last result; the garbage collector rests meanwhile, as in `timeit`."""
-    seconds, result = [], None
+    """Wall and CPU seconds of each solve and the last result; the garbage collector rests meanwhile, as in `timeit`."""
+    seconds, cpu, result = [], [], None
     gc.collect()
     gc.disable()
     try:
         for _ in range(repeat):
-            start = time.perf_counter()
+            start, busy = time.perf_counter(), time.process_time()
             result = solve()
             seconds.append(time.perf_counter() - start)
+            cpu.append(time.process_time() - busy)
     finally:
         gc.enable()
-    return seconds, result
+    return seconds, cpu, result
 
 
 def _private_stdout():
@@ -96,8 +97,8 @@ def serve(prepare, how: str, packages=("numpy",)) -> None:
             if not warm:
                 solve()
                 warm = True
-            seconds, result = _timed(solve, int(request.get("repeat", 1)))
-            say({"seconds": seconds, "prepare_seconds": prepare_seconds} | answer(result))
+            seconds, cpu, result = _timed(solve, int(request.get("repeat", 1)))
+            say({"seconds": seconds, "cpu_seconds": cpu, "prepare_seconds": prepare_seconds} | answer(result))
         except Exception as error:
             traceback.print_exc()
             say({"error": f"{type(error).__name__}: {error}"})
