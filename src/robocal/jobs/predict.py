@@ -17,6 +17,7 @@ from robocal.errors import FileError, FormatError
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
 from robocal.files.dataset import InputFile
+from robocal.files.layerfile import LAYER
 from robocal.files.robot import Robot
 from robocal.files.targets import read_targets
 from robocal.files.text import read_text, write_text
@@ -103,6 +104,8 @@ def predict_run(
     conditions: dict[str, ArrayLike] = {**known.conditions, **targets.targets.extra}
     found = predict(robot.chain, q, known.total, conditions, motion)
     warnings = [*robot.warnings, *_outside(robot, known, q)]
+    if (folder / LAYER).is_file():
+        warnings.append("this run has a residual layer: predictions here are those of the model alone, without it")
     rows = tuple(_rows(targets.ids, found, known))
     files = (InputFile(folder / COVARIANCE, read_text(folder / COVARIANCE).sha256), *targets.files)
     made = Prediction(robot, rows, whole, region, files, tuple(warnings))
