@@ -114,7 +114,7 @@ if __name__ == "__main__":
             put(name)
     else:
         sys.path.insert(0, str(HERE))
-        from drawings import DRAWINGS
+        from drawings import drawings
 
-        for name, svg in DRAWINGS().items():
+        for name, svg in drawings().items():
             (HERE / f"{name}.svg").write_text(svg, encoding="utf-8")

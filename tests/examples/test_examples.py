@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from robocal.cli import main
+from robocal.files.kinds.registry import READERS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -45,6 +46,32 @@ def run(command, capsys):
     return status, json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.parametrize("kind", READERS)
+def test_instruments(place, capsys, kind):
+    """One example per kind: the errors fall on configurations that were not used, to what the README says."""
+    found, document = run(commands(f"instruments/{kind}")[0], capsys)
+    said = re.search(r"falls from ([\d.]+) to ([\d.]+) (\w+)\.", (EXAMPLES / "instruments" / kind / "README.md").read_text())
+    residuals = document["residuals"]
+    assert found == 0 and document["verdict"]["status"] == "improved", document["verdict"]
+    assert said[3] == residuals["unit"]
+    assert residuals["held_out_before"]["mean"] == pytest.approx(float(said[1]), rel=0.06)
+    assert residuals["held_out"]["mean"] == pytest.approx(float(said[2]), rel=0.06)
+
+
+def test_instrument_data_are_what_the_script_makes():
+    namespace = {"__name__": "make", "__file__": str(EXAMPLES / "instruments" / "make.py")}
+    exec(compile((EXAMPLES / "instruments" / "make.py").read_text(), "make.py", "exec"), namespace)
+    for kind in ("position", "point"):
+        for name, text in namespace["texts"](kind).items():
+            kept = (EXAMPLES / "instruments" / kind / name).read_text()
+            # A contact is solved for: its last digits may differ between machines.
+            assert numbers(text) == pytest.approx(numbers(kept), abs=2e-3), (kind, name)
+
+
+def numbers(text):
+    return [float(n) for n in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", text)]
+
+
 @pytest.mark.parametrize(("folder", "number", "status", "verdict"), EXPECTED)
 def test_command(place, capsys, folder, number, status, verdict):
     found, document = run(commands(folder)[number], capsys)
@@ -56,6 +83,9 @@ def test_every_command_is_tried():
     """The validation and the UR10 have tests of their own below."""
     known = {(folder, number) for folder, number, *_ in EXPECTED} | {("rv-2aj", 1), ("rv-2aj", 3), ("ur10-tracker", 0)}
     folders = sorted(p.name for p in EXAMPLES.iterdir() if p.is_dir())
+    for kind in READERS:
+        assert len(commands(f"instruments/{kind}")) == 1
+    assert sorted(p.name for p in (EXAMPLES / "instruments").iterdir() if p.is_dir()) == sorted(READERS)
     assert {(f, i) for f in folders for i in range(len(commands(f)))} == known
 
 
