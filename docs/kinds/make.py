@@ -46,7 +46,7 @@ def trial(kind: str, arm: str, poses: int, seed: int):
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
     truth = true_chain(nominal, Errors(), streams[0])
     q = sample_joints(nominal, poses, streams[1])
-    data = hidden(measure(truth, q, Instrument(kind, angle_noise=FINE.get(kind, 1e-4)), streams[2]), kind)
+    data = hidden(measure(truth, q, Instrument(kind, angle_noise=FINE.get(kind, 1e-4)), streams[2]))
     try:
         # As a robot file has it: base held, tool free.
         return nominal, truth, identify(free(nominal), data, BARE)

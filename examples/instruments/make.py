@@ -35,10 +35,10 @@ COMMENTS = {
     "range": "or times: unit: us",
     "bearing": "azimuth about z from x, elevation above the xy plane",
     "contact": "how well it touches",
-    "places": "roughly where they stand; leave xyz out where nobody knows",
+    "places": "where they stand is found; xyz says roughly where",
     "place": "the column that says which",
     "between": "known from the plate's drawing",
-    "ends": "a ball in a socket beside the robot, the other on its tool",
+    "ends": "a ball in a socket beside the robot, another on its tool",
     "medium": "m/s; what a time would be multiplied by",
     "radius": "of the sphere and the probe's ball together",
     "pixels": "what the camera saw",
@@ -55,7 +55,7 @@ def texts(kind: str) -> dict[str, str]:
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(5).spawn(3)]
     truth = true_chain(arm, Errors(), streams[0])
     q = np.radians(np.round(np.degrees(sample_joints(arm, POSES.get(kind, 40), streams[1])), 2))
-    data = hidden(measure(truth, q, Instrument(kind, angle_noise=FINE.get(kind, 1e-4)), streams[2]), kind)
+    data = hidden(measure(truth, q, Instrument(kind, angle_noise=FINE.get(kind, 1e-4)), streams[2]))
     table, described = plain(table_text(data, arm, units, digits=False), data_text(data, arm, "data.csv", units))
     said = "# SIMULATED, not measured: examples/instruments/make.py"
     return {"robot.yaml": describe(arm, units), "data.yaml": f"{said}\n{commented(described)}", "data.csv": table}

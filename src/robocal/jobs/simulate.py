@@ -102,7 +102,7 @@ def simulated_files(robot: Robot, truth: Chain, data: DataSet, about: str) -> di
             "this robot's format cannot hold these true values", found=", ".join(left_out), expected="a robot.yaml"
         )
     suffix = "urdf" if robot.format == "urdf" else "yaml"
-    shown = hidden(data, data.observations[0].kind)
+    shown = hidden(data)
     label = f"# SIMULATED by robocal simulate, not measured: {about}\n"
     return {
         f"robot.{suffix}": robot.text,
