@@ -10,6 +10,7 @@ the true robot: what the calibration is worth, whatever the instrument could rea
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -56,8 +57,6 @@ def trial(kind: str, arm: str, poses: int, seed: int):
 
 def free(arm: Chain) -> Chain:
     """All geometry free, and the tool."""
-    from dataclasses import replace
-
     names = [*arm.geometric, *(f"tool.{s}" for s in ("x", "y", "z", "rx", "ry", "rz"))]
     return replace(arm, table=arm.table.with_free(set(names)))
 

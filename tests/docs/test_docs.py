@@ -132,3 +132,54 @@ def test_picture_is_what_the_script_draws(capsys, monkeypatch):
     exec(compile((place / "make.py").read_text(), "make.py", "exec"), namespace)
     words = re.compile(r">([^<>]+)<")
     assert words.findall(namespace["draw"]()) == words.findall((place / "before-after.svg").read_text())
+
+
+# --- the ways to measure --------------------------------------------------------------------------------------------------
+
+
+def kinds():
+    from robocal.files.kinds.registry import READERS
+
+    return tuple(READERS)
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_every_kind_has_a_page(kind):
+    """Its rig, its numbers, its data file and its command, which are those of the example that the examples' tests run."""
+    page = f"docs/kinds/{kind}.md"
+    folder = PROJECT / "examples" / "instruments" / kind
+    (data,) = blocks(page, "yaml")
+    assert (folder / "data.yaml").read_text(encoding="utf-8").endswith(data) and f"kind: {kind}\n" in data
+    (command,) = [c for c in commands(page) if "examples/" in c]
+    assert commands(f"examples/instruments/{kind}/README.md") == [command]
+    said = text(page)
+    assert f"]({kind}.svg)" in said and (PROJECT / f"docs/kinds/{kind}.svg").is_file()
+    for heading in ("## When to use it", "## What it tells and what it cannot", "## The data file", "## Noise", "## Traps"):
+        assert heading in said
+    assert re.search(r"80 poses: \d+ of \d+ free parameters are seen", said) and "| poses | 10 | 20 | 40 | 80 |" in said
+    assert f"({kind}.md)" in text("docs/kinds/README.md") and f"| `{kind}` |" in text("docs/files.md")
+
+
+def test_the_rigs_are_what_the_script_draws():
+    namespace = {"__name__": "drawings"}
+    source = (PROJECT / "docs" / "kinds" / "drawings.py").read_text(encoding="utf-8")
+    exec(compile(source, "drawings.py", "exec"), namespace)
+    drawn = namespace["drawings"]()
+    assert set(drawn) == set(kinds())
+    for kind, svg in drawn.items():
+        assert svg == (PROJECT / "docs" / "kinds" / f"{kind}.svg").read_text(encoding="utf-8"), kind
+
+
+def test_the_measured_block_is_what_the_script_measures():
+    """One cell anew: the rest takes minutes (docs/kinds/make.py numbers)."""
+    import numpy as np
+
+    namespace = {"__name__": "make", "__file__": str(PROJECT / "docs" / "kinds" / "make.py")}
+    source = (PROJECT / "docs" / "kinds" / "make.py").read_text(encoding="utf-8")
+    exec(compile(source, "make.py", "exec"), namespace)
+    errors = []
+    for seed in namespace["SEEDS"]:
+        _, truth, found = namespace["trial"]("pose", "irb-120", 20, seed)
+        errors.append(namespace["tool_error"](found.corrected, truth))
+    row = next(line for line in text("docs/kinds/pose.md").splitlines() if line.startswith("| six axes"))
+    assert float(row.split("|")[3]) == pytest.approx(float(np.median(errors)), rel=0.06)

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 from files.data_samples import ARM, DATA, TABLE, put
+from files.kind_samples import ARM as SMALL
+from files.kind_samples import KINDS, texts
 from files.test_real_data import TRACKER
 from files.test_result import result
 from files.test_robot import TEXT as ROBOT
@@ -135,6 +137,21 @@ def test_data_file(tmp_path, text, data):
     put(tmp_path)
     (tmp_path / "data.yaml").write_bytes(data.draw(damage(text)))
     only_input_errors(lambda: read_dataset(tmp_path / "data.yaml", ARM))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(parent=quick, max_examples=40)
+@given(data=st.data())
+def test_every_kind(tmp_path, kind, data):
+    """A data file or its table, of every kind of measurement."""
+    described, table = (text.encode() for text in texts(kind))
+    if data.draw(st.booleans()):
+        described = data.draw(damage(texts(kind)[0]))
+    else:
+        table = data.draw(damage("\n".join(texts(kind)[1].splitlines()[:5])))
+    (tmp_path / "data.yaml").write_bytes(described)
+    (tmp_path / "table.csv").write_bytes(table)
+    only_input_errors(lambda: read_dataset(tmp_path / "data.yaml", SMALL))
 
 
 @pytest.mark.parametrize("text", [DATA, POSE])
