@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from html import escape
+from itertools import pairwise
 
 Point = tuple[float, float]
 WIDTH, HEIGHT, FLOOR = 640, 330, 290
@@ -31,7 +32,7 @@ class Sheet:
     def line(self, *points: Point, cls: str = "ink") -> None:
         """A line through points, each stroke a little bowed as a hand draws it."""
         d = f"M{points[0][0]:.1f} {points[0][1]:.1f}"
-        for (ax, ay), (bx, by) in zip(points, points[1:], strict=False):
+        for (ax, ay), (bx, by) in pairwise(points):
             self.count += 1
             length = math.hypot(bx - ax, by - ay) or 1.0
             bow = (0.008 if cls in ("link", "core", "ghost", "ghostcore") else 0.012) * length * (-1) ** self.count
@@ -64,7 +65,11 @@ class Sheet:
         self.line(a, b, cls=cls)
         turn = math.atan2(b[1] - a[1], b[0] - a[0])
         for side in (2.6, -2.6):
-            self.line(b, (b[0] + 11 * math.cos(turn + side), b[1] + 11 * math.sin(turn + side)), cls=cls.replace("sight", "red"))
+            self.line(
+                b,
+                (b[0] + 11 * math.cos(turn + side), b[1] + 11 * math.sin(turn + side)),
+                cls=cls.replace("sight", "red"),
+            )
 
     def span(self, a: Point, b: Point, text: str) -> None:
         """A dimension between two points, its text below."""
@@ -99,11 +104,11 @@ class Sheet:
             self.line((x, y), (x + foot, FLOOR), cls="blue")
 
     def svg(self, key: str) -> str:
-        return (
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" role="img" '
-            f'aria-labelledby="{key}-t {key}-d"><title id="{key}-t">{escape(self.title)}</title><desc id="{key}-d">{escape(self.text)}</desc>'
-            f'<style>{STYLE}</style><rect width="{WIDTH}" height="{HEIGHT}" fill="#fff"/>{"".join(self.parts)}</svg>\n'
-        )
+        size = f'viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}"'
+        about = f'<title id="{key}-t">{escape(self.title)}</title><desc id="{key}-d">{escape(self.text)}</desc>'
+        white = f'<rect width="{WIDTH}" height="{HEIGHT}" fill="#fff"/>'
+        head = f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="img" aria-labelledby="{key}-t {key}-d">'
+        return f"{head}{about}<style>{STYLE}</style>{white}{''.join(self.parts)}</svg>\n"
 
 
 def tracker(s: Sheet, x: float = 520, y: float = 165) -> Point:
@@ -151,7 +156,13 @@ def _pose(s: Sheet) -> None:
     tip = s.arm()
     eye = tracker(s)
     s.line(eye, (tip[0] + 20, tip[1]), cls="sight")
-    s.shape((tip[0] - 4, tip[1] - 17), (tip[0] + 16, tip[1] - 17), (tip[0] + 16, tip[1] + 17), (tip[0] - 4, tip[1] + 17), cls="redfill")
+    s.shape(
+        (tip[0] - 4, tip[1] - 17),
+        (tip[0] + 16, tip[1] - 17),
+        (tip[0] + 16, tip[1] + 17),
+        (tip[0] - 4, tip[1] + 17),
+        cls="redfill",
+    )
     s.axes(tip[0] + 6, tip[1], -35, "red", 44)
     s.label(330, 200, "6D target or marker", "r", "middle")
     s.label(415, 78, "place and orientation", "r", "middle")
@@ -340,7 +351,10 @@ KINDS = {
     "distance": (_distance, "A bar between a socket beside the robot and a ball on its tool"),
     "displacement": (_displacement, "How far the tool moved between two configurations"),
     "relative_pose": (_relative_pose, "How the tool moved and turned between two configurations"),
-    "point": (_point, "A ball on the tool rests in a socket from many configurations; a second socket stands at a known distance"),
+    "point": (
+        _point,
+        "A ball on the tool rests in a socket from many configurations; a second socket stands at a known distance",
+    ),
     "plane": (_plane, "A ball on the tool touches three plates"),
     "sphere": (_sphere, "A probe on the tool touches two spheres"),
     "pixels": (_pixels, "A fixed camera sees the corners of a marker on the tool"),

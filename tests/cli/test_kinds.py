@@ -40,7 +40,9 @@ def test_simulate_and_identify(tmp_path, kind):
     assert found["verdict"]["status"] == "improved" and held["held_out"]["mean"] < 0.7 * held["held_out_before"]["mean"]
     nominal, truth = read_robot(sim / "robot.yaml").chain, read_robot(sim / "truth.yaml").chain
     unit = read_robot(sim / "robot.yaml").unit_of
-    values = {p["name"]: unit(p["name"]).to_si(p["identified"]) for p in found["parameters"] if p["name"] in nominal.table}
+    values = {
+        p["name"]: unit(p["name"]).to_si(p["identified"]) for p in found["parameters"] if p["name"] in nominal.table
+    }
     before, after = true_error(nominal, truth), true_error(nominal.with_values(values), truth)
     assert before > 1.0 and after < 0.25 * before
 
@@ -105,6 +107,10 @@ def test_places_are_held_and_freed_by_name(tmp_path, kind):
 
 def test_contacts_follow_from_the_arm(tmp_path):
     sim = simulated(tmp_path, "position", poses=4)
-    robocal("simulate", sim / "robot.yaml", "--kind", "point", "--at", sim / "data.yaml", "-o", tmp_path / "x").assert_refused("--at")
-    robocal("simulate", sim / "robot.yaml", "--kind", "pont", "-o", tmp_path / "x").assert_refused("did you mean 'point'")
+    robocal(
+        "simulate", sim / "robot.yaml", "--kind", "point", "--at", sim / "data.yaml", "-o", tmp_path / "x"
+    ).assert_refused("--at")
+    robocal("simulate", sim / "robot.yaml", "--kind", "pont", "-o", tmp_path / "x").assert_refused(
+        "did you mean 'point'"
+    )
     assert not files(tmp_path / "x")

@@ -10,7 +10,12 @@ import pytest
 
 PROJECT = Path(__file__).parents[2]
 PAGES = sorted(
-    [*PROJECT.glob("*.md"), *PROJECT.glob("docs/*.md"), *PROJECT.glob("docs/kinds/*.md"), *PROJECT.glob("examples/**/*.md")]
+    [
+        *PROJECT.glob("*.md"),
+        *PROJECT.glob("docs/*.md"),
+        *PROJECT.glob("docs/kinds/*.md"),
+        *PROJECT.glob("examples/**/*.md"),
+    ]
 )
 NAMES = [str(p.relative_to(PROJECT)) for p in PAGES]
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
@@ -154,7 +159,13 @@ def test_every_kind_has_a_page(kind):
     assert commands(f"examples/instruments/{kind}/README.md") == [command]
     said = text(page)
     assert f"]({kind}.svg)" in said and (PROJECT / f"docs/kinds/{kind}.svg").is_file()
-    for heading in ("## When to use it", "## What it tells and what it cannot", "## The data file", "## Noise", "## Traps"):
+    for heading in (
+        "## When to use it",
+        "## What it tells and what it cannot",
+        "## The data file",
+        "## Noise",
+        "## Traps",
+    ):
         assert heading in said
     assert re.search(r"80 poses: \d+ of \d+ free parameters are seen", said) and "| poses | 10 | 20 | 40 | 80 |" in said
     assert f"({kind}.md)" in text("docs/kinds/README.md") and f"| `{kind}` |" in text("docs/files.md")

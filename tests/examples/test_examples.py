@@ -50,7 +50,9 @@ def run(command, capsys):
 def test_instruments(place, capsys, kind):
     """One example per kind: the errors fall on configurations that were not used, to what the README says."""
     found, document = run(commands(f"instruments/{kind}")[0], capsys)
-    said = re.search(r"falls from ([\d.]+) to ([\d.]+) (\w+)\.", (EXAMPLES / "instruments" / kind / "README.md").read_text())
+    said = re.search(
+        r"falls from ([\d.]+) to ([\d.]+) (\w+)\.", (EXAMPLES / "instruments" / kind / "README.md").read_text()
+    )
     residuals = document["residuals"]
     assert found == 0 and document["verdict"]["status"] == "improved", document["verdict"]
     assert said[3] == residuals["unit"]

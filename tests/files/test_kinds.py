@@ -128,7 +128,9 @@ TOUCH = "a,b,c,s\n1,2,3,left\n4,5,6,right\n2,3,1,left\n"
 
 
 def test_places_are_named_by_a_column_or_stand_alone(tmp_path):
-    one = read(tmp_path, head("point") + "place: {name: cone, xyz: [1, 2, 3]}\nunits: {length: mm, angle: deg}\n", TOUCH)
+    one = read(
+        tmp_path, head("point") + "place: {name: cone, xyz: [1, 2, 3]}\nunits: {length: mm, angle: deg}\n", TOUCH
+    )
     (obs,) = one.dataset.observations
     place = obs.options["place"]
     assert place == Frame("cone", (1e-3, 2e-3, 3e-3, 0, 0, 0), (True,) * 3 + (False,) * 3, "base", (0.1, 0.1))
