@@ -128,6 +128,22 @@ def test_orders_of_one_joint_and_orders_that_are_there_already():
     assert [n for n in model.table.names if n.startswith("j1.cos")] == ["j1.cos1", "j1.cos2", "j1.cos20_5"]
 
 
+def test_ripple_fades_where_nothing_was_measured():
+    bare = catalog.get("ur10")
+    options = {"harmonics": {"j2": (9.0, 14.0)}, "range": {"j2": (-1.0, 0.5)}}
+    values = {"j2.cos9": 1e-3, "j2.sin14": 1e-3}
+    model, wide = (add(bare, "ripple", o).with_values(values) for o in (options, {"harmonics": options["harmonics"]}))
+    q = np.zeros((61, 6))
+    q[:, 1] = np.linspace(-2, 2, 61)
+    inside, outside = (q[:, 1] >= -1) & (q[:, 1] <= 0.5), (q[:, 1] < -1.1) | (q[:, 1] > 0.6)
+    np.testing.assert_allclose(model.pose(q[inside]), wide.pose(q[inside]), atol=1e-15)
+    np.testing.assert_allclose(model.pose(q[outside]), bare.pose(q[outside]), atol=1e-15)
+    fine = np.zeros((2001, 6))
+    fine[:, 1] = np.linspace(-1.2, -0.9, 2001)
+    place = model.pose(fine)[:, :3, 3] - bare.pose(fine)[:, :3, 3]
+    assert np.linalg.norm(np.diff(place, axis=0), axis=1).max() < 1e-5
+
+
 def test_held_and_released():
     model = held(add(add(catalog.get("ur10"), "gain"), "eccentricity"))
     assert not model.table.free

@@ -25,6 +25,7 @@ groups:    # beyond geometry
   eccentricity: {harmonics: [1, 2], joints: [j1], prior: 0.02, values: {j1.cos1: 0.01}}
   ripple:
     harmonics: {j2: [7, 20.5]}
+    range: {j2: [-60, 90]}
     values:
       j2.cos7: 0.003
   compliance: {gravity: [0, 0, -9.81], links: [{joint: j2, mass: 2.5, com: [-120, 0, 30]}]}
@@ -123,6 +124,7 @@ def test_a_result_can_make_the_groups_again():
         ("20 degC", "warm", ("not a temperature",)),
         ("20 degC}", "20 mm}", ("unit",)),
         ("  gain:\n", "  gain: {harmonics: [1]}\n", ("unknown option",)),
+        ("[-60, 90]", "[90, -60]", ("not a range",)),
         ("  gain:\n", "  gain: 3\n", ("mapping",)),
         ("[0, 0, -9.81]", "[0, 0, 0]", ("direction",)),
     ],

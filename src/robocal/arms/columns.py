@@ -21,6 +21,7 @@ __all__ = ["Column", "Growth", "Harmonic", "Recorded"]
 
 Array = NDArray[np.float64]
 Known = Mapping[str, Array]
+FADE = 0.1  # rad
 
 
 class Column(Protocol):
@@ -39,18 +40,28 @@ class Column(Protocol):
 
 @dataclass(frozen=True)
 class Harmonic:
-    """cos(k q_j) and sin(k q_j): what an eccentric gear adds to the joint that it drives; k need not be whole."""
+    """cos(k q_j) and sin(k q_j): what an eccentric gear adds to the joint that it drives; k need not be whole.
+
+    Outside low .. high (rad) they fade to zero over FADE: many orders that were found over part of a turn say nothing
+    of the rest of it, and together they would say it loudly.
+    """
 
     joint: str
     order: float
+    low: float = -np.inf
+    high: float = np.inf
 
     @property
     def names(self) -> tuple[str, ...]:
         return (f"cos({self.order:g} {self.joint})", f"sin({self.order:g} {self.joint})")
 
     def columns(self, q: Array, known: Known) -> dict[str, Array]:
-        angle = self.order * known[self.joint]
-        return dict(zip(self.names, (np.cos(angle), np.sin(angle)), strict=True))
+        q_j = known[self.joint]
+        outside = np.maximum(np.maximum(self.low - q_j, q_j - self.high), 0.0)
+        inside = np.maximum(1.0 - outside / FADE, 0.0)
+        return dict(
+            zip(self.names, (inside * np.cos(self.order * q_j), inside * np.sin(self.order * q_j)), strict=True)
+        )
 
     def at(self, table: Table) -> Column:
         return self

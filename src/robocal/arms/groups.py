@@ -69,8 +69,10 @@ GROUPS = {
             lambda c, o: joints.with_eccentricity(c, **_common(o, "harmonics")), "gear or encoder off its axis, per turn of the joint",
         ),
         Rule(
-            "ripple", ("joints", "prior", "harmonics", "highest"), "rad", joints.GEAR,
-            lambda c, o: joints.with_eccentricity(c, **_common(o) | {"harmonics": o.get("harmonics", {})}),
+            "ripple", ("joints", "prior", "harmonics", "highest", "range"), "rad", joints.GEAR,
+            lambda c, o: joints.with_eccentricity(
+                c, **_common(o) | {"harmonics": o.get("harmonics", {}), "within": o.get("range")}
+            ),
             "teeth, strain waves and sensor lines; orders are sought in the data",
         ),
         Rule(

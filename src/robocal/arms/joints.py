@@ -93,9 +93,10 @@ def with_eccentricity(
     joints: Sequence[str] = (),
     harmonics: Sequence[float] | Mapping[str, Sequence[float]] = (1, 2),
     prior: float = GEAR,
+    within: Mapping[str, tuple[float, float]] | None = None,
 ) -> Chain:
     """Adds cos and sin of multiples of the joint's own angle to turning joints, the same orders for all or some for
-    each by name; `prior` in rad.
+    each by name; `prior` in rad. Outside `within` (low, high in rad, by joint) they fade to zero.
 
     Order 2 x ratio is what a strain-wave gear adds per turn of its motor. What a joint has already stays as it is.
     Raises ModelError for an order that is not above zero.
@@ -109,7 +110,7 @@ def with_eccentricity(
                     "not an order of a harmonic", key="harmonics", found=order, expected="a number above 0"
                 )
             at, sign = _sign(chain, joint)
-            wave = Harmonic(joint, float(order))
+            wave = Harmonic(joint, float(order), *(within or {}).get(joint, ()))
             names = [f"{joint}.{symbol}{_word(order)}" for symbol in ("cos", "sin")]
             if names[0] in chain.table:
                 continue

@@ -84,6 +84,8 @@ class _Race:
         self.line: Linearised = linearised(wide, part, added, split)
         self.base = self.line.columns([n for n in self.line.names if n not in set(added)])
         self.unit = next(u for u in UNITS if any(u == v for t in part.problem.terms for _, _, v in t.parts))
+        self.names, given = model.joint_names, data.configurations.joints
+        self.joints = np.zeros((0, len(self.names))) if given is None else given[np.isfinite(given).all(axis=1)]
         self.entered: list[str] = []
         self.seed = options.seed
         self.noise = self.line.left(self.base)
@@ -130,6 +132,11 @@ class _Race:
         good = gain[1] > 0
         why = "the mean error on unseen blocks of rows " + ("falls" if good else "does not fall significantly")
         return Tried(name, many, good, why, gain, float(before.mean()), self.unit, orders_)
+
+    def range(self) -> dict[str, tuple[float, float]]:
+        """Where the joints that ripple were measured (rad): the orders say nothing of elsewhere."""
+        seen = {j: self.joints[:, i] for i, j in enumerate(self.names) if j in self.orders()}
+        return {j: (float(q.min()), float(q.max())) for j, q in seen.items()}
 
     def orders(self) -> dict[str, tuple[float, ...]]:
         """The orders of ripple that all rows show."""
@@ -191,6 +198,6 @@ def _chosen(model: Chain, race: _Race, extra: Mapping[str, Mapping[str, Any]], b
         if name in extra or sought:
             options = {**(extra.get(name) or race.groups[name].options)}
             made = made if name in extra else without(made, name)
-            made = add(made, name, options | ({"harmonics": race.orders()} if sought else {}))
+            made = add(made, name, options | ({"harmonics": race.orders(), "range": race.range()} if sought else {}))
     made = released(made, race.entered)
     return replace(made, table=made.table.with_free(n for n in made.table.free if n not in bound))

@@ -43,6 +43,7 @@ class GroupModel(Model):
     prior: FiniteFloat | None = None
     values: dict[str, FiniteFloat] = Field(default_factory=dict)
     harmonics: Harmonics | None = None
+    range: dict[str, list[FiniteFloat]] | None = None
     highest: int | None = Field(default=None, ge=1, le=1000)
     gravity: Triple | None = None
     links: list[LinkModel] | None = None
@@ -99,11 +100,19 @@ def _options(name: str, model: GroupModel, units: Units, document: Document, at:
     for key in ("joints", "gravity"):
         if key in out:
             out[key] = tuple(out[key])
+    if model.range is not None:
+        out["range"] = {j: _range(v, units, document, (*at, "range", j)) for j, v in model.range.items()}
     if isinstance(model.harmonics, dict):
         out["harmonics"] = {j: tuple(v) for j, v in model.harmonics.items()}
     elif model.harmonics is not None:
         out["harmonics"] = tuple(model.harmonics)
     return out
+
+
+def _range(given: list[float], units: Units, document: Document, at: Path_) -> tuple[float, float]:
+    if len(given) != 2 or not given[0] < given[1]:
+        document.fail("not a range", at, found=given, expected="[lower, upper]")
+    return units.angle.to_si(given[0]), units.angle.to_si(given[1])
 
 
 def _temperature(given: float | str, document: Document, at: Path_) -> float:
@@ -151,6 +160,8 @@ def _shown(chain: Chain, group: Group, units: Units) -> dict[str, Any]:
     out = dict(group.options)
     if "prior" in out:
         out["prior"] = units.of(rule_of(group.name).unit).from_si(out["prior"])
+    if "range" in out:
+        out["range"] = {j: [units.angle.from_si(v) for v in pair] for j, pair in out["range"].items()}
     if "reference" in out:
         out["reference"] = f"{number(out['reference'])} K"
     values = _values(chain, group, units)
@@ -186,8 +197,8 @@ def group_changes(document: Document, chain: Chain, units: Units) -> dict[Path_,
             out[at] = _flow(_shown(chain, group, units), units)
             continue
         given = stated[group.name]
-        if "harmonics" in group.options and "harmonics" not in given:
-            out[(*at, "harmonics")] = _flow(group.options["harmonics"], units)
+        shown = _shown(chain, group, units)
+        out.update({(*at, k): _flow(shown[k], units) for k in ("harmonics", "range") if k in shown and k not in given})
         values = _values(chain, group, units)
         if isinstance(given.get("values"), dict) and given["values"]:
             zero = {n: 0.0 for n in given["values"] if n not in values}
@@ -212,8 +223,9 @@ def stated_options(plain: Mapping[str, Any]) -> dict[str, Any]:
     }
     if "links" in out:
         out["links"] = tuple(Load(m["joint"], m["mass"], tuple(m["com"])) for m in out["links"])
-    if isinstance(out.get("harmonics"), Mapping):
-        out["harmonics"] = {j: tuple(v) for j, v in out["harmonics"].items()}
+    for key in ("harmonics", "range"):
+        if isinstance(out.get(key), Mapping):
+            out[key] = {j: tuple(v) for j, v in out[key].items()}
     return out
 
 
