@@ -13,6 +13,7 @@ from robocal.calibrate.groups import choose_groups
 from robocal.calibrate.identification import Options
 from robocal.calibrate.layered import layer_rows, layered_errors, try_layer
 from robocal.calibrate.split import make_split
+from robocal.jobs.validate import model_errors
 from robocal.measure.base import problem
 
 GROUPS = {name: {} for name in ("gain", "eccentricity", "ripple", "compliance", "bending", "expansion")}
@@ -87,3 +88,19 @@ def test_geometry_groups_and_layer_on_rows_that_nothing_has_seen(load, how):  # 
     assert found["groups + layer"].mean() <= 1.01 * found["groups"].mean()
     assert found["geometry + layer"].mean() < 0.95 * found["geometry"].mean()
     assert any(on for name, on in switched if name == "geometry")
+
+
+@pytest.mark.slow
+def test_what_series_c_taught_holds_on_series_d(load):  # noqa: F811
+    """Another day, other poses: robot and tool as Series C found them, only the tracker is placed anew."""
+    robot, data = load("C")
+    other = load("D")[1]
+    choice = choose_groups(robot, data, GROUPS)
+    each = []
+    for model in (robot, choice.model):
+        values = fitted(model, data)[1]
+        there = model.with_values({n: v for n, v in values.items() if n in model.table})
+        each.append(model_errors(there, other).position)
+    print()
+    gain = told("series D: geometry of C -> geometry and groups of C", *each)
+    assert gain[1] > 0.35e-3 and each[1].mean() < 0.35e-3
