@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -196,6 +197,14 @@ def test_bad_targets_are_refused_by_name(run: Path) -> None:
     refused(run, "bad.yaml", "robocal: 1\nkind: position\nfile: t.csv\n", "bad.yaml", "targets", "position")
     refused(run, "bad.yaml", "robocal: 1\nkind: targets\nfile: t.csv\npositon: {}\n", "bad.yaml", "position")
     refused(run, "bad.csv", "x [mm],y [mm],z [mm]\n1,2,3\n", "--nominal", "run folder", robot="run/calibrated.yaml")
+
+
+def test_a_residual_layer_is_said_to_be_left_out(run: Path, tmp_path: Path) -> None:
+    shutil.copytree(run / "run", tmp_path / "run")
+    (tmp_path / "run" / "layer.json").write_text("{}", encoding="utf-8")
+    (tmp_path / "q.csv").write_text("j1 [deg],j2 [deg],j3 [deg]\n10,20,30\n", encoding="utf-8")
+    assert "residual layer" in robocal("compensate", tmp_path / "run", tmp_path / "q.csv").err
+    assert "residual layer" not in robocal("compensate", run / "run", tmp_path / "q.csv").err
 
 
 def test_a_calibration_that_was_not_proven_is_not_trusted(run: Path, tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from robocal.errors import ModelError
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE
 from robocal.files.dataset import InputFile
+from robocal.files.layerfile import LAYER
 from robocal.files.robot import Robot
 from robocal.files.targets import TargetFile, compensated_text, read_targets
 from robocal.files.text import write_files
@@ -142,7 +143,7 @@ def compensate(
     within = _within(Path(robot), replace(arm, chain=after), made, file)
     found = Compensated(
         arm, made, file, notes, compensated_text(made, file, after, notes, within), tool, verdict,
-        (*arm.warnings, *_warnings(made, file, verdict, reference, arm)),
+        (*arm.warnings, *_warnings(made, file, verdict, reference, arm), *_layer(Path(robot))),
         (*robot_files(arm, robot), *file.files), command, within=within,
     )  # fmt: skip
     if output is None:
@@ -211,6 +212,12 @@ def _note(made: Compensation, i: int, chain: Chain, file: TargetFile) -> str:
     if words == "orientation relaxed":
         return f"position exact, orientation off by {np.degrees(made.after_angle[i]):.3g} deg"
     return ""
+
+
+def _layer(folder: Path) -> tuple[str, ...]:
+    if not (folder / LAYER).is_file():
+        return ()
+    return ("the residual layer of the run folder is left out: corrections are those of the calibrated model alone",)
 
 
 def _warnings(made: Compensation, file: TargetFile, verdict: str | None, nominal: Chain, arm: Robot) -> tuple[str, ...]:
