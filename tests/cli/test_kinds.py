@@ -18,6 +18,7 @@ WRONG = ("j2.d=41.2", "j3.d=248.9", "j2.theta=-89.7", "j3.theta=0.4", "j3.alpha=
 
 def simulated(folder, kind, poses=40):
     """A folder with robot, data and truth."""
+    folder.mkdir(exist_ok=True)
     (folder / "arm.yaml").write_text(ROBOT, encoding="utf-8")
     settings = [word for setting in WRONG for word in ("--set", setting)]
     quiet = ("--length-error", 0, "--angle-error", 0)
@@ -114,3 +115,13 @@ def test_contacts_follow_from_the_arm(tmp_path):
         "did you mean 'point'"
     )
     assert not files(tmp_path / "x")
+
+
+def test_two_kinds_in_one_identification(tmp_path):
+    """Sockets and a bar of one robot: each with its own place and sigma, chi2 per group."""
+    one, two = (simulated(tmp_path / kind, kind) for kind in ("point", "distance"))
+    ran = robocal("identify", one / "robot.yaml", one / "data.yaml", two / "data.yaml", "--json")
+    assert ran.status == 0, ran.err
+    groups = {g["name"]: g for g in ran.document["fit"]["groups"]}
+    assert set(groups) == {"a", "b", "a-b", "bar"}
+    assert all(0.4 < g["chi2"] / g["dof"] < 1.8 for g in groups.values() if g["n"] > 10)
