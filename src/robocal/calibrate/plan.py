@@ -139,6 +139,9 @@ def plan(
                 np.min([np.asarray(v) for v in margins(at, template, options.region, q, columns).values()], axis=0) >= 0
             )
             names, q = tuple(n for n, i in zip(names, inside, strict=True) if i), q[inside]
+    for key, poses in (("candidates", q), ("tests", q if tests is None else tests)):
+        if not len(poses):
+            raise ModelError("there are no poses", key=key, expected="at least one inside the region")
     if tests is None:
         tests = draw(at, template, options.task or options.region, options.tests, rng, columns=columns)
     b = blocks(model, template, q, tests, measured=measured, values=values, columns=columns)

@@ -28,7 +28,7 @@ __all__ = ["CRITERIA", "Criterion", "criterion_of", "information"]
 Array = NDArray[np.float64]
 # So many extreme eigenvectors, or worst tests, make the cheap bound of a criterion that has no closed form.
 EXTREMES = 8
-WORST = 24
+WORST = 48
 
 
 def information(blocks: Array) -> Array:
@@ -44,10 +44,15 @@ class Criterion(ABC):
 
     tight = False
     weakest = False
+    most = 1024  # candidates worth working out where the bound is not tight, best bounds first
 
     @abstractmethod
     def value(self, m: Array) -> Array:
         """The criterion of information matrices (..., n, n) -> (...)."""
+
+    def after(self, m: Array, blocks: Array, sign: float) -> Array:
+        """value(m + sign A^T A) of every block, (k,)."""
+        return self.value(m + sign * information(blocks))
 
     def slope(self, m: Array) -> Array | None:
         """F (n, q) with F F^T the derivative by M of a criterion that is concave; None where nobody has derived it."""
@@ -108,6 +113,8 @@ class Variance(Criterion):
 class Largest(Criterion):
     """G: minus the largest variance over tests T (t, d, n); the bound looks at the tests that are worst now."""
 
+    most = 128
+
     def __init__(self, tests: Array) -> None:
         self.tests = tests
 
@@ -122,13 +129,20 @@ class Largest(Criterion):
         return np.asarray(-self._variance(m).max(axis=-1))
 
     def bound(self, m: Array, blocks: Array, sign: float) -> Array:
+        return self._largest(m, blocks, sign, WORST)
+
+    def after(self, m: Array, blocks: Array, sign: float) -> Array:
+        return self._largest(m, blocks, sign, len(self.tests))
+
+    def _largest(self, m: Array, blocks: Array, sign: float, count: int) -> Array:
+        """Minus the largest variance over the `count` tests that are worst now."""
         w, s = _lemma(m, blocks, sign)
         k, d, n = w.shape
         now = self._variance(m)
-        worst = np.argsort(-now)[:WORST]
+        worst = np.argsort(-now)[:count]
         tests = self.tests[worst]
         g = (w.reshape(k * d, n) @ tests.reshape(-1, n).T).reshape(k, d, -1)
-        less = np.sum(g * np.linalg.solve(s, g), axis=1).reshape(k, len(worst), -1).sum(axis=-1)
+        less = np.sum(g * (np.linalg.inv(s) @ g), axis=1).reshape(k, len(worst), -1).sum(axis=-1)
         return -np.asarray((now[worst] - sign * less).max(axis=1))
 
 

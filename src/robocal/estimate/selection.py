@@ -36,7 +36,6 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Watch = Callable[[dict[str, object]], None]
 CHUNK = 64  # candidates worked out together where the bound is not tight
-MOST = 1024  # and at most so many, best bounds first
 LONGEST = 3  # excursion
 BETTER = 1e-9  # relative to the value: less is rounding
 
@@ -207,11 +206,11 @@ def _best(criterion: Criterion, m: Array, blocks: Array, sign: float) -> int:
         return int(np.argmax(bound))
     order = np.argsort(-bound, kind="stable")
     best, top = int(order[0]), -np.inf
-    for first in range(0, min(len(order), MOST), CHUNK):
+    for first in range(0, min(len(order), criterion.most), CHUNK):
         part = order[first : first + CHUNK]
         if bound[part[0]] <= top:
             break
-        value = criterion.value(m + sign * information(blocks[part]))
+        value = criterion.after(m, blocks[part], sign)
         i = int(np.argmax(value))
         if value[i] > top:
             best, top = int(part[i]), float(value[i])
