@@ -113,7 +113,7 @@ class Variance(Criterion):
 class Largest(Criterion):
     """G: minus the largest variance over tests T (t, d, n); the bound looks at the tests that are worst now."""
 
-    most = 128
+    most = 64
 
     def __init__(self, tests: Array) -> None:
         self.tests = tests
