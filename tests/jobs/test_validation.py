@@ -36,6 +36,11 @@ def cycles(folder: Path, *, places: int = 5, visits: int = 30, kind: str = "pose
         (folder / name).write_text(text, encoding="utf-8")
 
 
+def flowing(text: str) -> str:
+    """The words in order, however wide the terminal is."""
+    return " ".join(text.split())
+
+
 def test_thirty_cycles(tmp_path: Path) -> None:
     cycles(tmp_path)
     names = [tmp_path / n for n in ("truth.yaml", "data.yaml")]
@@ -43,7 +48,7 @@ def test_thirty_cycles(tmp_path: Path) -> None:
     assert ran.status == 0 and files(tmp_path / "v") == {"validation.json", "validation.html"}, ran.err
     for word in ("AP [mm]", "RP [mm]", "AP_a [deg]", "RP_c [deg]", "AD [mm]", "RD [mm]", "does not change it"):
         assert word in ran.out, word
-    assert "vAP" in ran.out and "no column direction" in ran.out
+    assert "vAP: not computable: " in flowing(ran.out) and "no column direction" in flowing(ran.out)
     iso = json.loads((tmp_path / "v" / "validation.json").read_text(encoding="utf-8"))["iso_9283"]
     assert iso["places"] == iso["repeated"] == 5 and iso["visits"] == [30, 30]
     this, against = iso["pose"]["summary"]["this"], iso["pose"]["summary"]["against"]
@@ -65,8 +70,8 @@ def test_single_visits(tmp_path: Path) -> None:
     cycles(tmp_path, places=12, visits=1, kind="position")
     ran = robocal("validate", tmp_path / "truth.yaml", tmp_path / "data.yaml")
     assert ran.status == 0
-    for word in ("RP", "not computable: every place was visited once", "AD [mm]", "the next one"):
-        assert word in ran.out, word
+    for word in ("RP: not computable: every place was visited once", "AD [mm]", "the next one"):
+        assert word in flowing(ran.out), word
     document = robocal("validate", tmp_path / "truth.yaml", tmp_path / "data.yaml", "--json").document["iso_9283"]
     assert document["pose"] is None and document["distance"]["number"] == 11
     assert {"AP", "RP", "RD", "vAP", "AP_abc, RP_abc"} == set(document["not_computable"])

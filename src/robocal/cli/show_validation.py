@@ -85,8 +85,8 @@ def show_standard(terminal: Terminal, iso: Mapping[str, Any]) -> None:
             note = words.get(name, "") + (f", {found['pairs']}" if name == "AD" else "")
             cells = (figure(s["mean"]), figure(s["max"]), *(there if compared else ()), str(s["n"]))
             made.add_row(f"{name} [{unit}]", *cells, Text(note, style="dim"))
-    for name, why in iso.get("not_computable", {}).items():
-        made.add_row(name, *[""] * (len(columns) - 2), Text(f"not computable: {why}", style="dim"))
     terminal.show(Text(""), made)
+    for name, why in iso.get("not_computable", {}).items():
+        terminal.show(Text(f"{name}: not computable: {why}", style="dim"))
     for note in iso.get("notes", ()):
         terminal.show(Text(note, style="dim"))
