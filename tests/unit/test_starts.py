@@ -9,7 +9,8 @@ import pytest
 from unit.arm_data import SIX, TRACKER, arm, blank, measured, true_arm
 
 from robocal.calibrate.identify import baseline
-from robocal.calibrate.starts import closed_form, frames_of, hand_eye, point_start, refine
+from robocal.calibrate.starts.frames import hand_eye, point_start
+from robocal.calibrate.starts.search import closed_form, frames_of, refine
 from robocal.geometry import se3, so3
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Frame, Observations

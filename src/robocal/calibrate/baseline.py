@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate import starts
 from robocal.calibrate.fit import unit_weights
+from robocal.calibrate.starts import search as starts
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.problem import Problem
 from robocal.measure.base import problem as build

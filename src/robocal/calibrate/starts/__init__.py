@@ -5,9 +5,3 @@ frames and targets alone, all as one batch, and the cheapest is kept: a mirror o
 of them. `frames` starts instruments that see a frame, `cameras` those that know only directions,
 `places` places that the tool touches.
 """
-
-from robocal.calibrate.starts import cameras, frames, places
-from robocal.calibrate.starts.frames import hand_eye, point_start
-from robocal.calibrate.starts.search import closed_form, combined, frames_of, refine
-
-__all__ = ["cameras", "closed_form", "combined", "frames", "frames_of", "hand_eye", "places", "point_start", "refine"]

@@ -6,6 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
+
+# They fill the registry.
+from robocal.calibrate.starts import cameras as _cameras  # noqa: F401
+from robocal.calibrate.starts import frames as _frames  # noqa: F401
+from robocal.calibrate.starts import places as _places  # noqa: F401
 from robocal.calibrate.starts.seen import STARTS, Seen
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
