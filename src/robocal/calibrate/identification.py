@@ -19,6 +19,7 @@ from robocal.estimate.uncertainty import Total
 from robocal.parameters import Table
 
 if TYPE_CHECKING:
+    from robocal.calibrate.bootstrap import Resampled
     from robocal.calibrate.linear import Linearity
 
 __all__ = ["Band", "Fold", "Identification", "Options", "ParameterResult", "RowTable", "Stages"]
@@ -39,7 +40,8 @@ class Options:
     keep the columns and the noise of the fit to everything, as leave-one-out does.
 
     `keep_all` frees every parameter that says so, without dropping what cannot be seen (the blind methods do so by
-    themselves). `particles` is how many the particle filter takes.
+    themselves). `particles` is how many the particle filter takes, `bootstrap` how many times the places are drawn
+    again to see how far the parameters scatter.
     """
 
     method: str = "lm"
@@ -55,6 +57,7 @@ class Options:
     blocks: int = 10
     reselect: bool = False
     particles: int = 1000
+    bootstrap: int | None = None
 
 
 @dataclass(frozen=True)
@@ -173,3 +176,4 @@ class Identification:
     linearity: Linearity | None = None  # what one linear step would have done
     outliers: tuple[Outlier, ...] = ()
     conditions: Mapping[str, float] = field(default_factory=dict)  # mean of every other recorded column
+    resampled: Resampled | None = None  # the bootstrap, where it was asked for

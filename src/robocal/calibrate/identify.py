@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.calibrate.bands import coverage_of, mean_conditions, measured_range, total_of
 from robocal.calibrate.baseline import baseline, frame_names
+from robocal.calibrate.bootstrap import bootstrap_words, resample
 from robocal.calibrate.estimators import batched, estimator
 from robocal.calibrate.fit import Fit, fit
 from robocal.calibrate.folds import local_names, merge, trial, unseen
@@ -99,6 +100,16 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     words = "leave-one-out was left out: this method takes a refit for every configuration (--leave-one-out does it)"
     left_out = (words,) if missed and not method.blind and options.folds is None else ()
     results = parameter_results(model, whole, u, off, uncertainty(stated, whole.solution.x) if known else None)
+    drawn = None
+    if options.bootstrap is not None:
+        if not batched(options):
+            raise ModelError(
+                "the bootstrap takes a method that minimises the cost",
+                key="method",
+                found=options.method,
+                expected="lm",
+            )
+        drawn = resample(whole, u.sigma, options.bootstrap, options.seed, watch)
     ids = data.configurations.ids
     return Identification(
         model,
@@ -122,7 +133,12 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
         u.correlation,
         u.covariance * u.factor**2,
         prediction_band(model, data, whole, off),
-        (*data_warnings(model, data, whole, fit_units, options.method, strange), *linearity_words(bent), *left_out),
+        (
+            *data_warnings(model, data, whole, fit_units, options.method, strange),
+            *linearity_words(bent),
+            *bootstrap_words(drawn),
+            *left_out,
+        ),
         tuple(ids[i] for i in np.flatnonzero(~used)),
         best.split.how if best else "",
         total=off,
@@ -132,6 +148,7 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
         linearity=bent,
         outliers=strange,
         conditions=mean_conditions(data.configurations),
+        resampled=drawn,
     )
 
 

@@ -124,6 +124,14 @@ LeaveOneOut = Annotated[
 ]
 KeepAll = Annotated[bool, typer.Option("--keep-all", help="Fit also what the data cannot tell apart.")]
 Particles = Annotated[int, typer.Option("--particles", metavar="N", min=50, max=100_000, help="For --method particle.")]
+Bootstrap = Annotated[
+    int | None,
+    _option(
+        "--bootstrap",
+        metavar="N",
+        text="Draw the configurations N times again: intervals that trust no model of the noise.",
+    ),
+]
 Iterations = Annotated[int, typer.Option("--iterations", metavar="N", min=1, help="At most this many.")]
 
 Groups = Annotated[

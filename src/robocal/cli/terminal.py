@@ -32,6 +32,7 @@ STAGES = {
     "particles": "moving particles",
     "compare": "comparing",
     "round": "fitting",
+    "bootstrap": "drawing configurations again",
     "leave-one-out": "leaving every configuration out once",
     "folds": "holding out everything once",
     "judge": "judging",

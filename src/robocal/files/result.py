@@ -64,7 +64,8 @@ class Verdict(Part):
 
 class ParameterResult(Part):
     """One parameter; sigma as fitted, with what hidden (dropped) partners may be off by; sigma_conditional if these were
-    exactly nominal, sigma_instrument if besides the stated noise were all there is; interval holds the truth with 95 %.
+    exactly nominal, sigma_instrument if besides the stated noise were all there is; interval holds the truth with 95 %,
+    bootstrap (when asked for) is the 95 % percentile interval of fits to configurations drawn again.
 
     delta is the change; of a rotation vector's components, the turn about the axes of the parent frame. data_share is
     how much of its value the data said (1) or the prior (0).
@@ -82,6 +83,7 @@ class ParameterResult(Part):
     data_share: Number = None
     note: str = ""
     interval: tuple[Number, Number] | None = None
+    bootstrap: tuple[Number, Number] | None = None
 
 
 class CombinationTerm(Part):

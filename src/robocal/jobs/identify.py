@@ -39,6 +39,7 @@ class Choices:
     keep_all: bool = False
     iterations: int = 100
     particles: int = 1000
+    bootstrap: int | None = None
     seed: int = 0
     free: tuple[str, ...] = ()
     fix: tuple[str, ...] = ()
@@ -75,6 +76,7 @@ class Choices:
             leave_one_out=self.leave_one_out,
             keep_all=self.keep_all,
             particles=self.particles,
+            bootstrap=self.bootstrap,
         )
 
     @property

@@ -18,6 +18,7 @@ from scipy import special
 
 from robocal import __version__
 from robocal.calibrate import evidence
+from robocal.calibrate.bootstrap import Resampled
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Identification, Stages
 from robocal.calibrate.layer import Layer
@@ -87,7 +88,7 @@ def to_result(
         method=estimator(found.options.method).title
         + ("" if found.options.loss == "none" else f", {found.options.loss} loss"),
         verdict=files.Verdict(status=found.verdict.status, reasons=list(found.verdict.reasons)),  # type: ignore[arg-type]
-        parameters=[_parameter(p, robot) for p in found.parameters],
+        parameters=[_parameter(p, robot, found.resampled) for p in found.parameters],
         identifiability=_identifiability(found, robot),
         residuals=_residuals(found),
         fit=_fit(found),
@@ -111,8 +112,9 @@ def to_result(
     )
 
 
-def _parameter(p: Any, robot: Robot) -> files.ParameterResult:
+def _parameter(p: Any, robot: Robot, drawn: Resampled | None) -> files.ParameterResult:
     unit = robot.units.of(p.unit)
+    at = None if drawn is None or p.name not in drawn.names else drawn.names.index(p.name)
     size = _size(unit)
     return files.ParameterResult(
         name=p.name,
@@ -127,6 +129,7 @@ def _parameter(p: Any, robot: Robot) -> files.ParameterResult:
         data_share=p.data_share,
         note=p.note,
         interval=None if p.interval is None else tuple(unit.from_si(v) for v in p.interval),
+        bootstrap=None if drawn is None or at is None else (unit.from_si(drawn.low[at]), unit.from_si(drawn.high[at])),
     )
 
 

@@ -57,6 +57,7 @@ def identify(
     keep_all: o.KeepAll = False,
     iterations: o.Iterations = 100,
     particles: o.Particles = 1000,
+    bootstrap: o.Bootstrap = None,
     seed: o.Seed = 0,
     base: o.Base = None,
     tip: o.Tip = None,
