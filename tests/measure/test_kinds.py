@@ -11,12 +11,14 @@ from measure.scenarios import arm, observations
 from unit.arm_data import arm as five
 from unit.arm_data import true_arm
 
+from robocal.calibrate.evidence import errors
 from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.estimate.rows import Residuals
 from robocal.geometry import se3, so3
 from robocal.measure.base import kind_of, problem, synthesise
-from robocal.measure.bearing import wrap
-from robocal.measure.data import Configurations, DataSet, Frame
+from robocal.measure.bearing import angles, wrap
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
 M = 6
 EYE = Frame("eye", (1.0, 2.0, 0.3, 0.2, -0.4, 1.1))
@@ -184,3 +186,18 @@ def test_a_wrong_sensor_model_shows_in_its_own_chi2(together):
     ratio = {g.name: g.chi2 / g.dof for g in found.groups}
     assert max(ratio, key=ratio.get) == "k2ear1" and ratio["k2ear1"] > 3
     assert {g.name for g in found.groups if g.source != "stated"} == {"k2ear1"}
+
+
+def test_the_error_of_a_spherical_reading_is_the_distance_between_two_places():
+    """Not the range alone: a target beside the beam is as far off as one along it."""
+    rng = np.random.default_rng(3)
+    seen = rng.normal(size=(50, 3)) * 2
+    moved = seen + 1e-5 * rng.normal(size=(50, 3))
+    value, other = (np.hstack([np.linalg.norm(p, axis=1, keepdims=True), angles(p)[0]]) for p in (seen, moved))
+    obs = Observations("spherical", np.arange(50), value, np.ones((50, 3)))
+    where = Configurations(tuple(map(str, range(50))), rng.normal(size=(50, len(arm().joints))))
+    term = problem(arm(), DataSet(where, (obs,))).terms[0]
+    told = Residuals(other - value, term.scale, term.unit, term.group, term.kind, term.parts, term.lever)
+    # First order in 1e-5 m at 2 m.
+    np.testing.assert_allclose(errors([told], "m")[0], np.linalg.norm(moved - seen, axis=1), rtol=1e-4)
+    assert len(errors([told], "rad")[0]) == 50

@@ -13,7 +13,7 @@ class Plain:
     """A term from fn(x) -> r (m, d) and jac(x) -> J (m, d, P), x (P,); `local` adds a linear local block of l
     columns."""
 
-    group, kind, parts = "plain", "plain", ((0, 1, "m"),)
+    group, kind, parts, lever = "plain", "plain", ((0, 1, "m"),), None
 
     def __init__(self, fn, jac, shape, *, sigma=1.0, unit=None, local=None, block=None):
         m, d = shape

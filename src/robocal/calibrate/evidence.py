@@ -68,9 +68,9 @@ def errors(residuals: Sequence[Residuals], unit: str) -> tuple[Array, Ints]:
     configuration (N,)."""
     values, units = [], []
     for r in residuals:
-        for start, stop, u in r.parts:
+        for i, (_, _, u) in enumerate(r.parts):
             if u == unit:
-                values.append(np.linalg.norm(r.value[..., start:stop], axis=-1))
+                values.append(r.length(i))
                 units.append(r.unit)
     if not values:
         return np.zeros(0), np.zeros(0, dtype=np.int64)

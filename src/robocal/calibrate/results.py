@@ -15,6 +15,7 @@ from robocal.calibrate.bands import mean_conditions, measured_range
 from robocal.calibrate.identification import Band, ParameterResult, RowTable
 from robocal.calibrate.workspace import sample_joints
 from robocal.estimate.problem import Problem
+from robocal.estimate.rows import Residuals
 from robocal.estimate.uncertainty import Total, Uncertainty, band, quantile
 from robocal.geometry import so3
 from robocal.measure.base import KINDS, Rows
@@ -151,8 +152,8 @@ def row_table(
         _repeat([r.kind for r in before], count),
         _repeat([t.target for t in part.problem.terms if isinstance(t, Rows)], count),
         np.concatenate(place),
-        np.concatenate([_six(r.value) for r in before]),
-        np.concatenate([_six(r.value) for r in after]),
+        np.concatenate([_told(r) for r in before]),
+        np.concatenate([_told(r) for r in after]),
         tuple(p for r, n in zip(before, count, strict=True) for p in [r.parts] * n),
         np.concatenate(unseen),
     )
@@ -162,10 +163,12 @@ def _repeat(words: list[str], count: list[int]) -> tuple[str, ...]:
     return tuple(w for w, n in zip(words, count, strict=True) for _ in range(n))
 
 
-def _six(value: Array) -> Array:
-    """Padded with NaN to six columns."""
-    out = np.full((len(value), 6), np.nan)
-    out[:, : value.shape[1]] = value[:, :6]
+def _told(r: Residuals) -> Array:
+    """The residual of every row, padded with NaN to six columns; the first is the whole error where a lever makes one."""
+    out = np.full((len(r.value), 6), np.nan)
+    out[:, : r.value.shape[1]] = r.value[:, :6]
+    if r.lever is not None:
+        out[:, 0] = r.length()
     return out
 
 

@@ -135,7 +135,7 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
         facts += f", {len(split.embargoed)} left out because they share a place with those"
     terminal.show(Text.assemble((result.robot.name, "bold"), f"   {result.method}; {facts}; {result.fit.reason}"))
     terminal.show(verdict_line(result.verdict.status, result.verdict.reasons), Text(""))
-    for residuals, title in ((result.residuals, "error"), (result.residuals.angle, "orientation")):
+    for residuals, title in ((result.residuals, "error"), (result.residuals.angle, "angle")):
         made = errors_table(residuals, title) if residuals is not None else None
         if made is not None:
             terminal.show(made, Text(""))

@@ -252,7 +252,8 @@ class Problem:
         out = []
         for term in self.with_free(()).bound_terms:
             r, _, _ = term.evaluate(x, np.arange(len(x)), 0, len(term.scale))
-            out.append(Residuals(r[0] if len(x) == 1 else r, term.scale, term.unit, term.group, term.kind, term.parts))
+            value = r[0] if len(x) == 1 else r
+            out.append(Residuals(value, term.scale, term.unit, term.group, term.kind, term.parts, term.lever))
         return out
 
     def linearize(self, x: Array, units: Ints | None = None) -> Linear:

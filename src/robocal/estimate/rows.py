@@ -42,6 +42,10 @@ class Term(Protocol):
         """The local block of each row, shape (m,), or -1."""
 
     @property
+    def lever(self) -> Array | None:
+        """What turns all columns into one error, (m, d); see `Residuals`."""
+
+    @property
     def columns(self) -> Ints:
         """The tangent column of each Jacobian column, shape (k,)."""
 
@@ -91,7 +95,11 @@ class Linear:
 
 @dataclass(frozen=True)
 class Residuals:
-    """Unwhitened residuals of one term: values (m, d) or (B, m, d), with its scale, unit, group, kind and parts."""
+    """Unwhitened residuals of one term: values (m, d) or (B, m, d), with its scale, unit, group, kind and parts.
+
+    lever (m, d) turns the columns of a row into one error in the unit of the first part (a range and the arcs of its
+    angles); None where the first part alone is that error.
+    """
 
     value: Array
     scale: Array
@@ -99,3 +107,10 @@ class Residuals:
     group: str
     kind: str
     parts: tuple[tuple[int, int, str], ...]
+    lever: Array | None = None
+
+    def length(self, part: int = 0) -> Array:
+        """Length of the error of every row in one part's unit, (m,) or (B, m)."""
+        start, stop, _ = self.parts[part]
+        value = self.value[..., start:stop] if part or self.lever is None else self.value * self.lever
+        return np.asarray(np.linalg.norm(value, axis=-1))

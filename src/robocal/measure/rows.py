@@ -61,6 +61,11 @@ class Rows(ABC):
         self.own, self.own_columns = NONE, NONE  # which numbers are free, and their columns
 
     @property
+    def lever(self) -> Array | None:
+        """What turns all columns of a row into one error in the unit of the first part; most kinds need nothing."""
+        return None
+
+    @property
     def carrier(self) -> Carrier:
         """The first carrier; the only one of most kinds."""
         return self.carriers[0]

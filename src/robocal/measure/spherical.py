@@ -22,7 +22,13 @@ UNSTATED = (1e-4, 1e-4, 1e-4)
 
 
 class SphericalRows(Rows):
-    """Range and the two angles of the target's place."""
+    """Range and the two angles of the target's place; its error is the distance between the two places."""
+
+    @property
+    def lever(self) -> Array:
+        """An angle is worth the arc that it spans: 1, |p| cos(elevation), |p|, (m, 3)."""
+        far, up = self.value[0, :, 0], self.value[0, :, 2]
+        return np.stack([np.ones_like(far), far * np.cos(up), far], axis=1)
 
     def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
         t, j, jl = self.carrier.pose(x, first, rows, turn=False)
