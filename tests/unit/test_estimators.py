@@ -136,7 +136,9 @@ def test_bounds_and_priors_hold_in_the_filter():
     tight = replace(robot, table=robot.table.with_priors({"j3.d": 1e-6}))
     for method in ("lm", "ekf"):
         one = identify(bounded, data, Options(method=method, hold_out=0.0, leave_one_out=False))
-        assert next(p.identified for p in one.parameters if p.name == "j3.d") == pytest.approx(edge, abs=1e-12)
+        held = next(p for p in one.parameters if p.name == "j3.d")
+        assert held.identified == pytest.approx(edge, abs=1e-12)
+        assert low - 1e-12 <= held.interval[0] < held.interval[1] <= high + 1e-12, "nothing that was excluded"
         two = identify(tight, data, Options(method=method, hold_out=0.0, leave_one_out=False))
         assert abs(next(p.delta for p in two.parameters if p.name == "j3.d")) < 0.2 * abs(found.delta)
 

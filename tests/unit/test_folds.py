@@ -169,3 +169,49 @@ def test_whole_blocks_are_drawn():
     wide = bootstrap_gain(drift, np.zeros(60), _drawn(split, label, at), 0)
     narrow = bootstrap_gain(drift, np.zeros(60), label, 0)
     assert wide[2] - wide[1] > 2 * (narrow[2] - narrow[1])
+
+
+def one_joint_at_a_time(m=12):
+    """Five groups; in each, one joint moves and the others stand still."""
+    q = np.tile([0.2, -0.3, 0.4, 0.1, 0.2], (5 * m, 1))
+    for k in range(5):
+        q[k * m : (k + 1) * m, k] = np.linspace(-1, 1, m)
+    data = measured(q=q, m=5 * m)
+    groups = tuple(f"joint {k + 1}" for k in np.repeat(range(5), m))
+    return replace(data, configurations=replace(data.configurations, groups=groups))
+
+
+def test_what_a_round_cannot_see_is_not_known_from_the_rows_that_it_holds_out():
+    """A joint that moves in the held-out group alone: its zero is that of the round's own baseline, not of the fit to
+    everything, or held-out rows would be met by what they said themselves."""
+    robot, data = arm(), one_joint_at_a_time()
+    found = identify(robot, data, Options(hold_out="group", folds=5))
+    fit_units, held = make_split(data, "group", folds=5).units(0)
+    made, names = problem(robot, data.take(fit_units)), found.correlation_names
+    near = least_squares(made.with_free([n for n in names if n.startswith(("tracker", "tool"))]), _tracker(made)).x
+    x = least_squares(made.with_free(names), near).x
+    by_hand = errors(problem(robot, data.take(held)).residuals(x), "m")[0]
+    assert by_hand.mean() > 2e-4, "0.02 mm would be the noise"
+    np.testing.assert_allclose(found.rows.unseen[held], by_hand, rtol=0.02)
+
+
+def _tracker(p):
+    x = p.start.copy()
+    x[0, [p.table.index[f"tracker.{s}"] for s in ("x", "y", "z", "rx", "ry", "rz")]] = (1.0, 2.0, 0.3, 0.1, 0.2, 1.0)
+    return x
+
+
+@pytest.mark.parametrize("contacts", [3, 8])
+def test_a_plane_that_is_left_with_two_points_proves_nothing(contacts):
+    """Two points do not tell how a plane is tilted: the third would be met by the plane that it has tilted itself."""
+    rng = np.random.default_rng(5)
+    where = Configurations(tuple(f"c{i}" for i in range(contacts)), rng.uniform(-1, 1, (contacts, 5)))
+    plate = Frame("plate", (0.2, 0.1, 0.0, 0.05, -0.1, 0.0), (False, False, True, True, True, False))
+    touches = Observations(
+        "plane", np.arange(contacts), np.zeros((contacts, 1)), np.full((contacts, 1), 2e-5), options={"place": plate}
+    )
+    data = measured(30) + synthesise(true_arm(), DataSet(where, (touches,)), rng)
+    seen = identify(arm(), data, Options(hold_out=0.0)).rows
+    plane = np.array(seen.kind) == "plane"
+    assert np.isfinite(seen.unseen[~plane]).all() and plane.sum() == contacts
+    assert (np.isnan(seen.unseen[plane]) if contacts == 3 else seen.unseen[plane] > 0).all()

@@ -278,3 +278,13 @@ def test_a_slipped_target_is_noticed():
     found = identify(arm(), DataSet(data.configurations, (replace(data.observations[0], value=value),)))
     assert any("just before" in w for w in found.warnings)
     assert not any("just before" in w for w in identify(arm(), data).warnings)
+
+
+@pytest.mark.parametrize(("value", "sigma", "words"), [(np.nan, 2e-5, "finite"), (np.inf, 2e-5, "finite"), (0.0, 0.0, "sigma")])
+def test_what_is_no_number_is_refused_by_name(value, sigma, words):
+    data = measured(12)
+    obs = data.observations[0]
+    values, sigmas = np.array(obs.value), np.array(obs.sigma)
+    values[3, 1], sigmas[3, 1] = value, sigma
+    with pytest.raises(ModelError, match=f"{words}.*configuration p3"):
+        identify(arm(), replace(data, observations=(replace(obs, value=values, sigma=sigmas),)))

@@ -117,6 +117,12 @@ def test_bounds_hold_every_particle(rng):
     assert (cloud.x >= 0).all() and cloud.mean[0, 0] == pytest.approx(np.sqrt(2 / np.pi) / 2, abs=0.06)
 
 
+def test_bounds_that_hold_the_answer_far_away_are_told(rng):
+    p = plain_problem(linear(np.ones((4, 1)), np.zeros(4)), [3e3], lower=[2e3], upper=[9e3])
+    with pytest.raises(ModelError, match="beyond its bounds"):
+        particles(p, p.start, rng, count=100)
+
+
 def test_a_free_direction_is_refused(rng):
     p = plain_problem(linear(np.array([[1.0, 1.0]]), np.ones(1)), np.zeros(2))
     with pytest.raises(ModelError, match="leave a direction free"):

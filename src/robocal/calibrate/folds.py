@@ -7,6 +7,9 @@
                 had to give for step 2
 
 Rows that see nothing but such frames (two sockets a known distance apart) take no part in step 2: they stay evidence.
+What a round does not see at all must not stay where a fit to everything has put it, for held-out rows had a say in that:
+such a round begins at its own baseline, and stays there in unseen directions. Where it is a frame that is left open (a
+plane touched at two points), held-out rows that meet the frame prove nothing.
 `unseen` keeps the columns and the noise of one fit to everything; `trial` asks for them anew from the units of a round,
 which is stricter and costs a whole fit for each.
 """
@@ -37,15 +40,18 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 Watch = Callable[[dict[str, object]], None]
 CHUNK = 256
+# Of what was expected: a direction that rows tell less of does not move in a fit, whatever is there to be found.
+OPEN = 1e-2
 
 
 @dataclass(frozen=True)
 class Unseen:
     """Errors by SI unit in the order of `evidence.errors`, each (N,), NaN where a row was never held out or proves
-    nothing; `profiled` (K,) tells the rounds in which frames were fitted to held-out rows."""
+    nothing; `profiled` (K,) tells the rounds in which frames were fitted to held-out rows, `x` (K, P) where each ended."""
 
     value: dict[str, Array]
     profiled: Bools
+    x: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -59,12 +65,16 @@ class Trial:
     after: Unseen
 
 
-def unseen(problem: Problem, x: Array, split: Split, units: Sequence[str], local: Sequence[str] = ()) -> Unseen:
+def unseen(
+    problem: Problem, x: Array, split: Split, units: Sequence[str], local: Sequence[str] = (), home: Array | None = None
+) -> Unseen:
     """Exact, non-linear errors of every held-out row: all rounds in one batch, each started from x (1, P).
 
     `units` are the SI units in which errors are wanted, `local` the parameters that may be profiled: those of frames.
+    `home` (K, P) is where a round begins that does not see every direction.
     """
     x = np.atleast_2d(x)
+    ends = np.repeat(x, len(split), axis=0)
     out, profiled = _empty(problem, x, units), np.zeros(len(split), dtype=bool)
     weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
     for names, rounds in _alike(problem, split, local):
@@ -73,14 +83,60 @@ def unseen(problem: Problem, x: Array, split: Split, units: Sequence[str], local
             some = rounds[first : first + CHUNK]
             part = problem.with_free(shared).with_weights(split.fit[some] * weight)
             start = np.repeat(x, len(some), axis=0)
-            found = least_squares(part, start).x if shared else start
             factor = np.ones((len(some), len(problem.terms)))
+            found = start
+            if shared:
+                solved = least_squares(part, start)
+                found = solved.x
+                again = np.flatnonzero(_open(part, solved.normal.a)) if home is not None else []
+                if home is not None and len(again):
+                    found[again] = least_squares(part.with_weights(split.fit[some[again]] * weight), home[some[again]]).x
+                _proves_nothing(problem, x, part, solved.normal.a, [n for n in local if n in shared], factor)
             if names:
                 profiled[some] = True
                 for b, k in enumerate(some):
                     found[b], factor[b] = _profile(problem, found[b : b + 1], split.held[k], names)
             _collect(out, problem, found, factor, split, some)
-    return Unseen(out, profiled)
+            ends[some] = found
+    return Unseen(out, profiled, ends)
+
+
+def _open(problem: Problem, a: Array) -> Bools:
+    """Which problems leave a direction open, (B,), by their Gauss-Newton matrices (lower triangles, (B, n, n))."""
+    scaled = np.tril(a) * np.outer(problem.scales, problem.scales)
+    scaled = scaled + np.swapaxes(np.tril(scaled, -1), 1, 2)
+    each = np.arange(problem.n)
+    # Rounding must not pass for knowledge.
+    least = np.maximum(OPEN**2, 1e-13 * scaled[:, each, each].max(axis=1, initial=0.0))
+    scaled[:, each, each] -= least[:, None]
+    try:
+        np.linalg.cholesky(scaled)  # positive definite, all of them: the ordinary case
+    except np.linalg.LinAlgError:
+        return np.asarray(~(np.linalg.eigvalsh(scaled)[:, 0] > 0))
+    return np.zeros(len(a), dtype=bool)
+
+
+def _proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: Sequence[str], factor: Array) -> None:
+    """Takes the factor (rounds, terms) from terms that see a frame which their round leaves open and all rows do not."""
+    if not local:
+        return
+    frames = part.with_free(local)
+    at = part.column_of[frames.index]
+    scale = np.outer(frames.scales, frames.scales)
+    rounds = np.flatnonzero(_open(frames, a[:, at[:, None], at]))
+    if not len(rounds):
+        return
+    sees, _ = _sees(problem, frames.free)
+    whole = np.tril(problem.with_free(frames.free).normal(x).a[0]) * scale
+    for b in rounds:
+        own = np.tril(a[b][at[:, None], at]) * scale
+        values, vectors = np.linalg.eigh(own)  # of the lower triangle
+        loose = vectors[:, values < OPEN**2]
+        full = whole + np.tril(whole, -1).T
+        missed = loose[:, np.einsum("ik,ij,jk->k", loose, full, loose) > 1.0]
+        factor[b, sees[(np.abs(missed) > 0.1).any(axis=1)].any(axis=0)] = np.nan
+
+
 
 
 def _empty(problem: Problem, x: Array, units: Sequence[str]) -> dict[str, Array]:

@@ -44,11 +44,12 @@ MANY = 400  # above this, leave-one-out is not run unless asked for
 
 
 def identify(model: Chain, data: DataSet, options: Options | None = None, watch: Watch | None = None) -> Identification:
-    """Identifies a model from data; see the module for the steps. Raises ModelError when nothing is free or nothing
-    was measured."""
+    """Identifies a model from data; see the module for the steps. Raises ModelError when nothing is free, nothing was
+    measured, or a measurement is no number."""
     options = options or Options()
     if not data.observations or not len(data.configurations):
         raise ModelError("the data set holds no measurement")
+    _numbers(data)
     count = len(np.unique(places(data.configurations)))
     if options.hold_out is None:
         options = replace(options, hold_out=SHARE if count >= FEW and options.folds is None else 0.0)
@@ -152,6 +153,17 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     )
 
 
+def _numbers(data: DataSet) -> None:
+    for obs in data.observations:
+        for what, bad in (
+            ("a measurement is not a finite number", ~np.isfinite(obs.value).all(axis=-1)),
+            ("a sigma must be above zero", np.zeros(len(obs)) if obs.sigma is None else ~(obs.sigma > 0).all(axis=-1)),
+        ):
+            if bad.any():
+                first = obs.configuration[np.flatnonzero(bad)[0]]
+                raise ModelError(what, key=obs.label, found=f"configuration {data.configurations.ids[first]}")
+
+
 def _in_batch(model: Chain, base: tuple[Problem, Array], whole: Fit, split: Split) -> Proof:
     """Every round of a split with the columns and the noise of the fit to everything."""
     problem, x = base
@@ -159,11 +171,8 @@ def _in_batch(model: Chain, base: tuple[Problem, Array], whole: Fit, split: Spli
     frames = tuple(n for n in frame_names(model, problem) if n in whole.problem.free)
     known = [n for n in local if n in whole.problem.free]
     noisy = replace(whole.problem, free=frames)
-    return Proof(
-        split,
-        unseen(noisy, x, split, told, known),
-        unseen(whole.problem, whole.solution.x, split, told, known),
-    )
+    before = unseen(noisy, x, split, told, known)
+    return Proof(split, before, unseen(whole.problem, whole.solution.x, split, told, known, before.x))
 
 
 def _rounds(

@@ -98,7 +98,8 @@ def parameter_results(
                 status,
                 _number(share, row.name),
                 note,
-                None if half is None else (float(values[i] - half), float(values[i] + half)),
+                # What was excluded beforehand is not offered as possible.
+                None if half is None else (float(max(values[i] - half, row.lower)), float(min(values[i] + half, row.upper))),
             )
         )
     return tuple(out)

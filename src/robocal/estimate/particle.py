@@ -120,8 +120,8 @@ def particles(
 ) -> Cloud:
     """The posterior of a problem by particles, starting from a filter's or a fit's answer x (1, P).
 
-    Raises ModelError for local blocks (they have no place among the particles) and where the data and priors leave a
-    direction free.
+    Raises ModelError for local blocks (they have no place among the particles), where the data and priors leave a
+    direction free, and where no particle lies within the bounds.
     """
     if problem.blocks:
         raise ModelError("the particle filter knows no local blocks", found=f"{problem.blocks} blocks", expected="lm")
@@ -132,6 +132,11 @@ def particles(
     step = centre + np.sqrt(wider) * solve_triangular(root, rng.standard_normal((n, count))).T
     log_w = np.zeros(count)
     value, ratio = seen(step)
+    if problem.bounded and not (ratio[:, 0] > NOTHING / 2).any():
+        raise ModelError(
+            "the measurements pull the answer beyond its bounds, where no particle may go",
+            expected="wider bounds, or lm",
+        )
     done, resampled, fewest = 0, 0, float(count)
     tried, taken = 0, 0.0
     while True:
