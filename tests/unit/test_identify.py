@@ -280,7 +280,9 @@ def test_a_slipped_target_is_noticed():
     assert not any("just before" in w for w in identify(arm(), data).warnings)
 
 
-@pytest.mark.parametrize(("value", "sigma", "words"), [(np.nan, 2e-5, "finite"), (np.inf, 2e-5, "finite"), (0.0, 0.0, "sigma")])
+@pytest.mark.parametrize(
+    ("value", "sigma", "words"), [(np.nan, 2e-5, "finite"), (np.inf, 2e-5, "finite"), (0.0, 0.0, "sigma")]
+)
 def test_what_is_no_number_is_refused_by_name(value, sigma, words):
     data = measured(12)
     obs = data.observations[0]

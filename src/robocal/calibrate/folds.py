@@ -90,7 +90,9 @@ def unseen(
                 found = solved.x
                 again = np.flatnonzero(_open(part, solved.normal.a)) if home is not None else []
                 if home is not None and len(again):
-                    found[again] = least_squares(part.with_weights(split.fit[some[again]] * weight), home[some[again]]).x
+                    found[again] = least_squares(
+                        part.with_weights(split.fit[some[again]] * weight), home[some[again]]
+                    ).x
                 _proves_nothing(problem, x, part, solved.normal.a, [n for n in local if n in shared], factor)
             if names:
                 profiled[some] = True
@@ -135,8 +137,6 @@ def _proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: 
         full = whole + np.tril(whole, -1).T
         missed = loose[:, np.einsum("ik,ij,jk->k", loose, full, loose) > 1.0]
         factor[b, sees[(np.abs(missed) > 0.1).any(axis=1)].any(axis=0)] = np.nan
-
-
 
 
 def _empty(problem: Problem, x: Array, units: Sequence[str]) -> dict[str, Array]:

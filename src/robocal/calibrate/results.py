@@ -99,7 +99,9 @@ def parameter_results(
                 _number(share, row.name),
                 note,
                 # What was excluded beforehand is not offered as possible.
-                None if half is None else (float(max(values[i] - half, row.lower)), float(min(values[i] + half, row.upper))),
+                None
+                if half is None
+                else (float(max(values[i] - half, row.lower)), float(min(values[i] + half, row.upper))),
             )
         )
     return tuple(out)
