@@ -88,7 +88,7 @@ def unseen(
             if shared:
                 solved = least_squares(part, start)
                 found = solved.x
-                again = np.flatnonzero(_open(part, solved.normal.a)) if home is not None else []
+                again = np.flatnonzero(_open(part, solved.normal.a))
                 if home is not None and len(again):
                     found[again] = least_squares(
                         part.with_weights(split.fit[some[again]] * weight), home[some[again]]
