@@ -163,6 +163,11 @@ def test_compare_holds_the_same_configurations_out():
     assert lse.leave_one_out is None, "above 25 configurations only where it is cheap"
 
 
+def test_a_bootstrap_of_the_chosen_method_hinders_no_other():
+    found = compare(arm(), measured(12), ("lm", "lse"), Options(bootstrap=100, leave_one_out=False))
+    assert not any(e.failed for e in found.entries)
+
+
 def test_compare_tells_what_cannot_be_done():
     found = compare(arm(), measured(40), ("lm", "ekf-100"), Options(loss="huber", leave_one_out=False))
     assert "knows no robust loss" in found.entries[1].failed and found.entries[0].held_out is not None

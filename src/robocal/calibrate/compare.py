@@ -73,7 +73,8 @@ def compare(
 ) -> Comparison:
     """Identifies with every method in turn; a method that cannot is told as failed. `known` is an identification that was
     done already, with its seconds. Raises ModelError for an unknown name, and when no method works."""
-    options = options or Options()
+    # The bootstrap is told of the chosen method alone, and not every method knows it.
+    options = replace(options or Options(), bootstrap=None)
     for name in methods:
         estimator(name)
     few = len(np.unique(places(data.configurations))) < FEW
