@@ -118,6 +118,8 @@ def test_wrong_input_is_refused_and_nothing_is_written(case: Path) -> None:
         (("--noise", "-1"), ("--noise",)),
         (("--accuracy", "nan"), ("--accuracy",)),
         (("--cone", "20"), ("--frame", "x,y,z,rx,ry,rz")),
+        (("--pedestal", "-1,5"), ("--pedestal", "R above 0")),
+        (("--range", "900,800"), ("--range", "MIN < MAX")),
         (("--candidates", "few.csv"), ("few.csv", "row 3", "one name")),
         (("--candidates", "none.csv"), ("none.csv",)),
     ):

@@ -125,6 +125,7 @@ def test_a_result_can_make_the_groups_again():
         ("20 degC}", "20 mm}", ("unit",)),
         ("  gain:\n", "  gain: {harmonics: [1]}\n", ("unknown option",)),
         ("[-60, 90]", "[90, -60]", ("not a range",)),
+        ("range: {j2:", "range: {j9:", ("no joint has this name",)),
         ("  gain:\n", "  gain: 3\n", ("mapping",)),
         ("[0, 0, -9.81]", "[0, 0, 0]", ("direction",)),
     ],

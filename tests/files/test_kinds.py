@@ -94,10 +94,10 @@ def test_the_other_configuration_by_the_id_of_another_row(tmp_path):
 
 
 def test_the_other_configuration_by_columns(tmp_path):
-    table = "a,b,c,a2,b2,c2,T,dx,dy,dz\n1,2,3,4,5,6,20,1,2,3\n4,5,6,1,2,4,21,3,2,1\n"
+    table = "a,b,c,a2,b2,c2,T,s,dx,dy,dz\n1,2,3,4,5,6,20,1,1,2,3\n4,5,6,1,2,4,21,-1,3,2,1\n"
     described = head("displacement") + (
         "second: {columns: [a2, b2, c2]}\ndisplacement: {unit: mm}\n"
-        "configuration: {temperature: {column: T, unit: degC}, approach.j2: {column: a, unit: '1'}}\n"
+        "configuration: {temperature: {column: T, unit: degC}, approach.j2: {column: s, unit: '1'}}\n"
     )
     data = read(tmp_path, described, table).dataset
     (obs,) = data.observations
@@ -235,6 +235,7 @@ FAULTS = [
     ("pixels", "pixels: {columns: [a, b]}\ncamera: {fx: 1, fy: 1, cx: 0, cy: 0, free: [fz]}\ncorners: {column: a, size: 1}\n", TOUCH, ["camera.free", "fx"]),
     ("pixels", "pixels: {columns: [a, b]}\ncorners: {column: a, size: 1}\ncamera: {fx: 1, fy: 1, cx: 0, cy: 0}\n", TOUCH, ["row 3", "corner", "0, 1, 2, 3"]),
     ("pixels", "pixels: {columns: [a, b]}\ncorners: {column: a, size: 1}\n", TOUCH, ["camera", "missing"]),
+    ("position", "position: {columns: [a, b, c], unit: mm}\nconfiguration: {approach.j2: a}\n", TOUCH, ["column a", "side of approach", "-1, 0 or 1"]),
     ("position", "position: {columns: [a, b, c], unit: mm}\nconfiguration: {approach.j9: a}\n", TOUCH, ["approach.j9", "no joint has this name", "did you mean 'j"]),
     ("position", "position: {columns: [a, b, c], unit: mm}\nconfiguration: {approach: {columns: [a]}}\n", TOUCH, ["configuration.approach", "one per joint"]),
     ("position", "position: {columns: [a, b, c], unit: mm}\nconfiguration: {id: c, group: s}\n", TOUCH.replace("2,3,1", "1,2,3").replace("3,left\n4", "3,up\n4"), ["row 4", "another group"]),

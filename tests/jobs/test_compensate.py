@@ -199,6 +199,15 @@ def test_bad_targets_are_refused_by_name(run: Path) -> None:
     refused(run, "bad.csv", "x [mm],y [mm],z [mm]\n1,2,3\n", "--nominal", "run folder", robot="run/calibrated.yaml")
 
 
+def test_the_nominal_model_of_another_robot_is_suspected(run: Path, tmp_path: Path) -> None:
+    other = (run / "robot.yaml").read_text(encoding="utf-8").replace("r: 300", "r: 700")
+    (tmp_path / "other.yaml").write_text(other, encoding="utf-8")
+    (tmp_path / "q.csv").write_text("j1 [deg],j2 [deg],j3 [deg]\n10,20,30\n", encoding="utf-8")
+    words = ("compensate", run / "run" / "calibrated.yaml", tmp_path / "q.csv", "--nominal")
+    assert "two models stand" in robocal(*words, tmp_path / "other.yaml").err
+    assert "two models stand" not in robocal(*words, run / "robot.yaml").err
+
+
 def test_a_residual_layer_is_said_to_be_left_out(run: Path, tmp_path: Path) -> None:
     shutil.copytree(run / "run", tmp_path / "run")
     (tmp_path / "run" / "layer.json").write_text("{}", encoding="utf-8")

@@ -227,6 +227,19 @@ def test_gains_and_what_lies_beyond_geometry_are_refused() -> None:
             refuse(bent)
 
 
+def test_tables_and_offsets_say_what_lies_beyond_geometry(tmp_path: Path) -> None:
+    def notes(values: str, form: str) -> tuple[str, ...]:
+        text = f"{ROBOT}groups:\n  eccentricity: {{joints: [j1], harmonics: [1]{values}}}\n"
+        (tmp_path / "robot.yaml").write_text(text.replace("theta: -90, r: 0", "theta: -89.9, r: 0"), encoding="utf-8")
+        (tmp_path / "nominal.yaml").write_text(text, encoding="utf-8")
+        return export(str(tmp_path / "robot.yaml"), form=form, nominal=str(tmp_path / "nominal.yaml")).notes
+
+    for form in ("csv", "markdown", "offsets", "ros", "xacro"):
+        assert not notes("", form)
+        (said,) = notes(", values: {j1.cos1: 0.01}", form)
+        assert "eccentricity" in said and "--format yaml" in said
+
+
 # --- joint offsets --------------------------------------------------------------------------------------------------
 
 

@@ -121,6 +121,7 @@ def test_columns_that_were_not_recorded_are_not_seen():
     data = measured(60)
     (tried,) = choose_groups(arm(), data, {"backlash": {}}).tried
     assert not tried.entered and "nothing of it is seen" in tried.reason and tried.gain is None
+    assert "no column approach.JOINT was recorded" in tried.reason
 
 
 def test_too_few_prove_nothing_and_what_is_bound_stays():

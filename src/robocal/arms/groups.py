@@ -77,7 +77,7 @@ GROUPS = {
         ),
         Rule(
             "backlash", ("joints", "prior"), "rad", joints.GEAR, lambda c, o: joints.with_backlash(c, **_common(o)),
-            "half the play, by the side of approach", "approach",
+            "half the play, by the side of approach", "approach.JOINT",
         ),
         Rule(
             "compliance", ("joints", "prior", "gravity", "torque", "links", "payload_only"), "rad/(N m)", joints.SOFT, _compliance,

@@ -102,6 +102,7 @@ def with_eccentricity(
     Raises ModelError for an order that is not above zero.
     """
     each = harmonics if isinstance(harmonics, Mapping) else dict.fromkeys(turning(chain, joints), harmonics)
+    _ = turning(chain, tuple(within or ()))
     parameters, terms, columns = [], [], []
     for joint in turning(chain, tuple(each)) if each else ():
         for order in each[joint]:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.arms.groups import add, held, released, without
+from robocal.arms.groups import GROUPS, add, held, released, without
 from robocal.calibrate.baseline import baseline
 from robocal.calibrate.evidence import bootstrap_gain
 from robocal.calibrate.fit import fit
@@ -126,7 +126,9 @@ class _Race:
         if not many:
             return Tried(name, 0, False, "no order of ripple stands out of the noise")
         if not line.seen(added, now, self.noise):
-            return Tried(name, many, False, "nothing of it is seen above the noise", orders=orders_)
+            needs = "" if np.any(line.rows[:, added]) else GROUPS[name].needs
+            asked = f": no column {needs} was recorded, or it never changes" if needs else ""
+            return Tried(name, many, False, f"nothing of it is seen above the noise{asked}", orders=orders_)
         after, at = self.errors([*self.entered, name])
         gain = bootstrap_gain(before, after, at, self.seed)
         good = gain[1] > 0

@@ -52,7 +52,9 @@ def show_plan(terminal: Terminal, made: Planned, robot: str) -> None:
     value, limit = found["selection"]["value"], found["selection"]["limit"]
     if found["criterion"] == "I" and limit:
         more = 100 * ((value / limit) ** 0.5 - 1)
-        terminal.show(Text(f"no {n} of these candidates are better by more than {figure(more, 2)} %", style="dim"))
+        # Fewer poses than unknowns leave the limit so far away that it says nothing.
+        if more < 100:
+            terminal.show(Text(f"no {n} of these candidates are better by more than {figure(more, 2)} %", style="dim"))
     enough = found["enough"]
     if found["asked_accuracy_mm"] is not None:
         words = f"{enough} poses reach {figure(found['asked_accuracy_mm'])} mm" if enough else ""

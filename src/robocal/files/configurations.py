@@ -168,7 +168,13 @@ def _column(
             document.fail("unknown key", at, expected=expected, suggestion=nearest(name, known))
         si = parse_unit(word, file=document.path, row=document.row(at), key=f"configuration.{name}").si
     unit = column_units(table, [column], stated, [si], document, at)[0]
-    return unit.to_si(table.numbers([column])[:, 0])
+    values = unit.to_si(table.numbers([column])[:, 0])
+    if stem == "approach":
+        wrong = np.flatnonzero(~np.isin(values, (-1.0, 0.0, 1.0)))
+        if len(wrong):
+            found = float(values[wrong[0]])
+            raise table.fail("not a side of approach", row=int(wrong[0]), column=column, found=found, expected="-1, 0 or 1")
+    return values
 
 
 def _merge(given: Configurations, table: CsvTable, row: Ints) -> tuple[Configurations, Ints]:

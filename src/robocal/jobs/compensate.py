@@ -33,6 +33,8 @@ from robocal.parameters import FRAME_SYMBOLS
 __all__ = ["Compensated", "compensate"]
 
 Array = NDArray[np.float64]
+# No calibration moves an arm by more (m, median): the two models are of two robots.
+ELSEWHERE = 0.05
 TOOLS = ("calibrated", "nominal", "own")
 
 
@@ -228,6 +230,11 @@ def _warnings(made: Compensation, file: TargetFile, verdict: str | None, nominal
     if lost:
         shown = ", ".join(lost[:5]) + (f" and {len(lost) - 5} others" if len(lost) > 5 else "")
         out.append(f"{len(lost)} of {len(made.status)} targets cannot be reached and have no correction: {shown}")
+    gap = np.nanmedian(made.before) if np.isfinite(made.before).any() else 0.0
+    if gap > ELSEWHERE:
+        out.append(
+            f"the two models stand {1e3 * gap:.3g} mm apart at the targets: is the nominal one that of this robot?"
+        )
     if file.targets.joints is None:
         out.append(
             "the targets do not say where the controller's joints would be: another branch (elbow, wrist) has other "

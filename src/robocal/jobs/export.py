@@ -7,6 +7,7 @@ import io
 from dataclasses import dataclass
 from pathlib import Path
 
+from robocal.arms.chain import Chain
 from robocal.arms.conventions import convention_of, rows
 from robocal.arms.denavit import to_denavit
 from robocal.errors import FileError, ModelError, nearest
@@ -74,6 +75,8 @@ def export(
     else:
         table = parameter_table(arm)
         text = _csv(table) if form == "csv" else _markdown(table)
+    if form in (*OFFSETS, "csv", "markdown"):
+        notes = (*notes, *_beyond(arm.chain))
     notes = (*told, *notes)
     if output is None:
         return Exported(form, text, None, notes)
@@ -82,6 +85,14 @@ def export(
             "this file exists and is left as it is", file=output, expected="--force to replace it, or another name"
         )
     return Exported(form, text, write_text(output, text), notes)
+
+
+def _beyond(chain: Chain) -> tuple[str, ...]:
+    """What a table or offsets leave out of a model with groups beyond geometry; gains stand in the table."""
+    left = [
+        g.name for g in chain.groups if any(chain.table[p].value and not p.endswith(".gain") for p in g.parameters)
+    ]
+    return (f"left out is what lies beyond geometry: {', '.join(left)}; --format yaml holds it",) if left else ()
 
 
 # --- the parameter table --------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -136,8 +136,8 @@ def plan_poses(
     region = Region(
         _box("--box", box, size.to_si),
         None if floor is None else size.to_si(_finite("--floor", floor)),
-        _pair("--pedestal", pedestal, size.to_si),
-        _pair("--range", distance, size.to_si),
+        _pair("--pedestal", pedestal, size.to_si, lambda r, _: r > 0, "R,H with R above 0"),
+        _pair("--range", distance, size.to_si, lambda a, b: 0 <= a < b, "MIN,MAX with 0 <= MIN < MAX"),
         None if cone is None else turn.to_si(_positive("--cone", cone)),
         None if facing is None else turn.to_si(_positive("--facing", facing)),
     )
@@ -243,10 +243,14 @@ def _numbers(option: str, text: str, count: int, form: str) -> list[float]:
     return found
 
 
-def _pair(option: str, text: str | None, to_si: Any) -> tuple[float, float] | None:
+def _pair(
+    option: str, text: str | None, to_si: Any, good: Callable[[float, float], bool], expected: str
+) -> tuple[float, float] | None:
     if text is None:
         return None
     a, b = _numbers(option, text, 2, "two numbers such as 200,500")
+    if not good(a, b):
+        raise ModelError("out of range", key=option, found=text, expected=expected)
     return float(to_si(a)), float(to_si(b))
 
 
