@@ -173,7 +173,9 @@ def _column(
         wrong = np.flatnonzero(~np.isin(values, (-1.0, 0.0, 1.0)))
         if len(wrong):
             found = float(values[wrong[0]])
-            raise table.fail("not a side of approach", row=int(wrong[0]), column=column, found=found, expected="-1, 0 or 1")
+            raise table.fail(
+                "not a side of approach", row=int(wrong[0]), column=column, found=found, expected="-1, 0 or 1"
+            )
     return values
 
 

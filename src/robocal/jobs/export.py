@@ -89,9 +89,7 @@ def export(
 
 def _beyond(chain: Chain) -> tuple[str, ...]:
     """What a table or offsets leave out of a model with groups beyond geometry; gains stand in the table."""
-    left = [
-        g.name for g in chain.groups if any(chain.table[p].value and not p.endswith(".gain") for p in g.parameters)
-    ]
+    left = [g.name for g in chain.groups if any(chain.table[p].value and not p.endswith(".gain") for p in g.parameters)]
     return (f"left out is what lies beyond geometry: {', '.join(left)}; --format yaml holds it",) if left else ()
 
 
