@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from unit.arm_data import SIX, TOOL, TRACKER, arm, measured, true_arm
@@ -43,6 +45,28 @@ def test_the_band_is_the_error_in_many_experiments():
     print(f"rms error over mean band {ratio:.3f}, Monte Carlo error {error:.3f}")
     # rms against mean: a band that varies over the space by a third lifts the ratio by about 5 %.
     assert 0.9 < ratio < 1.2
+
+
+@pytest.mark.parametrize(("common", "wider"), [(1e-4, True), (0.0, False)])
+def test_errors_that_return_with_the_place_are_not_averaged_away(common, wider):
+    """Thirty places, each visited four times, not in a row: what the model leaves is the same at every visit, and four
+    visits know no more of it than one. Intervals that count rows would be half as wide as they must be."""
+    away, ratio = [], []
+    for seed in range(12):
+        rng, truth = np.random.default_rng(seed), true_arm(seed=seed)
+        data = measured(120, q=np.tile(rng.uniform(-1, 1, (30, 5)), (4, 1)), seed=seed, truth=truth, stated=False)
+        obs = data.observations[0]
+        value = obs.value + np.tile(rng.normal(0, common, (30, 3)), (4, 1))
+        data = replace(data, observations=(replace(obs, value=value),))
+        found = identify(arm(), data, Options(hold_out=0.0, leave_one_out=False))
+        for p in found.parameters:
+            if p.status == "identified" and p.name in truth.table:
+                away.append((p.identified - truth.table[p.name].value) / p.sigma)
+                ratio.append(p.sigma / p.sigma_conditional)
+    rms = float(np.sqrt(np.mean(np.square(away))))
+    print(f"errors over sigma {rms:.2f} rms, sigma {np.median(ratio):.2f} times that of independent rows")
+    assert 0.75 < rms < 1.25
+    assert (np.median(ratio) > 1.8) == wider
 
 
 @pytest.mark.slow

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal.calibrate.noise import Group, apply_noise
+from robocal.calibrate.split import places
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term
 from robocal.estimate.uncertainty import LEVEL, Total, quantile, total, uncertainty, uneven
@@ -167,7 +168,8 @@ def total_of(found: Fit) -> Total:
     every = found.problem.with_free(found.identifiability.names)
     dof = noise_dof(found.groups, u.dof)
     # Noise that was stated and stands is even; what a model leaves need not be.
-    more = np.sqrt(uneven(found.problem, found.solution.x)) if np.isfinite(dof) else 1.0
+    visits = places(found.data.configurations)
+    more = np.sqrt(uneven(found.problem, found.solution.x, visits)) if np.isfinite(dof) else 1.0
     return total(every, found.problem.free, found.solution.x, factor=u.factor * float(more), dof=dof)
 
 

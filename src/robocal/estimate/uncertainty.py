@@ -42,6 +42,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 # Singular values below this share of the largest are rounding.
 RESOLUTION = 1e-13
 LEVEL = 0.95  # of every interval and band
@@ -192,10 +193,11 @@ def _unknown(root: Array, known: NDArray[np.bool_]) -> Array:
     return np.asarray(root[:, ~known] @ root[:, ~known].T)
 
 
-def uneven(problem: Problem, x: Array) -> float:
+def uneven(problem: Problem, x: Array, label: Ints | None = None) -> float:
     """How much larger the covariance of the estimate is than even noise would make it: 1 unless significantly more.
 
-    Where a model leaves errors of its own, they may be largest at the poses that decide the fit. Q the orthonormal basis
+    Where a model leaves errors of its own, they may be largest at the poses that decide the fit, and they are the same at
+    every visit of a place: units with the same `label` (U,) are taken as one. Q the orthonormal basis
     of the columns, H_u = Q_u Q_u^T the leverage of unit u, r the residuals in units of their own spread; with even noise
 
         E[1/n sum_u |Q_u^T (I - H_u)^(-1/2) r_u|^2] = 1
@@ -209,8 +211,9 @@ def uneven(problem: Problem, x: Array) -> float:
         return 1.0
     q = np.linalg.qr(lin.j * problem.scales)[0]
     r = lin.r * np.sqrt((len(lin.r) - n) / max(float(lin.r @ lin.r), 1e-300))
-    order = np.argsort(lin.unit, kind="stable")
-    counts = np.unique(lin.unit, return_counts=True)[1]
+    together = lin.unit if label is None else label[lin.unit]
+    order = np.argsort(together, kind="stable")
+    counts = np.unique(together, return_counts=True)[1]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     gentle = jackknife = even = spread = 0.0
     for count in np.unique(counts):
