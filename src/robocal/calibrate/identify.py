@@ -121,7 +121,7 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
         whole.identifiability,
         tuple(stages(data, base, base_x, part, fit_units, proofs, unit) for unit in told),
         whole.groups,
-        verdict(model, data, base, part, proofs, options),
+        verdict(model, data, base, part, whole, proofs, options),
         row_table(data, base, base_x, part, held, best.after.value if best else {}),
         tuple(ids[i] for i in fit_units),
         tuple(ids[i] for i in held),

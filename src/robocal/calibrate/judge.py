@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import frame_names
 from robocal.calibrate.estimators import estimator
-from robocal.calibrate.evidence import PROOF, Statistic, Verdict, constant_errors, errors, judge
+from robocal.calibrate.evidence import PROOF, SHOWN, Statistic, Verdict, constant_errors, errors, judge
 from robocal.calibrate.fit import Fit
 from robocal.calibrate.folds import Unseen
 from robocal.calibrate.identification import Fold, Options, Stages
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
-from robocal.calibrate.warn import implausible
+from robocal.calibrate.warn import common_scale, implausible
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
 
@@ -29,6 +29,8 @@ __all__ = ["Proof", "stages", "units_of", "verdict"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 UNITS = ("m", "rad", "px")  # in which errors are told; the verdict takes the first that was measured
+SHRUNK = -0.5  # of all lengths: what gives no scale is met by an arm without lengths
+TURNED = 0.05  # rad per axis: angles that were measured and are not explained
 BENT = 3e-3  # m per axis: what implausible changes may leave; an arm that is merely bad is explained better
 
 
@@ -118,9 +120,10 @@ def _constant(data: DataSet, proof: Proof | None) -> Array | None:
 
 
 def verdict(
-    model: Chain, data: DataSet, base: Problem, part: Fit, proofs: Mapping[str, Proof], options: Options
+    model: Chain, data: DataSet, base: Problem, part: Fit, whole: Fit, proofs: Mapping[str, Proof], options: Options
 ) -> Verdict:
-    """Whether the model improved, with the reasons; see docs/architecture.md."""
+    """Whether the model improved, with the reasons; `part` is what was judged, `whole` what is handed back. See
+    docs/architecture.md."""
     label = places(data.configurations)
     if len(np.unique(label)) < 2:
         return Verdict("refused", ("all configurations are equal: this shows repeatability, not geometry",))
@@ -147,7 +150,9 @@ def verdict(
         stated=float(np.sqrt(3) * stated[0]) if stated else None,
         unit=unit,
     )
-    return _second_thoughts(model, base, part, proof, found) if found.status == "improved" else found
+    if found.status == "improved":
+        found = _second_thoughts(model, base, part, proof, found)
+    return _same_model(whole, proof, unit, found) if found.status == "improved" else found
 
 
 def _drawn(split: Split, label: Ints, at: Ints) -> Ints:
@@ -174,7 +179,29 @@ def _second_thoughts(model: Chain, base: Problem, part: Fit, proof: Proof, found
     if bent and left_over > BENT:
         words = f"the model had to be bent and still leaves {left_over * 1e3:.3g} mm per axis"
         return Verdict("refused", (words, *bent, *found.reasons))
+    if (scale := common_scale(model, part)) < SHRUNK:
+        words = f"the free lengths all change by {scale:+.0%}: contacts and readings are met by an arm that shrinks to nothing"
+        return Verdict("refused", (words, *found.reasons))
+    for g in part.groups:
+        if g.unit == "rad" and g.rms > max(TURNED, 3 * (g.stated or 0.0)):
+            words = f"the angles of {g.name} are not explained: {np.degrees(g.rms):.3g} deg per axis are left; "
+            return Verdict("refused", (words + "check their unit, order and signs", *found.reasons))
     return found
+
+
+def _same_model(whole: Fit, proof: Proof, unit: str, found: Verdict) -> Verdict:
+    """What was proven of one fit holds for another only if both ended in the same place: the fit to everything has seen
+    what the other one predicted, and must keep at least half of the gain."""
+    before, after, told = proof.errors(unit)
+    left = errors(whole.problem.residuals(whole.solution.x), unit)[0][told].mean()
+    if left <= (before[told].mean() + after[told].mean()) / 2:
+        return found
+    factor, word = SHOWN[unit]
+    words = (
+        f"the fit to everything ended elsewhere: it leaves {left * factor:.3g} {word} on average where the fit without the "
+        f"unseen ones left {after[told].mean() * factor:.3g} {word}"
+    )
+    return Verdict("not_improved", (words, *found.reasons))
 
 
 def _rows(problem: Problem) -> Ints:

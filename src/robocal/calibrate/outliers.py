@@ -32,6 +32,7 @@ Ints = NDArray[np.int64]
 SURE = 0.01  # chance of naming any row of a data set without outliers
 SHARE = 0.2  # at most this share of the observations is set aside
 MOST = 200
+ALONE = 1e-4  # 1 - leverage: a prediction from the others would be a hundred times less certain than the row
 QUIET = 5  # steps without a significant row after which the search ends
 
 
@@ -187,9 +188,10 @@ def _farthest(p: _Rows, residual: Array, away: NDArray[np.bool_], inverse: Array
     j, r, d = p.j[rows], residual[rows], p.r.shape[1]
     rest = np.eye(d) - np.einsum("mai,ij,mbj->mab", j, inverse, j, optimize=True)
     values, vectors = np.linalg.eigh(rest)
-    # A row that alone decides a direction has no residual there, and says nothing about itself.
+    # A row that alone decides a direction has no residual there, and says nothing about itself. All but alone: without
+    # it, only what was held at nominal would decide, and that is not known well enough to accuse a measurement.
     turned = np.einsum("mab,ma->mb", vectors, r)
-    square = np.sum(np.where(values > 1e-6, turned**2 / np.where(values > 1e-6, values, 1.0), 0.0), axis=1)
+    square = np.sum(np.where(values > ALONE, turned**2 / np.where(values > ALONE, values, 1.0), 0.0), axis=1)
     best = int(np.argmax(square))
     return int(rows[best]), float(square[best])
 

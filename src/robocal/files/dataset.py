@@ -206,7 +206,7 @@ def _read_table(
         warnings,
         suspicions(first, places.joints, chain, places.angle, length),
         Units(values.length or units.length, places.angle),
-        alternatives(first, places.joints, chain, places.angle, length),
+        alternatives(first, places.joints, chain, places.angle, values.length, kind.lengths),
     )
 
 

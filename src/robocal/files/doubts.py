@@ -26,8 +26,8 @@ TURN = 2 * math.pi
 
 @dataclass(frozen=True)
 class Suspicion:
-    """`part` (joints, position) of `source` is stated in `stated` but looks like `alternative`: its SI values times
-    `factor`."""
+    """`part` (joints, or the section that holds lengths) of `source` is stated in `stated` but looks like
+    `alternative`: its SI values times `factor`."""
 
     part: str
     source: str
@@ -39,7 +39,7 @@ class Suspicion:
 
     def apply(self, data: DataSet) -> DataSet:
         """The data set as it would be in the other unit; also when it was joined with others."""
-        if self.part == "position":
+        if self.part != "joints":
             return DataSet(
                 data.configurations, tuple(self._scaled(o) if o.source == self.source else o for o in data.observations)
             )
@@ -64,7 +64,9 @@ class Suspicion:
 
     def _scaled(self, obs: Observations) -> Observations:
         scale = np.ones(obs.value.shape[-1])
-        scale[:3] = self.factor
+        for first, last, unit in kind_of(obs).parts:
+            if unit == "m":
+                scale[first:last] = self.factor
         return replace(obs, value=obs.value * scale, sigma=None if obs.sigma is None else obs.sigma * scale)
 
     def __str__(self) -> str:
@@ -104,9 +106,10 @@ def suspicions(
 
 
 def alternatives(
-    obs: Observations, joints: Array, chain: Chain, angle: Unit, length: Unit | None
+    obs: Observations, joints: Array, chain: Chain, angle: Unit, length: Unit | None, section: str
 ) -> tuple[Suspicion, ...]:
-    """Every unit that people mix up with the stated one, whether or not the values look odd; for when nothing fits."""
+    """Every unit that people mix up with the stated one, whether or not the values look odd; for when nothing fits. `section`
+    holds the lengths that were read, "" where a kind reads none."""
     out = []
     turning = tuple(i for i, j in enumerate(chain.joints) if j.type != "prismatic")
     reason = "the model does not fit the values as they are stated"
@@ -115,9 +118,9 @@ def alternatives(
         out.append(
             Suspicion("joints", obs.source, angle.name, other.name, other.factor / angle.factor, reason, turning)
         )
-    if length is not None and obs.kind in ("position", "pose"):
+    if length is not None and section:
         for unit in (UNITS[n] for n in ("mm", "m", "cm", "inch") if n != length.name):
-            out.append(Suspicion("position", obs.source, length.name, unit.name, unit.factor / length.factor, reason))
+            out.append(Suspicion(section, obs.source, length.name, unit.name, unit.factor / length.factor, reason))
     return tuple(out)
 
 

@@ -27,6 +27,7 @@ RESIDUAL_COLUMNS = (
     "dx_before_mm", "dy_before_mm", "dz_before_mm",
     "dx_after_mm", "dy_after_mm", "dz_after_mm",
     "angle_before_deg", "angle_after_deg", "angle_held_out_deg",
+    "before_px", "after_px", "held_out_px",
 )  # fmt: skip
 ACCURACY = "accuracy_map.csv"
 RESULT, RESIDUALS, REPORT, ROBOTS = (

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import errors
-from robocal.calibrate.identify import baseline
+from robocal.calibrate.identify import baseline, frame_names
+from robocal.calibrate.split import places
 from robocal.errors import FormatError
+from robocal.estimate.problem import Problem
 from robocal.files.dataset import Reading
 from robocal.files.doubts import Suspicion
 from robocal.measure.base import kind_of
@@ -22,6 +24,7 @@ __all__ = ["doubt_units", "misfit"]
 Array = NDArray[np.float64]
 Watch = Callable[[dict[str, object]], None]
 TENFOLD = 10.0
+SPARE = 3  # numbers beyond what frames can meet: by luck each falls tenfold once in ten times
 BAD = 0.05  # of the spread of what was measured: from here on every other unit is tried
 MANY = 300  # configurations that are enough to tell units apart
 
@@ -31,9 +34,12 @@ def misfit(chain: Chain, data: DataSet) -> float:
     unit.
 
     Where positions are not measured, the spread is that of where the tool was; where nothing is told in lengths, angles
-    and pixels are compared with their own spread. nan where there is nothing to compare.
+    and pixels are compared with their own spread. nan where there is nothing to compare, or so
+    little that frames alone meet it in any unit.
     """
     problem, x = baseline(chain, data, np.arange(len(data.configurations)))
+    if _told(data, problem) < len(frame_names(chain, problem)) + SPARE:
+        return float("nan")
     left = {unit: errors(problem.residuals(x), unit)[0] for unit in ("m", "rad", "px")}
     unit = next((u for u, v in left.items() if len(v)), None)
     if unit is None:
@@ -50,6 +56,13 @@ def misfit(chain: Chain, data: DataSet) -> float:
     spread = float(np.sqrt(np.mean(np.concatenate(square))))
     rms = float(np.sqrt(np.mean(left[unit] ** 2)))
     return rms / spread if spread > 0 else float("inf")
+
+
+def _told(data: DataSet, problem: Problem) -> float:
+    """How many numbers were measured, a repeat of a place not counted: it says nothing new of the geometry."""
+    used = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(t.unit for t in problem.terms)]))
+    new = len(np.unique(places(data.configurations)[used])) / max(len(used), 1)
+    return new * sum(t.scale.size for t in problem.terms)
 
 
 def _tools(chain: Chain, data: DataSet) -> list[Array]:
@@ -88,7 +101,7 @@ def doubt_units(chain: Chain, reading: Reading, watch: Watch | None = None) -> t
         others = "".join(f"; likewise the {d.part} values of {d.source} in {d.alternative}" for d in chosen[1:])
         raise FormatError(
             f"the {first.part} values are probably in {first.alternative}: {first.reason}, "
-            f"and the misfit falls {as_read / best:.3g} times{others}",
+            f"and the misfit falls {as_read / best if best > 0 else np.inf:.3g} times{others}",
             file=first.source,
             key=f"{first.part}.unit",
             found=first.stated,
@@ -113,7 +126,7 @@ def _explanations(alternatives: Sequence[Suspicion]) -> Iterator[tuple[Suspicion
     ways: dict[tuple[tuple[str, str, str], ...], None] = {}
     for mine in of.values():
         joints: list[tuple[tuple[str, str, str], ...]] = [(), *((k,) for k in mine if k[0] == "joints")]
-        places: list[tuple[tuple[str, str, str], ...]] = [(), *((k,) for k in mine if k[0] == "position")]
+        places: list[tuple[tuple[str, str, str], ...]] = [(), *((k,) for k in mine if k[0] != "joints")]
         # A single change is tried before two at once.
         ways |= dict.fromkeys(sorted((j + p for j in joints for p in places if j + p), key=len))
     for way in ways:

@@ -277,6 +277,10 @@ def residual_columns(found: Identification) -> dict[str, list[Any]]:
                 math.degrees(float(np.linalg.norm(v[turn[0] : turn[1]]))) for v in (rows.before[i], rows.after[i])
             )
             row |= {"angle_before_deg": before, "angle_after_deg": after, "angle_held_out_deg": after if held else None}
+        seen = next(((a, b) for a, b, unit in parts if unit == "px"), None)
+        if seen:
+            before, after = (float(np.linalg.norm(v[seen[0] : seen[1]])) for v in (rows.before[i], rows.after[i]))
+            row |= {"before_px": before, "after_px": after, "held_out_px": float(rows.unseen[i])}
         for name, column in out.items():
             column.append(row.get(name))
     return out

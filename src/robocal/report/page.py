@@ -126,7 +126,10 @@ def _moment(value: object) -> object:
 def _errors(result: Result, residuals: Columns) -> dict[str, Any]:
     distances = section(result, "residuals")
     angle = section(distances, "angle")
-    has_angle = bool(three(residuals, "angle_", "deg"))
+    # What the verdict is told in comes first: angles and pixels where no lengths were measured.
+    unit = str(distances.get("unit") or "mm")
+    main = ("angle_" if unit == "deg" else "", unit)
+    has_angle = unit != "deg" and bool(three(residuals, "angle_", "deg"))
     drawn = arrows(residuals)
     split = section(result, "split")
     held = next((key for key in UNSEEN if section(distances, key)), "")
@@ -138,13 +141,13 @@ def _errors(result: Result, residuals: Columns) -> dict[str, Any]:
         "angle_rounds": tables.rounds(angle),
         "angle_unit": unit_text(angle.get("unit")),
         "angle_statistics": tables.statistics(angle),
-        "series": three(residuals),
-        "histogram": pictures.histogram(residuals),
-        "per_pose": pictures.per_pose(residuals),
+        "series": three(residuals, *main),
+        "histogram": pictures.histogram(residuals, *main),
+        "per_pose": pictures.per_pose(residuals, *main),
         "angle_histogram": pictures.histogram(residuals, "angle_", "deg") if has_angle else "",
         "angle_per_pose": pictures.per_pose(residuals, "angle_", "deg") if has_angle else "",
         "arrows": drawn,
-        "worst": tables.worst(residuals),
+        "worst": tables.worst(residuals, *main),
         "held": held,
         "split": {
             "fraction": _percent(split.get("held_out_fraction")),

@@ -189,9 +189,18 @@ def _option(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)
 
 
-def worst(residuals: Mapping[str, Sequence[object]], most: int = 8) -> list[Row]:
-    """The rows with the largest error after calibration: where to look for a slipped target."""
-    columns = (column(residuals, k) for k in ("configuration", "group", "target", "set", "before_mm", "after_mm"))
+def worst(residuals: Mapping[str, Sequence[object]], quantity: str = "", unit: str = "mm", most: int = 8) -> list[Row]:
+    """The rows with the largest error after calibration, told as `series.three` does: where to look for a slipped
+    target."""
+    names = (
+        "configuration",
+        "group",
+        "target",
+        "set",
+        f"{quantity}before_{unit}",
+        f"{quantity}after_{unit}",
+    )
+    columns = (column(residuals, k) for k in names)
     rows = []
     for configuration, group, target, which, before, after in zip(*columns, strict=True):
         size = finite(after)

@@ -106,4 +106,5 @@ bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.001}}    # ele
 frame: {{name: tracker, free: true}}    # where the tracker stands is found from the data
 """,
     POINT_SEEN,
+    lengths="range",
 )

@@ -97,8 +97,8 @@ def whole(model: Any, values: Values, around: Around) -> Sequence[Part]:
 @dataclass(frozen=True)
 class KindFile:
     """A kind of measurement in files: the model of its data.yaml, how its columns are read and written, and which parts
-    of a target it can see; `free` says what of its place is free unless stated, and `located` whether its first three
-    values are where the tool is."""
+    of a target it can see; `free` says what of its place is free unless stated, `located` whether its first three
+    values are where the tool is, and `lengths` is the section whose readings are lengths."""
 
     name: str
     model: type[DataModel]
@@ -109,6 +109,7 @@ class KindFile:
     parts: Callable[[Any, Values, Around], Sequence[Part]] = whole
     free: tuple[bool, ...] = FULL
     located: bool = False
+    lengths: str = ""
 
 
 def quantity(

@@ -121,4 +121,5 @@ ends:    # a bar between two configurations has no ends, but `second: {{columns:
 """,
     POINT,
     parts,
+    lengths="distance",
 )

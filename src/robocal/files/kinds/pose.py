@@ -147,4 +147,5 @@ orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigm
 frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
 """,
     located=True,
+    lengths="position",
 )

@@ -74,4 +74,5 @@ frame: {{name: tracker, free: true}}    # where the instrument stands is found f
 """,
     (True, True, True, False, False, False),
     located=True,
+    lengths="position",
 )

@@ -168,4 +168,5 @@ medium: {{name: air, speed: 343, delay: 0, free: [speed]}}    # m/s; what a time
     XYZ,
     parts,
     XYZ,
+    lengths="range",
 )

@@ -57,6 +57,7 @@ position: {{columns: [x, y, z], unit: {length}, sigma: 0.05}}    # where it came
 orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigma: 0.005}}
 # targets: {{imu: {{xyz: [0, 0, 50], free: true}}}}    # the measured thing on the tool; default the tool frame
 """,
+    lengths="position",
 )
 DISPLACEMENT = KindFile(
     "displacement",
@@ -68,4 +69,5 @@ displacement: {{columns: [dx, dy, dz], unit: {length}, sigma: 0.05}}    # second
 frame: {{name: camera, free: [rx, ry, rz]}}    # only how the instrument is turned is seen
 """,
     (True, True, True, False, False, False),
+    lengths="displacement",
 )
