@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from robocal.arms.groups import add
 from robocal.errors import FileError, FormatError, InputError, ModelError
 from robocal.files.covariance import read_covariance
-from robocal.files.robot import read_robot
+from robocal.files.robot import open_robot, read_robot
 from robocal.jobs.drift import drift
 from robocal.jobs.identify import Choices, identify
-from robocal.jobs.predict import predict_run
+from robocal.jobs.predict import _assumed, predict_run
 from robocal.jobs.report import report
 from robocal.jobs.simulate import simulate
 
@@ -57,6 +59,23 @@ def test_predictions_hold_the_truth(place):
     for row, pose in zip(whole.rows, true, strict=True):
         error = np.linalg.norm([row[f"{a}_mm"] - 1e3 * p for a, p in zip("xyz", pose[:3, 3], strict=True)])
         assert error < 1.5 * row["band_mm"]
+
+
+def test_what_the_poses_do_not_say_and_the_model_asks_is_told(place):
+    """The side from which a joint with backlash arrives has no mean worth the name."""
+    known = replace(
+        read_covariance(place / "run-one" / "covariance.json"),
+        conditions={"approach.j2": 0.1, "approach.j3": 0.2, "time": 7.0},
+    )
+    robot = open_robot("rv-2aj")
+    chain = add(robot.chain, "backlash", {})
+    q = np.zeros((2, 5))
+    still = replace(robot, chain=chain)
+    loose = replace(robot, chain=chain.with_values({"j2.backlash": 1e-3}))
+    assert _assumed(still, known, q, {}) == []
+    (words,) = _assumed(loose, known, q, {})
+    assert "approach.j2" in words and "j3" not in words and "time" not in words
+    assert _assumed(loose, known, q, {"approach.j2": np.ones(2)}) == []
 
 
 def test_covariance_survives_its_file(place):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -103,7 +103,7 @@ def predict_run(
     motion, region = (None, "") if whole else shape_motion(robot, known)
     conditions: dict[str, ArrayLike] = {**known.conditions, **targets.targets.extra}
     found = predict(robot.chain, q, known.total, conditions, motion)
-    warnings = [*robot.warnings, *_outside(robot, known, q)]
+    warnings = [*robot.warnings, *_outside(robot, known, q), *_assumed(robot, known, q, targets.targets.extra)]
     if (folder / LAYER).is_file():
         warnings.append("this run has a residual layer: predictions here are those of the model alone, without it")
     rows = tuple(_rows(targets.ids, found, known))
@@ -124,6 +124,18 @@ def _outside(robot: Robot, known: Knowledge, q: Array) -> list[str]:
     return [
         f"{many} of {len(q)} poses lie outside the measured range of {', '.join(names)}: there the bars rest on the model alone"
     ]
+
+
+def _assumed(robot: Robot, known: Knowledge, q: Array, given: Mapping[str, Array]) -> list[str]:
+    """Recorded columns that the model depends on and the poses do not have: the mean of the measurements is no answer for
+    a pose that is reached from the other side, or on a hot day."""
+    here = {**known.conditions, **given}
+    plain = robot.chain.pose(q, here)
+    absent = [n for n in known.conditions if n not in given]
+    names = [n for n in absent if (robot.chain.pose(q, {**here, n: known.conditions[n] + 1.0}) != plain).any()]
+    if not names:
+        return []
+    return [f"the poses do not say {', '.join(names)}: what it was on average while measuring is taken"]
 
 
 def _rows(ids: Sequence[str], found: Predicted, known: Knowledge) -> list[dict[str, Any]]:
