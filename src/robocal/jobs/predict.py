@@ -129,7 +129,7 @@ def _outside(robot: Robot, known: Knowledge, q: Array) -> list[str]:
 def _assumed(robot: Robot, known: Knowledge, q: Array, given: Mapping[str, Array]) -> list[str]:
     """Recorded columns that the model depends on and the poses do not have: the mean of the measurements is no answer for
     a pose that is reached from the other side, or on a hot day."""
-    here = {**known.conditions, **given}
+    here: dict[str, ArrayLike] = {**known.conditions, **given}
     plain = robot.chain.pose(q, here)
     absent = [n for n in known.conditions if n not in given]
     names = [n for n in absent if (robot.chain.pose(q, {**here, n: known.conditions[n] + 1.0}) != plain).any()]
