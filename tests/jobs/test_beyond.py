@@ -93,6 +93,9 @@ def test_a_layer_of_a_run_folder_is_used_by_validate(made):
     layered = validate(str(run), [str(made / "again" / "data.yaml")])
     assert layered.statistic == plain.statistic and layered.layer.mean > 3 * plain.statistic.mean
     assert any("residual layer" in w for w in layered.warnings) and layered.document["layer"]["unit"] == "mm"
+    (run / "layer.json").write_text(layer_text(wrong).replace('"j4"', '"j5"'))
+    with pytest.raises(FormatError, match="another robot"):
+        validate(str(run), [str(made / "again" / "data.yaml")])
     (run / "layer.json").write_text("{}")
     with pytest.raises(FormatError):
         validate(str(run), [str(made / "again" / "data.yaml")])

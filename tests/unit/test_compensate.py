@@ -127,6 +127,16 @@ def test_five_axes_keep_the_position_and_as_much_orientation_as_they_can(rng):
     assert np.abs(np.swapaxes(gain, 1, 2) @ turn[..., None]).max() < 1e-6
 
 
+def test_five_axes_at_a_limit_do_not_swing_the_tool_elsewhere():
+    nominal = catalog.get("rv-2aj")
+    real = nominal.with_values({"j1.theta": nominal.table["j1.theta"].value - 2e-3})
+    q = np.array([[0.3, 0.4, 1.3, -0.8, -3.1]] * 2)
+    q[1, 0] = nominal.limits[0, 1] - 1e-3
+    made = compensate(nominal, real, Targets(joints=q))
+    assert words(made) == ["ok", "outside limits"] and np.isnan(made.joints[1]).all()
+    assert made.beyond[1] == pytest.approx([1e-3, 0, 0, 0, 0], abs=1e-5)
+
+
 def test_seven_axes_stay_near_the_nominal_joints(rng):
     nominal = catalog.get("panda")
     real = perturbed(nominal, rng)

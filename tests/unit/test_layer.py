@@ -12,7 +12,7 @@ from robocal.calibrate.baseline import baseline
 from robocal.calibrate.fit import fit
 from robocal.calibrate.identification import Options
 from robocal.calibrate.layer import learn
-from robocal.calibrate.layered import layer_rows, layered_errors, try_layer
+from robocal.calibrate.layered import LayerRows, layer_rows, layered_errors, try_layer
 from robocal.errors import FormatError
 from robocal.files.layerfile import layer_text, read_layer
 
@@ -103,6 +103,25 @@ def test_a_broken_file_is_one_error(tmp_path, broken):
     place.write_text(broken)
     with pytest.raises(FormatError):
         read_layer(place)
+
+
+@pytest.mark.parametrize(("what", "said"), [("lengths", "lengths"), ("size", "size")])
+def test_lengths_and_sizes_are_above_zero_and_outputs_three_or_six(tmp_path, rng, what, said):
+    q = rng.uniform(-1, 1, (10, 3))
+    layer = learn(NAMES, (True,) * 3, q, field(q))
+    place = tmp_path / "layer.json"
+    for wrong in (replace(layer, **{what: 0 * getattr(layer, what)}), replace(layer, size=layer.size[:2], weights=layer.weights[:, :2])):
+        place.write_text(layer_text(wrong))
+        with pytest.raises(FormatError, match=said if wrong.size.size == 3 else "3 numbers or 6"):
+            read_layer(place)
+
+
+def test_a_layer_of_positions_serves_poses(rng):
+    q = rng.uniform(-1, 1, (40, 3))
+    layer = learn(NAMES, (True,) * 3, q, field(q))
+    rows = LayerRows(np.hstack([field(q), np.full((40, 3), 0.1)]), np.arange(40))
+    alone = LayerRows(field(q), np.arange(40))
+    np.testing.assert_array_equal(layered_errors(layer, rows, q), layered_errors(layer, alone, q))
 
 
 def test_missing_numbers_are_said(tmp_path, rng):

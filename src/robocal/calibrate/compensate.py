@@ -127,6 +127,12 @@ def compensate(nominal: Chain, calibrated: Chain, targets: Targets) -> Compensat
         q_n, known = _reach(nominal, target, oriented, short, targets.joints, columns)
     q_c, reached = _reach(calibrated, target, oriented, short, q_n, columns)
     q_c = _same_turn(calibrated, q_c, q_n)
+    far = known & (np.abs(q_c - q_n).max(axis=1, initial=0.0) > LEAP)
+    if short:
+        # A position that is met at a limit by swinging the tool elsewhere is no correction of this target.
+        turned, nominally = (_errors(calibrated, q, target, oriented, columns)[1] for q in (q_c, q_n))
+        swung = reached & far & (turned > nominally + LEAP)
+        reached, q_c = reached & ~swung, np.where(swung[:, None], q_n, q_c)
     beyond = np.zeros_like(q_c)
     status = np.full(len(target), OK)
     lost = np.flatnonzero(~reached)
@@ -138,7 +144,6 @@ def compensate(nominal: Chain, calibrated: Chain, targets: Targets) -> Compensat
     dexterity = _dexterity(calibrated, q_c, oriented, columns)
     relaxed = reached & (angle > REACHED[1]) if oriented else np.zeros(len(target), dtype=bool)
     status[relaxed] = RELAXED
-    far = known & (np.abs(q_c - q_n).max(axis=1, initial=0.0) > LEAP)
     status[reached & ((dexterity < SINGULAR_BELOW) | far)] = SINGULAR
     command = nominal.pose(q_c, columns)
     by_command = np.full(len(target), np.nan)

@@ -83,8 +83,9 @@ def layer_rows(data: DataSet, problem: Problem, x: Array) -> LayerRows | None:
 
 def layered_errors(layer: Layer, rows: LayerRows, q: Array) -> Array:
     """Errors (N,) in m that a layer leaves of what a model misses."""
-    left = rows.missed - layer.predict(q[rows.unit])
-    return np.asarray(np.linalg.norm(left[:, :3], axis=1))
+    # A layer that was learned from positions serves poses too, and the other way round.
+    left = rows.missed[:, :3] - layer.predict(q[rows.unit])[:, :3]
+    return np.asarray(np.linalg.norm(left, axis=1))
 
 
 def try_layer(model: Chain, data: DataSet, problem: Problem, x: Array, watch: Watch | None = None) -> Guarded:

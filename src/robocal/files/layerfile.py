@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, FiniteFloat
@@ -31,8 +31,8 @@ class LayerModel(Model):
     frame: Literal["base"]
     joints: list[str]
     turning: list[bool]
-    lengths: list[FiniteFloat]
-    size: list[FiniteFloat]
+    lengths: list[Annotated[FiniteFloat, Field(gt=0)]]
+    size: list[Annotated[FiniteFloat, Field(gt=0)]]
     noise: FiniteFloat = Field(gt=0)
     points: list[list[FiniteFloat]]
     weights: list[list[FiniteFloat]]
@@ -66,6 +66,8 @@ def read_layer(path: str | os.PathLike[str]) -> Layer:
     model = validate(LayerModel, Document(source.path, source.text, source.sha256, data))
     n, d = len(model.joints), len(model.size)
     shapes = {len(model.turning), len(model.lengths), *(len(p) for p in model.points)}
+    if d not in (3, 6):
+        raise FormatError("a correction has 3 numbers or 6", file=source.path, key="size", found=d)
     if shapes != {n} or {len(w) for w in model.weights} != {d} or len(model.points) != len(model.weights):
         raise FormatError("numbers are missing", file=source.path, expected=f"{n} per point and {d} per weight")
     return Layer(

@@ -10,6 +10,7 @@ import numpy as np
 
 from robocal.calibrate.evidence import Statistic
 from robocal.calibrate.layered import layer_rows, layered_errors
+from robocal.errors import FormatError
 from robocal.files.layerfile import LAYER, read_layer
 from robocal.jobs.inputs import Inputs
 from robocal.measure.base import problem
@@ -29,10 +30,15 @@ def layer_beside(
     if not Path(robot).is_dir() or not place.is_file():
         return None
     layer = read_layer(place)
+    if layer.joints != inputs.robot.chain.joint_names:
+        raise FormatError(
+            "this residual layer is of another robot", file=place, key="joints", found=", ".join(layer.joints),
+            expected=", ".join(inputs.robot.chain.joint_names),
+        )  # fmt: skip
     q = inputs.data.configurations.joints
     made = problem(inputs.robot.chain, inputs.data, values=dict(values))
     rows = layer_rows(inputs.data, made, made.start)
-    if rows is None or q is None or layer.joints != inputs.robot.chain.joint_names or not np.isfinite(q).all():
+    if rows is None or q is None or not np.isfinite(q).all():
         return None
     left = layered_errors(layer, rows, q) * (factor if np.isfinite(factor) else 1.0)
     return Statistic.of(left * 1e3, profiled=factor != 1.0)
