@@ -110,7 +110,10 @@ def test_lengths_and_sizes_are_above_zero_and_outputs_three_or_six(tmp_path, rng
     q = rng.uniform(-1, 1, (10, 3))
     layer = learn(NAMES, (True,) * 3, q, field(q))
     place = tmp_path / "layer.json"
-    for wrong in (replace(layer, **{what: 0 * getattr(layer, what)}), replace(layer, size=layer.size[:2], weights=layer.weights[:, :2])):
+    for wrong in (
+        replace(layer, **{what: 0 * getattr(layer, what)}),
+        replace(layer, size=layer.size[:2], weights=layer.weights[:, :2]),
+    ):
         place.write_text(layer_text(wrong))
         with pytest.raises(FormatError, match=said if wrong.size.size == 3 else "3 numbers or 6"):
             read_layer(place)
