@@ -132,3 +132,18 @@ def test_an_arm_that_shrinks_to_nothing_is_refused(tmp_path):
     ran = robocal("identify", sim / "robot.yaml", sim / "data.yaml", *free, "--json")
     assert ran.document["residuals"]["held_out"]["mean"] < 1e-6
     assert ran.status == 3 and "shrinks to nothing" in ran.document["verdict"]["reasons"][0]
+
+
+@pytest.mark.parametrize("value", ["0", "-15"])
+def test_a_sphere_has_a_radius(tmp_path, value):
+    sim = simulated(tmp_path, "sphere")
+    ran = robocal(*changed(sim, tmp_path / "r", settings=lambda t: re.sub(r"value: [\d.]+", f"value: {value}", t)))
+    assert ran.status == 2 and "radius.value" in ran.err and "not a radius" in ran.err
+
+
+def test_directions_validate_no_lengths(tmp_path):
+    sim = simulated(tmp_path, "bearing")
+    ran = robocal("validate", sim / "truth.yaml", sim / "data.yaml", "--json")
+    assert ran.status == 3 and ran.document["reasons"] == [
+        "no lengths were measured, and a model is validated in lengths"
+    ]

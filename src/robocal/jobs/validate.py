@@ -159,7 +159,9 @@ def validate(
         reasons.append(
             f"{mine.rows} measured numbers are too few to judge anything after {len(mine.fitted)} of the instruments' frames were fitted"
         )
-    if not np.isfinite(mine.position).all() or not len(mine.position):
+    if not len(mine.position):
+        reasons.append("no lengths were measured, and a model is validated in lengths")
+    elif not np.isfinite(mine.position).all():
         reasons.append("the model gives no finite position on these data")
     constant = _constant(inputs.data)
     worst = float(mine.position.mean()) * mine.factor if len(mine.position) and np.isfinite(mine.factor) else None

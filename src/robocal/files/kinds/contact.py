@@ -147,6 +147,8 @@ def _with_distances(model: PointModel, values: Values, around: Around) -> Sequen
 
 def sphere_parts(model: SphereModel, values: Values, around: Around) -> Sequence[Part]:
     """The same; all spheres share the radius."""
+    if model.radius is not None and model.radius.value is not None and model.radius.value <= 0:
+        around.document.fail("not a radius", ("radius", "value"), found=model.radius.value, expected="above 0")
     options = scalar(model.radius, "m", "radius", "radius", around)
     shared = Values(values.value, values.sigma, extra=values.extra, options=options)
     return _with_distances(model, shared, around)
@@ -159,6 +161,9 @@ def plane_parts(model: PlaneModel, values: Values, around: Around) -> Sequence[P
         if model.cube.edge <= 0:
             around.document.fail("not a length", ("cube", "edge"), found=model.cube.edge, expected="above 0")
         extra["offset"] = np.full(len(values.value), around.units.length.to_si(model.cube.edge) / 2)
+    # A pointed tool is a ball of no size.
+    if model.radius is not None and model.radius.value is not None and model.radius.value < 0:
+        around.document.fail("not a radius", ("radius", "value"), found=model.radius.value, expected="0 or above")
     options = {} if model.radius is None else scalar(model.radius, "m", "radius", "radius", around)
     shared = Values(values.value, values.sigma, extra=extra, options=options)
     # A plate shows three of the six, which three depends on where it looks: those that are not seen are dropped.
