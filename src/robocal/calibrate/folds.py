@@ -28,7 +28,7 @@ from robocal.calibrate.evidence import errors
 from robocal.calibrate.fit import Fit, fit
 from robocal.calibrate.identification import Options
 from robocal.calibrate.split import Split
-from robocal.estimate.identifiability import analyse
+from robocal.estimate.identifiability import SEEN, analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
@@ -42,6 +42,7 @@ Watch = Callable[[dict[str, object]], None]
 CHUNK = 256
 # Of what was expected: a direction that rows tell less of does not move in a fit, whatever is there to be found.
 OPEN = 1e-2
+CLEAR = 10.0  # seen by all rows, beyond doubt
 
 
 @dataclass(frozen=True)
@@ -103,13 +104,14 @@ def unseen(
     return Unseen(out, profiled, ends)
 
 
-def _open(problem: Problem, a: Array) -> Bools:
-    """Which problems leave a direction open, (B,), by their Gauss-Newton matrices (lower triangles, (B, n, n))."""
+def _open(problem: Problem, a: Array, known: float = OPEN) -> Bools:
+    """Which problems leave a direction open, (B,), by their Gauss-Newton matrices (lower triangles, (B, n, n)): known to
+    less than this share of what was expected."""
     scaled = np.tril(a) * np.outer(problem.scales, problem.scales)
     scaled = scaled + np.swapaxes(np.tril(scaled, -1), 1, 2)
     each = np.arange(problem.n)
     # Rounding must not pass for knowledge.
-    least = np.maximum(OPEN**2, 1e-13 * scaled[:, each, each].max(axis=1, initial=0.0))
+    least = np.maximum(known**2, 1e-13 * scaled[:, each, each].max(axis=1, initial=0.0))
     scaled[:, each, each] -= least[:, None]
     try:
         np.linalg.cholesky(scaled)  # positive definite, all of them: the ordinary case
@@ -125,7 +127,7 @@ def _proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: 
     frames = part.with_free(local)
     at = part.column_of[frames.index]
     scale = np.outer(frames.scales, frames.scales)
-    rounds = np.flatnonzero(_open(frames, a[:, at[:, None], at]))
+    rounds = np.flatnonzero(_open(frames, a[:, at[:, None], at], SEEN))
     if not len(rounds):
         return
     sees, _ = _sees(problem, frames.free)
@@ -133,9 +135,9 @@ def _proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: 
     for b in rounds:
         own = np.tril(a[b][at[:, None], at]) * scale
         values, vectors = np.linalg.eigh(own)  # of the lower triangle
-        loose = vectors[:, values < OPEN**2]
+        loose = vectors[:, values < SEEN**2]
         full = whole + np.tril(whole, -1).T
-        missed = loose[:, np.einsum("ik,ij,jk->k", loose, full, loose) > 1.0]
+        missed = loose[:, np.einsum("ik,ij,jk->k", loose, full, loose) > CLEAR**2]
         factor[b, sees[(np.abs(missed) > 0.1).any(axis=1)].any(axis=0)] = np.nan
 
 
@@ -247,10 +249,12 @@ def trial(
         before = after = np.ones(len(base.terms))
         profiled = np.zeros(1, dtype=bool)
     part = replace(part, solution=replace(part.solution, x=solved))
-    found = []
+    found, told = [], np.ones((1, len(base.terms)))
+    frames = base.with_free([n for n in local if not (profiled.any() and n in names)])
+    _proves_nothing(base.with_weights(None), base_x, frames, frames.normal(base_x).a, frames.free, told)
     for made, there, factor in ((base, x, before), (part.problem, solved, after)):
         values = _empty(made, there, units)
-        _collect(values, made, there, factor[None], one, np.zeros(1, dtype=np.int64))
+        _collect(values, made, there, factor * told, one, np.zeros(1, dtype=np.int64))
         found.append(Unseen(values, profiled))
     return Trial(base, x, part, *found)
 
