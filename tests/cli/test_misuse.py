@@ -147,3 +147,12 @@ def test_directions_validate_no_lengths(tmp_path):
     assert ran.status == 3 and ran.document["reasons"] == [
         "no lengths were measured, and a model is validated in lengths"
     ]
+
+
+def test_copied_rows_are_noticed(tmp_path):
+    sim = simulated(tmp_path, "position")
+    command = changed(sim, tmp_path / "twice", keep=lambda rows: rows + rows[:3])
+    said = [w for w in robocal(*command).document["warnings"] if "count twice" in w]
+    assert len(said) == 1 and "3 measurements equal another" in said[0]
+    clean = robocal("identify", sim / "robot.yaml", sim / "data.yaml", "--json").document["warnings"]
+    assert not any("count twice" in w for w in clean)

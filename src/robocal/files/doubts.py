@@ -161,9 +161,9 @@ def limit_warning(joints: Array, chain: Chain, lines: NDArray[np.int64], file: o
 
 def repeat_warnings(obs: Observations, configurations: Configurations, file: object) -> tuple[str, ...]:
     """Repeated joints (target, point, other configuration) whose results differ by more than 10 sigma of a
-    difference."""
+    difference, or not even in the last digit."""
     joints = configurations.joints
-    if obs.sigma is None or len(obs) < 2 or obs.rows is None or joints is None:
+    if len(obs) < 2 or obs.rows is None or joints is None:
         return ()
     same: list[Array] = [joints[obs.configuration]]
     if obs.second is not None:
@@ -178,12 +178,27 @@ def repeat_warnings(obs: Observations, configurations: Configurations, file: obj
     if len(starts) == len(obs):
         return ()
     first = np.repeat(order[starts], np.diff(np.r_[starts, len(order)]))
+    out = _twice(obs, order, first, file)
+    if obs.sigma is None:
+        return out
     # Angles are left out: they may differ by a turn, and a difference of rotation vectors has no sigma near a half one.
     compared = [i for a, b, unit in kind_of(obs).parts if unit != "rad" for i in range(a, b)]
     gap = np.abs(obs.value[order] - obs.value[first])[:, compared]
     sigma = np.hypot(obs.sigma[order], obs.sigma[first])[:, compared]
     bad = np.flatnonzero((gap > 10 * sigma).any(axis=1))
     if not len(bad):
-        return ()
+        return out
     a, b = obs.rows[first[bad[0]]], obs.rows[order[bad[0]]]
-    return (f"{file}: {len(bad)} repeated measurements differ by more than 10 sigma, first rows {a} and {b}",)
+    return (*out, f"{file}: {len(bad)} repeated measurements differ by more than 10 sigma, first rows {a} and {b}")
+
+
+def _twice(obs: Observations, order: NDArray[np.int64], first: NDArray[np.int64], file: object) -> tuple[str, ...]:
+    """One line on rows that are copies of others. A single number may read alike twice, and a contact has no reading."""
+    assert obs.rows is not None
+    same = (obs.value[order] == obs.value[first]).all(axis=1) & (order != first)
+    found = np.flatnonzero(same & (obs.value[order] != 0).any(axis=1))
+    if not len(found) or obs.value.shape[1] < 2:
+        return ()
+    a, b = obs.rows[first[found[0]]], obs.rows[order[found[0]]]
+    words = "equal another to the last digit: copied, they count twice"
+    return (f"{file}: {len(found)} measurements {words}, first rows {a} and {b}",)
