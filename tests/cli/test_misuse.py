@@ -156,3 +156,12 @@ def test_copied_rows_are_noticed(tmp_path):
     assert len(said) == 1 and "3 measurements equal another" in said[0]
     clean = robocal("identify", sim / "robot.yaml", sim / "data.yaml", "--json").document["warnings"]
     assert not any("count twice" in w for w in clean)
+
+
+def test_pixels_that_the_camera_does_not_explain_are_named(tmp_path):
+    sim = simulated(tmp_path, "pixels")
+    command = changed(
+        sim, tmp_path / "lens", settings=lambda text: re.sub(r"fx: \d+, fy: \d+", "fx: 1000, fy: 1000", text)
+    )
+    said = robocal(*command).document["warnings"]
+    assert any("px per axis where" in w and "px of noise was stated" in w for w in said), said

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, parallel_axes
 from robocal.calibrate.estimators import estimator
+from robocal.calibrate.evidence import SHOWN
 from robocal.calibrate.outliers import Outlier
 from robocal.geometry import fits
 from robocal.measure.data import DataSet
@@ -62,8 +63,8 @@ def data_warnings(
                     f"all points of {obs.label} lie in one plane (within {off * 1e3:.3g} mm): parameters across it are poorly seen"
                 )
     for g in fit.groups:
-        if g.stated is not None and g.tau > 3 * g.stated and g.unit in ("m", "rad"):
-            scale, unit = (1e3, "mm") if g.unit == "m" else (180 / np.pi, "deg")
+        if g.stated is not None and g.tau > 3 * g.stated and g.unit in SHOWN:
+            scale, unit = SHOWN[g.unit]
             out.append(
                 f"{g.name}: the model leaves {g.rms * scale:.3g} {unit} per axis where {g.stated * scale:.3g} {unit} of noise was stated; "
                 "uncertainties are those of the fit"
