@@ -153,6 +153,8 @@ OPTIONS = {
     "--hold-out group --group dya": ("dya",),
     "--folds 1": ("folds", "2 to"),
     "--folds 99": ("folds", "2 to"),
+    "--folds 3 --hold-out 0.3": ("--hold-out", "blocks, group, or nothing"),
+    "--reselect": ("--reselect", "--folds K as well"),
     "--hold-out blocks --blocks 99": ("blocks", "2 to"),
     "--free j2.alhpa": ("--free", "j2.alpha"),
     "--fix trackr": ("--fix", "tracker"),

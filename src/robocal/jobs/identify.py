@@ -63,10 +63,20 @@ class Choices:
                 expected=", ".join(LOSSES),
                 suggestion=nearest(self.loss, LOSSES),
             )
+        held = share(self.hold_out)
+        if self.folds is not None and isinstance(held, float):
+            raise ModelError(
+                "with folds everything is held out once",
+                key="--hold-out",
+                found=held,
+                expected="blocks, group, or nothing",
+            )
+        if self.reselect and self.folds is None:
+            raise ModelError("nothing is selected anew without folds", key="--reselect", expected="--folds K as well")
         return Options(
             method=self.method,
             # The seeds' way uses everything that was measured, unless somebody asks for proof.
-            hold_out=0.0 if method.blind and self.hold_out is None else share(self.hold_out),
+            hold_out=0.0 if method.blind and self.hold_out is None else held,
             folds=self.folds,
             blocks=self.blocks,
             reselect=self.reselect,
