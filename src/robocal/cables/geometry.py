@@ -1,63 +1,161 @@
 """A cable robot: a platform hung from frame anchors, and the lengths of its straight cables.
 
-    l_i = |a_i - (p + R b_i)| - l0_i
+    l_i = |p + R b_i - a_i| - l0_i
 
 Cable i runs from frame anchor a_i (base coordinates) to platform anchor b_i (platform coordinates); l0_i is the zero
-of its length sensor.
+of its length sensor. With a pulley the cable enters at a_i, wraps and leaves towards the platform (`cables/pulley.py`).
+The base's z points up. Twists are (v, w) in base axes about the platform's origin.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from robocal.cables.pulley import Pulleys, run
+from robocal.errors import ModelError
 from robocal.parameters import Parameter, Table
 
-__all__ = ["SYMBOLS", "CableRobot", "cable_robot", "lengths"]
+__all__ = ["DEGREES", "SYMBOLS", "CableRobot", "cable_robot", "lengths", "straight"]
 
 Array = NDArray[np.float64]
 SYMBOLS = ("ax", "ay", "az", "bx", "by", "bz", "l0")
 
+# What a robot can do, by plane (`plane` is that of a planar robot): the components of the twist (v, w) that it has.
+DEGREES: Mapping[str, Mapping[str, tuple[int, ...]]] = {
+    "3R3T": {"xy": (0, 1, 2, 3, 4, 5), "xz": (0, 1, 2, 3, 4, 5)},
+    "1R2T": {"xy": (0, 1, 5), "xz": (0, 2, 4)},
+    "2T": {"xy": (0, 1), "xz": (0, 2)},
+}
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class CableRobot:
-    """Anchors and sensor zeros of m cables, as a parameter table: `c1.ax` ... `c1.bz`, `c1.l0` in m."""
+    """Anchors and sensor zeros of m cables, as a parameter table `c1.ax` ... `c1.bz`, `c1.l0` in m, and what else is
+    known of them.
+
+    mass in kg, com (3,) in m and inertia (3, 3) in kg m2 about com, all in platform axes; limits (m, 2): least and
+    greatest tension in N; elasticity (m,) in 1/N: strain per tension; density (m,): weight per unstretched length in
+    N/m; diameter (m,) in m. None: not known. `degrees` is a key of DEGREES; a planar robot moves in `plane` of the
+    base (xz stands upright). `sources` says where a value comes from, `assumed` names those that were chosen.
+    """
 
     name: str
     cables: tuple[str, ...]
     table: Table
+    mass: float | None = None
+    com: Array = field(default_factory=lambda: np.zeros(3))
+    inertia: Array | None = None
+    limits: Array | None = None
+    pulleys: Pulleys | None = None
+    elasticity: Array | None = None
+    density: Array | None = None
+    diameter: Array | None = None
+    degrees: str = "3R3T"
+    plane: str = "xz"
+    sources: Mapping[str, str] = field(default_factory=dict)
+    assumed: tuple[str, ...] = ()
+
+    @cached_property
+    def numbers(self) -> Array:
+        """The seven numbers of every cable in the order of SYMBOLS, (m, 7)."""
+        return np.array([[self.table[f"{c}.{s}"].value for s in SYMBOLS] for c in self.cables])
+
+    @property
+    def a(self) -> Array:
+        """Frame anchors in base coordinates, (m, 3)."""
+        return np.asarray(self.numbers[:, :3])
+
+    @property
+    def b(self) -> Array:
+        """Platform anchors in platform coordinates, (m, 3)."""
+        return np.asarray(self.numbers[:, 3:6])
+
+    @property
+    def zeros(self) -> Array:
+        """Zeros of the length sensors, (m,)."""
+        return np.asarray(self.numbers[:, 6])
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """Which components of the twist (v, w) the platform has: rows of W, columns of L."""
+        return DEGREES[self.degrees][self.plane]
+
+    @property
+    def home(self) -> Array:
+        """X_0 = (mean of the a_i, identity), (4, 4): where a pose is looked for when nothing is known."""
+        out = np.eye(4)
+        out[:3, 3] = self.a.mean(axis=0)
+        return out
+
+    def need(self, what: str) -> Array:
+        """A property that may be unknown, as an array. Raises ModelError naming it when it is."""
+        value = getattr(self, what)
+        if value is None:
+            raise ModelError(f"the {what} of {self.name} is not known", key=what, expected=f"{what} in the robot file")
+        return np.asarray(value, float)
 
 
 def cable_robot(
-    name: str, frame_anchors: Array, platform_anchors: Array, zeros: Array | None = None, free: Sequence[str] = ()
+    name: str,
+    frame_anchors: ArrayLike,
+    platform_anchors: ArrayLike,
+    zeros: ArrayLike | None = None,
+    free: Sequence[str] = (),
+    *,
+    names: Sequence[str] | None = None,
+    **known: object,
 ) -> CableRobot:
-    """A robot from anchors (m, 3) and (m, 3); `free` lists the symbols that are to be identified."""
-    l0 = np.zeros(len(frame_anchors)) if zeros is None else zeros
-    rows, cables = [], []
-    for i, numbers in enumerate(np.column_stack([frame_anchors, platform_anchors, l0]), start=1):
-        cables.append(f"c{i}")
-        rows += [
-            Parameter(f"c{i}.{s}", float(v), "m", s in free, expected=0.01)
-            for s, v in zip(SYMBOLS, numbers, strict=True)
-        ]
-    return CableRobot(name, tuple(cables), Table(tuple(rows)))
+    """A robot from anchors (m, 3) and (m, 3); `free` lists the symbols that are to be identified, `known` the other
+    fields of CableRobot.
+
+    Raises ModelError when there are not as many of one as of the other.
+    """
+    a, b = np.asarray(frame_anchors, float), np.asarray(platform_anchors, float)
+    if a.shape != b.shape or a.ndim != 2 or a.shape[1] != 3:
+        raise ModelError(
+            "every cable needs one frame anchor and one platform anchor",
+            found=f"{len(a)} frame anchors, {len(b)} platform anchors",
+            expected="as many of one as of the other, three coordinates each",
+        )
+    l0 = np.zeros(len(a)) if zeros is None else np.asarray(zeros, float)
+    cables = tuple(f"c{i}" for i in range(1, len(a) + 1)) if names is None else tuple(names)
+    rows = [
+        Parameter(f"{cable}.{s}", float(v), "m", s in free, expected=0.01)
+        for cable, numbers in zip(cables, np.column_stack([a, b, l0]), strict=True)
+        for s, v in zip(SYMBOLS, numbers, strict=True)
+    ]
+    return CableRobot(name, cables, Table(tuple(rows)), **known)  # type: ignore[arg-type]
 
 
-def lengths(pose: Array, cable: Array) -> tuple[Array, Array, Array]:
-    """Length (B, m), its gradient with respect to the platform's (v, w), (B, m, 6), and to the cable's seven numbers,
-    (B, m, 7).
+def lengths(pose: Array, cable: Array, pulley: tuple[float, Array] | None = None) -> tuple[Array, Array, Array]:
+    """Length (B, m) of one cable, its gradient with respect to the platform's (v, w), (B, m, 6), and to the cable's
+    seven numbers, (B, m, 7).
 
-    pose (B, m, 4, 4), cable (B, 7) in the order of SYMBOLS.
+    pose (B, m, 4, 4), cable (B, 7) in the order of SYMBOLS, pulley (radius, axis (3,)).
     """
     a, b, l0 = cable[:, None, :3], cable[:, None, 3:6], cable[:, None, 6]
     r = pose[..., :3, :3]
     lever = np.einsum("bmij,bmj->bmi", r, np.broadcast_to(b, (*pose.shape[:2], 3)))
-    c = pose[..., :3, 3] + lever - a
-    full = np.linalg.norm(c, axis=-1)
-    u = c / full[..., None]
+    full, u = run(pose[..., :3, 3] + lever - a, pulley)
     by_pose = np.concatenate([u, np.cross(lever, u)], axis=-1)
     by_cable = np.concatenate([-u, np.einsum("bmij,bmi->bmj", r, u), -np.ones((*full.shape, 1))], axis=-1)
     return full - l0, by_pose, by_cable
+
+
+def straight(robot: CableRobot, pose: ArrayLike) -> tuple[Array, Array, Array]:
+    """Geometric lengths (k, m) from frame anchor to platform anchor, over pulleys where there are any, their gradient
+    L (k, m, 6) and the levers R b_i (k, m, 3).
+
+    L = [u_i, R b_i x u_i] with u_i the direction in which cable i arrives at the platform (3.5 and 3.7 with Q b_i);
+    W = -L^T. pose (k, 4, 4). A cable without length has no direction: its row of L is zero.
+    """
+    t = np.asarray(pose, float).reshape(-1, 4, 4)
+    lever = robot.b @ t[:, :3, :3].swapaxes(-1, -2)
+    pulleys = robot.pulleys
+    full, u = run(t[:, None, :3, 3] + lever - robot.a, None if pulleys is None else (pulleys.radius, pulleys.axis))
+    return full, np.concatenate([u, np.cross(lever, u)], axis=-1), lever

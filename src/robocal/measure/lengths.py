@@ -1,7 +1,7 @@
 """Cable lengths: r = l_i(T_base_platform) - y, one row per cable and configuration.
 
 value (k, 1) in m; extra["cable"] (k,) is the cable's number from 0; the cable's anchors and sensor zero are the
-machine's parameters.
+machine's parameters; its pulley, if any, is taken as stated.
 """
 
 from __future__ import annotations
@@ -24,13 +24,21 @@ UNSTATED = (1e-3,)
 class LengthRows(Rows):
     """The rows of one cable; columns are the carrier's, then the cable's free numbers."""
 
-    def __init__(self, builder: Builder, obs: Observations, name: str, index: NDArray[np.int64]) -> None:
+    def __init__(
+        self,
+        builder: Builder,
+        obs: Observations,
+        name: str,
+        index: NDArray[np.int64],
+        pulley: tuple[float, Array] | None,
+    ) -> None:
         cable = builder.rows(f"{name}.{s}" for s in SYMBOLS)
         super().__init__(builder.tool(obs.configuration[index]), obs, index, UNSTATED, cable)
+        self.pulley = pulley
 
     def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
         t, j, jl = self.carrier.pose(x, first, rows)
-        length, by_pose, by_cable = lengths(t, x[:, self.numbers])
+        length, by_pose, by_cable = lengths(t, x[:, self.numbers], self.pulley)
         row = by_pose[:, :, None, :]
         jac = np.concatenate([row @ j, by_cable[:, :, None, self.own]], axis=-1)
         return length[..., None] - self.measured(which, first, rows), jac, row @ jl
@@ -49,8 +57,10 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
             found=[int(number.min()), int(number.max())],
             expected=f"0 to {len(machine.cables) - 1}",
         )
+    wheels = machine.pulleys
+    pulley = [None if wheels is None else (float(wheels.radius[i]), wheels.axis[i]) for i in range(len(machine.cables))]
     return [
-        LengthRows(builder, obs, name, np.flatnonzero(number == i))
+        LengthRows(builder, obs, name, np.flatnonzero(number == i), pulley[i])
         for i, name in enumerate(machine.cables)
         if (number == i).any()
     ]

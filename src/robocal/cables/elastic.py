@@ -1,0 +1,226 @@
+"""Cables that stretch and sag: the elastic catenary between two points.
+
+A cable of unstretched length L, weight w per unstretched length and elasticity e = 1/EA hangs from A to B, x across and
+z up. (H, V) is the force that pulls at its end B, V0 = V - w L what is left of V at A, T1 = |(H, V)| and T0 = |(H, V0)|
+the tensions at B and A, S = T1 + T0:
+
+    x = H (e L + (2 / w) atanh(w L / S))          z = (e + 2 / S) L (V + V0) / 2
+
+This is Irvine's pair with asinh(V/H) - asinh(V0/H) = 2 atanh(w L / S) and T1 - T0 = w L (V + V0) / S, which lose no
+digits when the cable is light (w = 0 is a straight spring). Newton's method solves for (H, V) from L, or for L and the
+direction of the force from the tension at B. Source: Irvine, Cable Structures (1981), section 1.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Hanging", "catenary", "hang_by_length", "hang_by_tension", "sag", "shape", "stretch"]
+
+Array = NDArray[np.float64]
+ITERATIONS, HALVINGS = 100, 40
+RESOLUTION = 1e-13  # of the distance between the ends
+
+
+@dataclass(frozen=True, eq=False)
+class Hanging:
+    """Cables in equilibrium: unstretched length (...), force (..., 2) that pulls across and up at B, gradient (..., 2)
+    of the length with respect to x and z of B at the same tension, and whether Newton's method got there."""
+
+    length: Array
+    force: Array
+    gradient: Array
+    converged: NDArray[np.bool_]
+
+    @property
+    def tension(self) -> Array:
+        """Tension at B, (...)."""
+        return np.asarray(np.linalg.norm(self.force, axis=-1))
+
+
+def stretch(full: Array, tension: ArrayLike, elasticity: ArrayLike) -> tuple[Array, Array, Array]:
+    """Unstretched length l = full / (1 + e t) of straight cables under tension, and its derivatives by the full length
+    and by the tension."""
+    t, e = np.asarray(tension, float), np.asarray(elasticity, float)
+    strain = 1 + e * t
+    return full / strain, 1 / strain, -full * e / strain**2
+
+
+def catenary(force: Array, length: Array, weight: ArrayLike, elasticity: ArrayLike) -> tuple[Array, Array]:
+    """Where B is, (x, z) (..., 2) from A, and the derivatives (..., 2, 3) with respect to H, V and the unstretched
+    length."""
+    h, v = force[..., 0], force[..., 1]
+    w, e = np.asarray(weight, float), np.asarray(elasticity, float)
+    v0 = v - w * length
+    t1, t0 = np.hypot(h, v), np.hypot(h, v0)
+    s = t1 + t0
+    ratio = np.minimum(w * length / s, 1 - 1e-16)
+    small = ratio < 1e-4
+    safe = np.where(small, 0.5, ratio)
+    over = np.where(small, 1 + ratio**2 / 3, np.arctanh(safe) / safe)
+    turn = 2 * length / s * over
+    bend = length * (h * h + t1 * t0 - v * v0) / (s * t1 * t0)
+    out = np.stack([h * (e * length + turn), (e + 2 / s) * length * (v + v0) / 2], axis=-1)
+    cross = -h * length * (v + v0) / (s * t1 * t0)
+    jac = np.stack(
+        [
+            np.stack([e * length + turn - bend, cross, h * e + h / t0], axis=-1),
+            np.stack([cross, e * length + bend, e * v0 + v0 / t0], axis=-1),
+        ],
+        axis=-2,
+    )
+    return out, jac
+
+
+def hang_by_tension(ends: ArrayLike, tension: ArrayLike, weight: ArrayLike, elasticity: ArrayLike) -> Hanging:
+    """The unstretched length of a cable that pulls with `tension` (...) at its end B, (x, z) (..., 2) from A, x >= 0.
+
+    Of a taut and a deeply sagging cable with the same tension, the taut one. Where no cable hangs so, because the
+    tension does not carry its weight, the result is not a number and `converged` false.
+    """
+    p, t, w, e = _together(ends, tension, weight, elasticity)
+    chord = np.linalg.norm(p, axis=-1)
+    length = chord / (1 + e * t)
+    # The tension of a light cable turns by half of what its weight takes from it.
+    angle = np.arctan2(p[..., 1], p[..., 0]) + np.minimum(w * length * p[..., 0] / chord / (2 * t), 0.5)
+    angle = np.clip(angle, -np.pi / 2, np.pi / 2)
+
+    def evaluate(y: Array) -> tuple[Array, Array]:
+        force = t[..., None] * np.stack([np.cos(y[..., 0]), np.sin(y[..., 0])], axis=-1)
+        out, jac = catenary(force, y[..., 1], w, e)
+        by_angle = -jac[..., 0] * force[..., 1:] + jac[..., 1] * force[..., :1]
+        return out - p, np.stack([by_angle, jac[..., 2]], axis=-1)
+
+    def allowed(y: Array) -> NDArray[np.bool_]:
+        return np.asarray((np.abs(y[..., 0]) <= np.pi / 2 + 1e-12) & (y[..., 1] > 0))
+
+    y, jac, good = _newton(evaluate, np.stack([angle, length], axis=-1), allowed, chord)
+    force = t[..., None] * np.stack([np.cos(y[..., 0]), np.sin(y[..., 0])], axis=-1)
+    return _result(y[..., 1], force, _inverse(jac)[..., 1, :], good)
+
+
+def hang_by_length(ends: ArrayLike, length: ArrayLike, weight: ArrayLike, elasticity: ArrayLike) -> Hanging:
+    """The force of a cable of unstretched `length` (...) whose end B is at (x, z) (..., 2) from A, x >= 0.
+
+    The gradient is that of the length at the tension found. A cable that is too short and cannot stretch, or that has
+    neither weight nor elasticity, is not a number.
+    """
+    p, length, w, e = _together(ends, length, weight, elasticity)
+    x, z = p[..., 0], p[..., 1]
+    chord = np.linalg.norm(p, axis=-1)
+    # Irvine's start for a slack cable, Hooke's for a taut one.
+    level = np.maximum(x, 1e-6 * chord)
+    lam = np.sqrt(np.maximum(3 * ((length**2 - z**2) / level**2 - 1), 1e-12))
+    pull = np.where(e > 0, np.maximum(chord / length - 1, 0) / np.where(e > 0, e, 1), 0)
+    slack = length >= chord
+    h = np.where(slack, w * level / (2 * np.maximum(lam, 0.05)), pull * level / chord)
+    v = np.where(slack, w / 2 * (z / np.tanh(np.maximum(lam, 0.05)) + length), pull * z / chord + w * length / 2)
+
+    def evaluate(y: Array) -> tuple[Array, Array]:
+        out, jac = catenary(y, length, w, e)
+        return out - p, jac[..., :2]
+
+    def allowed(y: Array) -> NDArray[np.bool_]:
+        return np.asarray(y[..., 0] > 0)
+
+    y, _, good = _newton(evaluate, np.stack([np.maximum(h, 1e-12), v], axis=-1), allowed, chord)
+    _, jac = catenary(y, length, w, e)
+    by_angle = -jac[..., 0] * y[..., 1:] + jac[..., 1] * y[..., :1]
+    return _result(length, y, _inverse(np.stack([by_angle, jac[..., 2]], axis=-1))[..., 1, :], good)
+
+
+def shape(
+    force: Array, length: Array, weight: ArrayLike, elasticity: ArrayLike, count: int = 50
+) -> tuple[Array, Array]:
+    """Points (..., count, 2) of the cable from A (0, 0) to B, evenly along it, and the tension there (..., count)."""
+    w, e = np.asarray(weight, float)[..., None], np.asarray(elasticity, float)[..., None]
+    along = np.asarray(length)[..., None] * np.linspace(0, 1, count)
+    # The piece from A to a point is a cable by itself; what pulls at its end is V less the weight beyond it.
+    v = force[..., 1:] - w * (np.asarray(length)[..., None] - along)
+    pull = np.stack([np.broadcast_to(force[..., :1], v.shape), v], axis=-1)
+    return catenary(pull, along, w, e)[0], np.linalg.norm(pull, axis=-1)
+
+
+def sag(force: Array, length: Array, weight: ArrayLike, elasticity: ArrayLike) -> Array:
+    """The greatest vertical distance (...) of the cable below the straight line between its ends.
+
+    It is where the cable is parallel to the line: V(s) / H = z / x.
+    """
+    w, e = np.asarray(weight, float), np.asarray(elasticity, float)
+    end, _ = catenary(force, length, w, e)
+    slope = end[..., 1] / end[..., 0]
+    v = force[..., 0] * slope
+    piece = np.clip(length - (force[..., 1] - v) / np.where(w > 0, w, np.inf), 0, length)
+    at, _ = catenary(np.stack([force[..., 0], v], axis=-1), piece, w, e)
+    return np.asarray(slope * at[..., 0] - at[..., 1])
+
+
+def _together(ends: ArrayLike, *more: ArrayLike) -> tuple[Array, Array, Array, Array]:
+    p = np.asarray(ends, float)
+    one, two, three = (np.asarray(m, float) for m in more)
+    shape = np.broadcast_shapes(p.shape[:-1], one.shape, two.shape, three.shape)
+    p = np.broadcast_to(p, (*shape, 2))
+    return p, *(np.broadcast_to(m, shape) for m in (one, two, three))  # type: ignore[return-value]
+
+
+def _inverse(jac: Array) -> Array:
+    """The inverse of 2x2 matrices; not finite where there is none."""
+    det = jac[..., 0, 0] * jac[..., 1, 1] - jac[..., 0, 1] * jac[..., 1, 0]
+    adjugate = np.stack(
+        [
+            np.stack([jac[..., 1, 1], -jac[..., 0, 1]], axis=-1),
+            np.stack([-jac[..., 1, 0], jac[..., 0, 0]], axis=-1),
+        ],
+        axis=-2,
+    )
+    return np.asarray(adjugate / np.where(det == 0, np.nan, det)[..., None, None])
+
+
+def _newton(
+    evaluate: Callable[[Array], tuple[Array, Array]],
+    y: Array,
+    allowed: Callable[[Array], NDArray[np.bool_]],
+    scale: Array,
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Newton's method with halving on many pairs of equations at once."""
+    with np.errstate(all="ignore"):
+        r, jac = evaluate(y)
+        size = np.linalg.norm(r, axis=-1)
+        for _ in range(ITERATIONS):
+            step = -(_inverse(jac) @ r[..., None])[..., 0]
+            running = (size > RESOLUTION * scale) & np.isfinite(step).all(axis=-1)
+            if not running.any():
+                break
+            share = np.where(running, 1.0, 0.0)
+            waiting = running
+            for _ in range(HALVINGS):
+                trial = y + share[..., None] * np.where(running[..., None], step, 0.0)
+                new_r, new_jac = evaluate(trial)
+                new_size = np.linalg.norm(new_r, axis=-1)
+                better = allowed(trial) & (new_size < size)
+                waiting = running & ~better
+                if not waiting.any():
+                    break
+                share = np.where(waiting, share / 2, share)
+            took = running & ~waiting
+            if not took.any():
+                break
+            y = np.where(took[..., None], trial, y)
+            r = np.where(took[..., None], new_r, r)
+            jac = np.where(took[..., None, None], new_jac, jac)
+            size = np.where(took, new_size, size)
+    return y, jac, np.asarray(size <= 1e-10 * scale)
+
+
+def _result(length: Array, force: Array, gradient: Array, good: NDArray[np.bool_]) -> Hanging:
+    bad = ~good
+    return Hanging(
+        np.where(bad, np.nan, length),
+        np.where(bad[..., None], np.nan, force),
+        np.where(bad[..., None], np.nan, gradient),
+        good,
+    )

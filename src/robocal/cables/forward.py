@@ -1,0 +1,225 @@
+"""Forward kinematics: the pose whose cable lengths are those measured, by Levenberg-Marquardt on SE(3), many at once.
+
+    minimise 1/2 |l(T) - l_measured|^2,   (L^T L + lam D) (v, w) = -L^T r,   p <- p + v,  R <- exp(w) R
+
+The increment is a rotation vector, never a change of Euler angles (3.15 put right), so no orientation is special. A
+step that does not shorten the residual is not taken. With more cables than degrees of freedom there are local minima;
+from many starts the best is kept, and other poses that explain the lengths as well are counted, not hidden.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.cables.geometry import CableRobot
+from robocal.cables.inverse import model_of
+from robocal.errors import ModelError
+from robocal.geometry import so3
+
+__all__ = ["Forward", "forward"]
+
+Array = NDArray[np.float64]
+Model = Callable[[Array, NDArray[np.int64]], tuple[Array, Array]]
+ITERATIONS = 200
+CHANCE = 9.0  # chi-squared by which a rival may be worse and still be the pose: three standard deviations
+ROUNDING = 1e-10  # m; residuals closer than this are told apart by rounding only
+REACH = 1.05  # room for stretch and noise
+APART = 1e-5  # m and rad; solutions closer than this are one
+
+
+@dataclass(frozen=True, eq=False)
+class Forward:
+    """Poses from lengths: pose (k, 4, 4), residual (k, m) in m (computed less measured), covariance (k, d, d) of the
+    twist's components that the robot has (m and rad, base axes), iterations (k,), whether each converged.
+
+    `solutions` (k,) counts the distinct poses that explain the lengths as well, this one included: 1 is unique as far
+    as the starts tell, 0 was not asked. `rival` (k, 4, 4) is the best of the others, not a number where there is none.
+    """
+
+    pose: Array
+    residual: Array
+    covariance: Array
+    iterations: NDArray[np.int64]
+    converged: NDArray[np.bool_]
+    solutions: NDArray[np.int64]
+    rival: Array
+
+
+def forward(
+    robot: CableRobot,
+    measured: ArrayLike,
+    start: ArrayLike | None = None,
+    *,
+    tension: ArrayLike | None = None,
+    sag: bool = False,
+    sigma: ArrayLike | None = None,
+    starts: int = 0,
+    rng: np.random.Generator | None = None,
+) -> Forward:
+    """Poses of the platform from measured lengths (k, m), searched from `start` (k, 4, 4) or (4, 4), X_0 by default.
+
+    `tension` and `sag` as for `inverse`. sigma () or (m,) in m is the noise of a length; without it the residuals
+    themselves say (and the covariance is zero times infinity, not a number, when there are no more cables than degrees
+    of freedom). `starts` more starts per pose, drawn with `rng` wherever the lengths allow and with any orientation, look
+    for other solutions. Raises ModelError when fewer cables than degrees of freedom, or a wrong number of lengths.
+    """
+    y = np.atleast_2d(np.asarray(measured, float))
+    k, m = y.shape
+    axes = list(robot.axes)
+    _check(robot, y, axes)
+    t = None if tension is None else np.broadcast_to(np.asarray(tension, float), y.shape)
+    s = None if sigma is None else np.broadcast_to(np.asarray(sigma, float), (m,))
+    weight = np.ones(m) if s is None else 1 / s
+
+    lengths_at = model_of(robot, sag=sag, tense=t is not None)
+
+    def model(pose: Array, rows: NDArray[np.int64]) -> tuple[Array, Array]:
+        length, slope = lengths_at(pose, None if t is None else t[rows])
+        return (length - y[rows]) * weight, slope[..., axes] * weight[:, None]
+
+    first = robot.home if start is None else np.asarray(start, float)
+    pose = np.broadcast_to(first, (k, 4, 4))[:, None]
+    if starts:
+        drawn = _draw(robot, y, starts, rng or np.random.default_rng(0))
+        pose = np.concatenate([pose, drawn], axis=1)
+    rows = np.repeat(np.arange(k), pose.shape[1])
+    found, cost, iterations, converged = _descend(model, pose.reshape(-1, 4, 4), rows, axes)
+    shape = pose.shape[:2]
+    found, cost = found.reshape(*shape, 4, 4), cost.reshape(shape)
+    best, solutions, rival = _choose(found, cost, s is not None, m)
+    every = np.arange(k)
+    pose = found[every, best]
+    r, slope = model(pose, every)
+    return Forward(
+        pose,
+        r / weight,
+        _covariance(r, slope, s is not None),
+        iterations.reshape(shape)[every, best],
+        converged.reshape(shape)[every, best],
+        solutions if starts else np.zeros(k, dtype=np.int64),
+        rival,
+    )
+
+
+def _check(robot: CableRobot, y: Array, axes: list[int]) -> None:
+    if y.shape[1] != len(robot.cables):
+        raise ModelError(
+            "wrong number of cable lengths", found=y.shape[1], expected=f"{len(robot.cables)}, one per cable"
+        )
+    if not np.isfinite(y).all():
+        at, cable = (int(v) for v in np.argwhere(~np.isfinite(y))[0])
+        raise ModelError("a length is not a number", key=robot.cables[cable], found=f"row {at}")
+    if len(robot.cables) < len(axes):
+        raise ModelError(
+            "the pose does not follow from so few lengths",
+            found=f"{len(robot.cables)} cables",
+            expected=f"at least {len(axes)} for {robot.degrees}",
+        )
+
+
+def _draw(robot: CableRobot, y: Array, starts: int, rng: np.random.Generator) -> Array:
+    """Starts (k, starts, 4, 4) with orientations up to half a turn, where the platform can be at all: no further from a
+    frame anchor than its cable is long and the platform anchor is out."""
+    shape = (len(y), starts)
+    reach = (REACH * np.abs(y + robot.zeros) + np.linalg.norm(robot.b, axis=1))[..., None]
+    low, high = (robot.a - reach).max(axis=1), (robot.a + reach).min(axis=1)
+    step = np.zeros((*shape, 6))
+    step[..., :3] = low[:, None] + (high - low)[:, None] * rng.uniform(size=(*shape, 3)) - robot.home[:3, 3]
+    turn = rng.normal(size=(*shape, 3))
+    # A robot that turns about one axis turns by any angle about it.
+    turn[..., [i for i in range(3) if i + 3 not in robot.axes]] = 0.0
+    size = np.linalg.norm(turn, axis=-1, keepdims=True)
+    step[..., 3:] = turn / np.where(size > 0, size, 1) * rng.uniform(0, np.pi, (*shape, 1))
+    step[..., [i for i in range(3) if i not in robot.axes]] = 0.0
+    return _moved(np.broadcast_to(robot.home, (*shape, 4, 4)), step)
+
+
+def _moved(pose: Array, twist: Array) -> Array:
+    """p <- p + v, R <- exp(w) R."""
+    out = np.array(pose)
+    out[..., :3, 3] += twist[..., :3]
+    out[..., :3, :3] = so3.exp(twist[..., 3:]) @ pose[..., :3, :3]
+    return out
+
+
+def _descend(
+    model: Model, pose: Array, rows: NDArray[np.int64], axes: list[int]
+) -> tuple[Array, Array, NDArray[np.int64], NDArray[np.bool_]]:
+    """Levenberg-Marquardt in lock step; pose (n, 4, 4), each for the lengths of its row."""
+    n, pose = len(pose), np.array(pose)
+    r, j = model(pose, rows)
+    cost = (r * r).sum(axis=-1)
+    lam, grow = np.full(n, 1e-4), np.full(n, 2.0)
+    iterations, converged = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.bool_)
+    at = np.flatnonzero(np.isfinite(cost))
+    for _ in range(ITERATIONS):
+        jt = j[at].swapaxes(-1, -2)
+        a, g = jt @ j[at], (jt @ r[at][..., None])[..., 0]
+        d = np.maximum(np.einsum("nii->ni", a), 1e-9 * np.einsum("nii->n", a)[:, None])
+        step = -np.linalg.solve(a + lam[at, None, None] * d[:, None, :] * np.eye(len(axes)), g[..., None])[..., 0]
+        promised = -(step * g).sum(axis=-1) + lam[at] * (step * step * d).sum(axis=-1)
+        twist = np.zeros((len(at), 6))
+        twist[:, axes] = step
+        trial = _moved(pose[at], twist)
+        new_r, new_j = model(trial, rows[at])
+        new = (new_r * new_r).sum(axis=-1)
+        # At the bottom the cost only jitters: a step of rounding's size ends the search, whichever way it goes.
+        settled = np.abs(step).max(axis=-1) < 1e-13 * (1 + np.abs(pose[at, :3, 3]).max(axis=-1))
+        better = new < cost[at]
+        took = at[better]
+        pose[took], r[took], j[took] = trial[better], new_r[better], new_j[better]
+        gain = np.where(promised > 0, (cost[at] - new) / np.where(promised > 0, promised, 1), 0)
+        cost[took] = new[better]
+        iterations[at] += 1
+        lam[at] *= np.where(better, np.maximum(1 / 3, 1 - (2 * gain - 1) ** 3), grow[at])
+        grow[at] = np.where(better, 2.0, grow[at] * 2)
+        stuck = ~better & (promised <= 1e-14 * cost[at] + 1e-32)
+        converged[at] |= settled | stuck
+        at = at[~(settled | stuck | (lam[at] > 1e12))]
+        if not len(at):
+            break
+    return pose, cost, iterations, converged
+
+
+def _choose(found: Array, cost: Array, noisy: bool, m: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+    """Of all ends of one search (k, s), the one to trust, how many distinct ones explain the lengths as well, and the
+    best of the others."""
+    worst = np.nan_to_num(cost, nan=np.inf)
+    least = worst.min(axis=1, keepdims=True)
+    slack = CHANCE if noisy else 2 * np.sqrt(m * least) * ROUNDING + m * ROUNDING**2
+    good = worst <= least + slack
+    # The caller's own start comes first and is kept when nothing is better.
+    best = np.where(good[:, 0], 0, worst.argmin(axis=1))
+    solutions, rival = np.ones(len(found), dtype=np.int64), np.full((len(found), 4, 4), np.nan)
+    mine = found[np.arange(len(found)), best]
+    others = good & _differ(found, mine[:, None])
+    for i in np.flatnonzero(others.any(axis=1)):
+        ends = found[i, others[i]][np.argsort(worst[i, others[i]])]
+        rival[i] = ends[0]
+        while len(ends):
+            solutions[i] += 1
+            ends = ends[_differ(ends, ends[0])]
+    return best, solutions, rival
+
+
+def _differ(one: Array, other: Array) -> NDArray[np.bool_]:
+    far = np.linalg.norm(one[..., :3, 3] - other[..., :3, 3], axis=-1)
+    turned = np.linalg.norm(one[..., :3, :3] - other[..., :3, :3], axis=(-2, -1)) / np.sqrt(2)
+    return np.asarray((far > APART) | (turned > APART))
+
+
+def _covariance(r: Array, j: Array, known: bool) -> Array:
+    """(J^T J)^-1 of whitened rows; without a stated noise times the residual's own variance."""
+    k, m, d = j.shape
+    normal = j.swapaxes(-1, -2) @ j
+    spread = np.linalg.eigvalsh(normal)
+    seen = spread[:, 0] > 1e-14 * spread[:, -1]
+    out = np.full((k, d, d), np.nan)
+    out[seen] = np.linalg.inv(normal[seen])
+    if not known:
+        out *= ((r * r).sum(axis=-1) / (m - d) if m > d else np.full(k, np.nan))[:, None, None]
+    return out

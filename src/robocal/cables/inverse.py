@@ -1,0 +1,101 @@
+"""Inverse kinematics: the lengths that the sensors show at given poses, and their gradient L.
+
+    straight, or over pulleys    l_i = full_i - l0_i
+    with stretch                 l_i = full_i / (1 + e_i t_i) - l0_i
+    with sag                     l_i = the unstretched length of the elastic catenary that pulls with t_i, - l0_i
+
+The tension of a cable is that at the platform. The gradient is taken at constant tension; only that of the straight
+(or pulley) lengths gives the structure matrix, W = -L^T.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.cables.elastic import hang_by_tension, stretch
+from robocal.cables.geometry import CableRobot, straight
+from robocal.errors import ModelError
+
+__all__ = ["inverse", "model_of", "rates"]
+
+Array = NDArray[np.float64]
+Lengths = Callable[[Array, Array | None], tuple[Array, Array]]
+TOUCHING = 1e-9  # m; a cable shorter than this has no direction
+
+
+def inverse(
+    robot: CableRobot, pose: ArrayLike, tension: ArrayLike | None = None, *, sag: bool = False
+) -> tuple[Array, Array]:
+    """Lengths (k, m) and their gradient L (k, m, 6) with respect to the platform's twist (v, w) in base axes about its
+    origin.
+
+    pose (k, 4, 4); tension (k, m) or (m,) in N: cables stretch by the robot's elasticity, and with `sag` hang by their
+    weight. Raises ModelError for a cable without length, for one whose anchor lies inside its pulley, for unknown
+    elasticity or density, and for a cable whose tension does not carry its weight.
+    """
+    t = np.asarray(pose, float).reshape(-1, 4, 4)
+    shape = (len(t), len(robot.cables))
+    pull = None if tension is None else np.broadcast_to(np.asarray(tension, float), shape)
+    if pull is not None and not (pull >= 0).all():
+        at, cable = (int(v) for v in np.argwhere(~(pull >= 0))[0])
+        raise ModelError(f"a cable cannot push (pose {at})", key=robot.cables[cable], found=f"{pull[at, cable]:.4g} N")
+    full, _, _ = straight(robot, t)
+    length, slope = model_of(robot, sag=sag, tense=pull is not None)(t, pull)
+    for bad, why in (
+        (full < TOUCHING, "has no length: its two anchors are at one place"),
+        (np.isnan(full), "ends inside its own pulley"),
+        (np.isnan(length), "cannot hang so: its tension does not carry its weight"),
+    ):
+        if bad.any():
+            at, cable = (int(v) for v in np.argwhere(bad)[0])
+            raise ModelError(f"cable {robot.cables[cable]} {why} (pose {at})", key=robot.cables[cable])
+    return length, slope
+
+
+def rates(robot: CableRobot, pose: ArrayLike, twist: ArrayLike) -> Array:
+    """How fast the cables lengthen, L (v, w), (k, m) in m/s; twist (k, 6) in m/s and rad/s."""
+    _, slope, _ = straight(robot, pose)
+    return np.asarray((slope @ np.asarray(twist, float).reshape(-1, 6, 1))[..., 0])
+
+
+def model_of(robot: CableRobot, *, sag: bool, tense: bool) -> Lengths:
+    """The length model that fits what is known: a function of poses (k, 4, 4) and tensions (k, m) to lengths and L.
+
+    It never raises: where there is no such cable the lengths are not numbers, so that a search can step back.
+    """
+    if not tense:
+        if sag:
+            raise ModelError("a sagging cable needs its tension", key="tension")
+        return lambda pose, _: _straight(robot, pose)
+    if not sag:
+        elasticity = robot.need("elasticity")
+        return lambda pose, pull: _stretched(robot, elasticity, pose, pull)
+    if robot.pulleys is not None and (robot.pulleys.radius > 0).any():
+        raise ModelError("sag over pulleys is not modelled", key="pulley", expected="cables without pulleys")
+    density = robot.need("density")
+    return lambda pose, pull: _sagging(robot, density, pose, pull)
+
+
+def _straight(robot: CableRobot, pose: Array) -> tuple[Array, Array]:
+    full, slope, _ = straight(robot, pose)
+    return full - robot.zeros, slope
+
+
+def _stretched(robot: CableRobot, elasticity: Array, pose: Array, pull: Array | None) -> tuple[Array, Array]:
+    full, slope, _ = straight(robot, pose)
+    length, by_full, _ = stretch(full, np.asarray(pull), elasticity)
+    return length - robot.zeros, slope * by_full[..., None]
+
+
+def _sagging(robot: CableRobot, density: Array, pose: Array, pull: Array | None) -> tuple[Array, Array]:
+    _, _, lever = straight(robot, pose)
+    d = pose[:, None, :3, 3] + lever - robot.a
+    across = np.hypot(d[..., 0], d[..., 1])
+    elasticity = np.zeros(len(robot.cables)) if robot.elasticity is None else robot.elasticity
+    hung = hang_by_tension(np.stack([across, d[..., 2]], axis=-1), np.asarray(pull), density, elasticity)
+    out = d[..., :2] / np.where(across > 0, across, np.inf)[..., None]
+    u = np.concatenate([out * hung.gradient[..., :1], hung.gradient[..., 1:]], axis=-1)
+    return hung.length - robot.zeros, np.concatenate([u, np.cross(lever, u)], axis=-1)

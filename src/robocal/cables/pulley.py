@@ -1,0 +1,56 @@
+"""A cable over a swivelling pulley: it enters at a along the swivel axis n, wraps, and leaves on a tangent.
+
+In the plane that n spans with d = B - a (B: the platform anchor), with h = n . d and s = |d - h n|, the pulley of
+radius r has its centre at (s, h) = (r, 0). With e = (s - r, h):
+
+    free segment   f = sqrt(|e|^2 - r^2)
+    wrap angle     beta = atan2(h, r - s) - atan2(f, r), in [0, 2 pi)
+    length         l = r beta + f
+
+The taut string moves its end along itself, so dl/dB is the unit vector of the free segment,
+u = sin(beta) d_perp / s + cos(beta) n; the pulley turns with B and does not matter to first order.
+Source: Pott, Cable-Driven Parallel Robots (2018), section 4.2.5 (the extended kinematics of one pulley).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Pulleys", "run"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Pulleys:
+    """Radius (m,) in m and swivel axis (m, 3): the unit direction in which the cable enters at the frame anchor,
+    base axes. Radius 0: a plain eyelet."""
+
+    radius: Array
+    axis: Array
+
+
+def run(d: Array, pulley: tuple[ArrayLike, Array] | None) -> tuple[Array, Array]:
+    """Length (...) from the frame anchor to the end d (..., 3) away, and the unit vector (..., 3) in which the cable
+    arrives.
+
+    pulley (radius (...), axis (..., 3)), None for straight cables. Not a number where d lies inside the pulley.
+    """
+    if pulley is None:
+        full = np.linalg.norm(d, axis=-1)
+        return full, d / np.where(full > 0, full, np.inf)[..., None]
+    radius, n = np.asarray(pulley[0], float), np.asarray(pulley[1], float)
+    h = (d * n).sum(axis=-1)
+    across = d - h[..., None] * n
+    s = np.linalg.norm(across, axis=-1)
+    square = s * (s - 2 * radius) + h * h
+    free = np.sqrt(np.where(square >= 0, square, np.nan))
+    beta = np.arctan2(h, radius - s) - np.arctan2(free, radius)
+    # Straight ahead the wrap is zero; rounding must not make a whole turn of it.
+    beta = np.where(beta < -1e-9, beta + 2 * np.pi, beta)
+    # Radius zero is a plain distance; beta is then the angle between n and d by the same formula.
+    side = across / np.where(s > 0, s, np.inf)[..., None]
+    return radius * beta + free, np.sin(beta)[..., None] * side + np.cos(beta)[..., None] * n
