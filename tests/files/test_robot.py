@@ -113,7 +113,7 @@ def test_defaults_when_silent():
         ),
         ("free: true", "fre: true", ["tool.fre", "did you mean 'free'"]),
         ("free: true", "free: maybe", ["tool.free", "'maybe'", "true, false"]),
-        ("kind: arm", "kind: cable", ["row 3", "key kind", "not yet supported"]),
+        ("kind: arm", "kind: cable", ["row 3", "key kind", "this is a cable robot"]),
         ("kind: arm", "kind: arn", ["row 3", "key kind", "did you mean 'arm'"]),
         ("robocal: 1", "robocal: 2", ["row 1", "key robocal", "schema", "found 2"]),
         ("robocal: 1 ", "", ["key robocal", "missing"]),

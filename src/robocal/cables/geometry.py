@@ -41,7 +41,8 @@ class CableRobot:
     mass in kg, com (3,) in m and inertia (3, 3) in kg m2 about com, all in platform axes; limits (m, 2): least and
     greatest tension in N; elasticity (m,) in 1/N: strain per tension; density (m,): weight per unstretched length in
     N/m; diameter (m,) in m. None: not known. `degrees` is a key of DEGREES; a planar robot moves in `plane` of the
-    base (xz stands upright). `sources` says where a value comes from, `assumed` names those that were chosen.
+    base (xz stands upright). `sources` says where values come from, `assumed` names those that were chosen:
+    c1.a, c1.b, c1.zero, c1.tension, c1.pulley, ..., mass, com, inertia; the source of them all is under "".
     """
 
     name: str

@@ -127,7 +127,7 @@ def parse_robot(source: Source) -> Robot:
     """The same from the text of a robot.yaml."""
     document = parse(source)
     if document.data.get("kind") == "cable":
-        document.fail("cable robots are not yet supported", ("kind",), found="cable", expected="arm")
+        document.fail("this is a cable robot, and an arm is needed", ("kind",), found="cable", expected="arm")
     model = validate(RobotModel, document)
     units = read_units(model.units, document)
     if model.convention not in CONVENTIONS:

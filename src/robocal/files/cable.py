@@ -1,0 +1,291 @@
+"""A cable robot as a file describes it: robot.yaml with `kind: cable`, to a CableRobot in SI and back.
+
+Other descriptions (CASPR's XML, the YAML of published robots) are read by `files/cableimport.py` and written as this.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robocal.cables.check import check
+from robocal.cables.geometry import SYMBOLS, CableRobot, cable_robot
+from robocal.cables.pulley import Pulleys
+from robocal.errors import FormatError, ModelError, nearest
+from robocal.files.cablemodel import CableModel, CableRobotModel, CommonModel, PlatformModel, PulleyModel, UnitsModel
+from robocal.files.cablevalues import CableUnits, Values
+from robocal.files.schema import validate
+from robocal.files.text import Source, read_text
+from robocal.files.units import Unit, parse_unit
+from robocal.files.yamlio import Document, Path_, parse, path_text
+
+__all__ = ["CableFile", "checked", "parse_cable", "read_cable"]
+
+Place = tuple[Path_, Unit]
+
+
+@dataclass(frozen=True)
+class CableFile:
+    """A cable robot with where it came from. `places` says where in the text a parameter stands and in which unit;
+    `format` is yaml, published or caspr; `warnings` are what is odd about it."""
+
+    robot: CableRobot
+    units: CableUnits
+    path: Path | None
+    text: str
+    sha256: str
+    format: str = "yaml"
+    warnings: tuple[str, ...] = ()
+    places: Mapping[str, Place] | None = None
+
+
+def read_cable(path: str | os.PathLike[str]) -> CableFile:
+    """Reads a cable robot: robot.yaml, CASPR's `X_cables.xml` (with `X_bodies.xml` beside it), or the YAML of a
+    published robot. Raises FileError or FormatError."""
+    from robocal.files.cableimport import read_caspr, read_published
+
+    source = read_text(path)
+    if source.path.suffix.lower() == ".xml" or source.text.lstrip().startswith("<"):
+        return read_caspr(source)
+    document = parse(source)
+    if "robocal" not in document.data and "frame_anchors" in document.data:
+        return read_published(document)
+    return parse_cable(source)
+
+
+def parse_cable(source: Source) -> CableFile:
+    """The same from the text of a robot.yaml. Raises FormatError with file, line and key of whatever is wrong."""
+    document = parse(source)
+    if document.data.get("kind") in (None, "arm") and "joints" in document.data:
+        document.fail(
+            "this is an arm", ("kind",), found="arm", expected="a cable robot: kind: cable, frame_anchors, ..."
+        )
+    model = validate(CableRobotModel, document)
+    units = _units(model.units, document)
+    values = Values(document, units)
+    frame, platform = (_anchors(document, key, values) for key in ("frame_anchors", "platform_anchors"))
+    rows = _joined(model, document, frame, platform)
+    robot, places = _robot(model, rows, frame, platform, values)
+    warnings = checked(robot, document)
+    return CableFile(robot, units, source.path, source.text, source.sha256, "yaml", warnings, places)
+
+
+def checked(robot: CableRobot, document: Document) -> tuple[str, ...]:
+    """What `cables.check` says of a robot, located in its file."""
+    try:
+        return tuple(f"{document.path}: {doubt}" for doubt in check(robot))
+    except ModelError as error:
+        path = _path(str(error.key), robot, document)
+        facts: dict[str, Any] = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
+        row = document.row(path)
+        raise FormatError(
+            error.message, file=document.path, row=row, key=path_text(path) or error.key, **facts
+        ) from None
+
+
+def _path(key: str, robot: CableRobot, document: Document) -> Path_:
+    """The key path that a complaint of the model speaks of."""
+    owner, _, what = key.partition(".")
+    if owner not in robot.cables:
+        return ("platform", key) if key in ("mass", "inertia") else (key,)
+    i = robot.cables.index(owner)
+    for path in (("cables", i, what), ("every_cable", what), ("cables", i), ("frame_anchors", i), ("frame_anchors",)):
+        if path in document.lines:
+            return path
+    return ()
+
+
+def _units(model: UnitsModel, document: Document) -> CableUnits:
+    found = []
+    for word, si in (("length", "m"), ("angle", "rad"), ("force", "N"), ("mass", "kg")):
+        path = ("units", word)
+        row = document.row(path)
+        found.append(parse_unit(getattr(model, word), si, file=document.path, row=row, key=path_text(path)))
+    return CableUnits(*found)
+
+
+# name -> (coordinates in m, what the file says, where)
+Anchors = dict[str, tuple[np.ndarray, Any, Path_]]
+
+
+def _anchors(document: Document, key: str, values: Values) -> Anchors:
+    """Anchors by name; those of a list are called 1, 2, ..."""
+    given = document.data[key]
+    if isinstance(given, list):
+        entries = [(str(i + 1), raw, (key, i)) for i, raw in enumerate(given)]
+    elif isinstance(given, dict):
+        entries = [(name, raw, (key, name)) for name, raw in given.items()]
+    else:
+        document.fail("not a list or mapping", (key,), found=given, expected="a list of [x, y, z], or NAME: [x, y, z]")
+    return {name: (values.vector(raw, at, "m"), raw, at) for name, raw, at in entries}
+
+
+def _joined(
+    model: CableRobotModel, document: Document, frame: Anchors, platform: Anchors
+) -> list[tuple[CableModel, str, str]]:
+    """Every cable with the names of its anchors: stated, or the i-th of either for the i-th cable."""
+    rows = model.cables
+    if rows is None:
+        if len(frame) != len(platform):
+            document.fail(
+                "not as many frame anchors as platform anchors, and no cables that say which join",
+                ("frame_anchors",),
+                found=f"{len(frame)} frame anchors, {len(platform)} platform anchors",
+                expected="as many of one as of the other, or cables: [{frame: NAME, platform: NAME}, ...]",
+            )
+        rows = [CableModel() for _ in frame]
+    out, seen = [], {}
+    for i, row in enumerate(rows):
+        ends = []
+        for key, anchors in (("frame", frame), ("platform", platform)):
+            wanted = getattr(row, key)
+            if wanted is None and i >= len(anchors):
+                document.fail(
+                    f"cable {i + 1} has no {key} anchor",
+                    ("cables", i),
+                    found=f"{len(anchors)} {key} anchors for {len(rows)} cables",
+                    expected=f"as many {key}_anchors as cables, or {key}: NAME in every cable",
+                )
+            name = list(anchors)[i] if wanted is None else str(wanted)
+            if name not in anchors:
+                document.fail(
+                    f"no such {key} anchor",
+                    ("cables", i, key),
+                    found=wanted,
+                    expected=", ".join(anchors),
+                    suggestion=nearest(name, anchors),
+                )
+            ends.append(name)
+        name = row.name or f"c{i + 1}"
+        if name in seen:
+            document.fail("this name is given twice", ("cables", i, "name"), found=name)
+        seen[name] = i
+        out.append((row, ends[0], ends[1]))
+    return out
+
+
+def _robot(
+    model: CableRobotModel, rows: list[tuple[CableModel, str, str]], frame: Anchors, platform: Anchors, values: Values
+) -> tuple[CableRobot, dict[str, Place]]:
+    document = values.document
+    names = [row.name or f"c{i + 1}" for i, (row, _, _) in enumerate(rows)]
+    zeros = [
+        0.0 if row.zero is None else values.number(row.zero, ("cables", i, "zero"), "m")
+        for i, (row, *_) in enumerate(rows)
+    ]
+    body = model.platform or PlatformModel()
+    at: Path_ = ("platform",)
+    known = _materials(model, [row for row, _, _ in rows], names, values)
+    known |= {
+        "mass": None if body.mass is None else values.number(body.mass, (*at, "mass"), "kg"),
+        "inertia": None if body.inertia is None else values.matrix(body.inertia, (*at, "inertia"), "kg m2"),
+    }
+    if body.centre_of_mass is not None:
+        known["com"] = values.vector(body.centre_of_mass, (*at, "centre_of_mass"), "m")
+    robot = cable_robot(
+        model.name,
+        np.array([frame[a][0] for _, a, _ in rows]).reshape(-1, 3),
+        np.array([platform[b][0] for _, _, b in rows]).reshape(-1, 3),
+        zeros,
+        names=names,
+        degrees=model.degrees,
+        plane=model.plane,
+        **known,
+    )
+    said = _said(rows, names, frame, platform)
+    sources = {name: values.sources[at] for name, at in said.items() if at in values.sources}
+    assumed = tuple(name for name, at in said.items() if at in values.assumed)
+    robot = replace(robot, sources=({"": model.source} if model.source else {}) | sources, assumed=assumed)
+    if model.calibrate is not None:
+        free: set[str] = set()
+        for i, word in enumerate(model.calibrate.free):
+            try:
+                free.update(robot.table.match([word]))
+            except ModelError as error:
+                expected = f"a parameter, a cable or one of {', '.join(SYMBOLS)}"
+                document.fail(
+                    error.message, ("calibrate", "free", i), found=word, expected=expected, suggestion=error.suggestion
+                )
+        robot = replace(robot, table=robot.table.with_free(free))
+    return robot, _places(rows, names, frame, platform, values)
+
+
+def _materials(model: CableRobotModel, rows: list[CableModel], names: list[str], values: Values) -> dict[str, Any]:
+    """What is said of each cable, or of every cable, as arrays; what is said of some cables only is refused."""
+    out: dict[str, Any] = {}
+    every = model.every_cable or CommonModel()
+    for key, what, si in (
+        ("tension", "limits", "N"),
+        ("elasticity", "elasticity", "1/N"),
+        ("density", "density", "N/m"),
+        ("diameter", "diameter", "m"),
+        ("pulley", "pulleys", "m"),
+    ):
+        found: list[Any] = []
+        for i, row in enumerate(rows):
+            own = getattr(row, key)
+            raw, at = (own, ("cables", i, key)) if own is not None else (getattr(every, key), ("every_cable", key))
+            if raw is None:
+                found.append(None)
+            elif key == "pulley":
+                found.append(_pulley(raw, at, values))
+            else:
+                found.append(values.vector(raw, at, si, 2) if key == "tension" else values.number(raw, at, si))
+        missing = [n for n, v in zip(names, found, strict=True) if v is None]
+        if len(missing) == len(names):
+            continue
+        if missing and key != "pulley":
+            values.document.fail(
+                f"the {key} is given for some cables only",
+                ("cables", names.index(missing[0])),
+                found=f"none for {', '.join(missing)}",
+                expected=f"{key} in every cable, or under every_cable",
+            )
+        if key == "pulley":
+            wheels = [v or (0.0, np.array([0.0, 0.0, 1.0])) for v in found]
+            out[what] = Pulleys(np.array([r for r, _ in wheels]), np.array([n for _, n in wheels]))
+        else:
+            out[what] = np.array(found)
+    return out
+
+
+def _pulley(model: PulleyModel, at: Path_, values: Values) -> tuple[float, np.ndarray]:
+    axis = values.vector(model.axis, (*at, "axis"), "1")
+    size = np.linalg.norm(axis)
+    if size == 0:
+        values.document.fail("an axis has a direction", (*at, "axis"), found=model.axis, expected="not all zero")
+    return values.number(model.radius, (*at, "radius"), "m"), axis / size
+
+
+def _said(
+    rows: list[tuple[CableModel, str, str]], names: list[str], frame: Anchors, platform: Anchors
+) -> dict[str, str]:
+    """Names that do not depend on how the file is laid out (c1.a, c1.b, c1.zero, c1.tension, ..., mass, com, inertia),
+    and the key path at which each is said."""
+    out: dict[str, str] = {}
+    for i, (row, a, b) in enumerate(rows):
+        out |= {f"{names[i]}.a": path_text(frame[a][2]), f"{names[i]}.b": path_text(platform[b][2])}
+        out[f"{names[i]}.zero"] = path_text(("cables", i, "zero"))
+        for key in ("tension", "elasticity", "density", "diameter", "pulley"):
+            at: Path_ = ("cables", i, key) if getattr(row, key) is not None else ("every_cable", key)
+            out[f"{names[i]}.{key}"] = path_text((*at, "radius") if key == "pulley" else at)
+    return out | {"mass": "platform.mass", "com": "platform.centre_of_mass", "inertia": "platform.inertia"}
+
+
+def _places(
+    rows: list[tuple[CableModel, str, str]], names: list[str], frame: Anchors, platform: Anchors, values: Values
+) -> dict[str, Place]:
+    """Where every parameter stands in the file."""
+    out: dict[str, Place] = {}
+    for i, (row, a, b) in enumerate(rows):
+        for letter, (_, raw, at) in (("a", frame[a]), ("b", platform[b])):
+            path, unit = values.place(raw, at, "m")
+            out.update({f"{names[i]}.{letter}{axis}": ((*path, n), unit) for n, axis in enumerate("xyz")})
+        if "cables" in values.document.data:
+            out[f"{names[i]}.l0"] = values.place(row.zero, ("cables", i, "zero"), "m")
+    return out

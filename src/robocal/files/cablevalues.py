@@ -1,0 +1,114 @@
+"""Values of a cable robot's file: a plain number or list, or `{value, unit, source, assumed}` where one of these is to
+be said of it alone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import nearest
+from robocal.files.units import UNITS, Unit, parse_unit
+from robocal.files.yamlio import Document, Path_, path_text
+
+__all__ = ["CableUnits", "Values"]
+
+Array = NDArray[np.float64]
+KEYS = ("value", "unit", "source", "assumed")
+
+
+@dataclass(frozen=True)
+class CableUnits:
+    """The units in which a file speaks; what is made of several follows from them."""
+
+    length: Unit = UNITS["m"]
+    angle: Unit = UNITS["deg"]
+    force: Unit = UNITS["N"]
+    mass: Unit = UNITS["kg"]
+
+    def of(self, si: str) -> Unit:
+        """The unit for a quantity whose SI unit is `si`."""
+        length, force, mass = self.length, self.force, self.mass
+        made = {
+            "m": length,
+            "rad": self.angle,
+            "N": force,
+            "kg": mass,
+            "1/N": Unit(f"1/{force.name}", si, 1 / force.factor),
+            "N/m": Unit(f"{force.name}/{length.name}", si, force.factor / length.factor),
+            "kg m2": Unit(f"{mass.name} {length.name}2", si, mass.factor * length.factor**2),
+        }
+        return made.get(si, UNITS["1"])
+
+
+@dataclass
+class Values:
+    """Reads values at key paths into SI and notes which were said to come from somewhere, or to be assumed."""
+
+    document: Document
+    units: CableUnits
+    sources: dict[str, str] = field(default_factory=dict)
+    assumed: list[str] = field(default_factory=list)
+
+    def number(self, raw: Any, at: Path_, si: str) -> float:
+        """One number. Raises FormatError."""
+        value, unit, path = self._open(raw, at, si)
+        return self._one(value, path, unit)
+
+    def vector(self, raw: Any, at: Path_, si: str, size: int = 3) -> Array:
+        """A list of `size` numbers. Raises FormatError."""
+        value, unit, path = self._open(raw, at, si)
+        return np.array(self._list(value, path, unit, size))
+
+    def matrix(self, raw: Any, at: Path_, si: str) -> Array:
+        """Three lists of three numbers. Raises FormatError."""
+        value, unit, path = self._open(raw, at, si)
+        if not isinstance(value, list) or len(value) != 3:
+            self.document.fail("wrong shape", path, found=value, expected="three lists of three numbers")
+        return np.array([self._list(row, (*path, i), unit, 3) for i, row in enumerate(value)])
+
+    def place(self, raw: Any, at: Path_, si: str) -> tuple[Path_, Unit]:
+        """Where a value stands, and its unit: what writing back needs."""
+        _, unit, path = self._open(raw, at, si)
+        return path, unit
+
+    def _open(self, raw: Any, at: Path_, si: str) -> tuple[Any, Unit, Path_]:
+        unit = self.units.of(si)
+        if not isinstance(raw, dict):
+            return raw, unit, at
+        for key in raw:
+            if key not in KEYS:
+                self.document.fail(
+                    "unknown key", (*at, key), expected=", ".join(KEYS), suggestion=nearest(str(key), KEYS)
+                )
+        if "value" not in raw:
+            self.document.fail("a key is missing", (*at, "value"), expected="{value: ..., source: ..., assumed: true}")
+        if raw.get("unit") is not None:
+            where = (*at, "unit")
+            row = self.document.row(where)
+            unit = parse_unit(raw["unit"], si, file=self.document.path, row=row, key=path_text(where))
+        if not isinstance(raw.get("source", ""), str):
+            self.document.fail("not a text", (*at, "source"), found=raw["source"], expected="a text")
+        if not isinstance(raw.get("assumed", False), bool):
+            self.document.fail("not true or false", (*at, "assumed"), found=raw["assumed"], expected="true or false")
+        name = path_text(at)
+        if raw.get("source"):
+            self.sources[name] = raw["source"]
+        if raw.get("assumed") and name not in self.assumed:
+            self.assumed.append(name)
+        return raw["value"], unit, (*at, "value")
+
+    def _list(self, value: Any, at: Path_, unit: Unit, size: int) -> list[float]:
+        if not isinstance(value, list) or len(value) != size:
+            self.document.fail("wrong shape", at, found=value, expected=f"a list of {size} numbers")
+        return [self._one(v, (*at, i), unit) for i, v in enumerate(value)]
+
+    def _one(self, value: Any, at: Path_, unit: Unit) -> float:
+        bad = isinstance(value, bool) or not isinstance(value, int | float)
+        if bad or not math.isfinite(value):
+            expected = "a finite number" + ("" if unit.name == "1" else f" in {unit.name}")
+            self.document.fail("not a finite number", at, found=value, expected=expected)
+        return unit.to_si(float(value))

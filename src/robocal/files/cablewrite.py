@@ -1,0 +1,60 @@
+"""A cable robot with identified numbers, back into its file: only numbers change, every other byte stays."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+
+import robocal
+from robocal.errors import ModelError
+from robocal.files.cable import CableFile
+from robocal.files.cableshow import describe_cable
+from robocal.files.rows import same
+from robocal.files.text import write_text
+from robocal.files.yamlio import Path_, edit, path_text
+
+__all__ = ["render_cable", "write_cable"]
+
+HEADER = "# Calibrated by robocal"
+
+
+def write_cable(file: CableFile, values: Mapping[str, float], path: str | os.PathLike[str]) -> tuple[str, ...]:
+    """Writes the robot with other parameter values (SI, by name); returns the names that the file cannot hold.
+
+    A file of another format is written as robot.yaml. Raises FileError, or ModelError for an unknown name and for one
+    anchor that two cables share and that is to be at two places.
+    """
+    text, left_out = render_cable(file, values)
+    write_text(path, text)
+    return left_out
+
+
+def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
+    """The text that `write_cable` writes, and the names that the file cannot hold."""
+    changed = {n: float(v) for n, v in values.items() if not same(file.robot.table[n].value, float(v))}
+    if file.places is None:
+        after = replace(file.robot, table=file.robot.table.with_values(changed))
+        return describe_cable(after, file.units), ()
+    left_out = tuple(n for n in changed if n not in file.places)
+    after_values = {n: changed.get(n, file.robot.table[n].value) for n in file.robot.table.names}
+    out: dict[Path_, float | str] = {}
+    owner: dict[Path_, str] = {}
+    for name, (path, unit) in file.places.items():
+        first = owner.setdefault(path, name)
+        if first != name and not same(after_values[first], after_values[name]):
+            raise ModelError(
+                f"{first} and {name} are one anchor in the file and cannot be at two places",
+                file=file.path,
+                key=path_text(path),
+                expected="an anchor of its own for every cable",
+            )
+        if name in changed:
+            out[path] = unit.from_si(changed[name])
+    text = edit(file.text, out, file.path)
+    if text.startswith(HEADER):
+        text = text.partition("\n")[2]
+    newline = "\r\n" if "\r\n" in text else "\n"
+    origin = file.path.name if file.path else file.robot.name
+    count = len(changed) - len(left_out)
+    return f"{HEADER} {robocal.__version__} from {origin}: {count} numbers changed{newline}{text}", left_out

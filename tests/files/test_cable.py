@@ -1,0 +1,272 @@
+"""Cable robots in files: what is read, what is refused and how, what is written back, and what comes from elsewhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cables.cable_robots import PUBLISHED, published
+
+from robocal.errors import FileError, FormatError, ModelError
+from robocal.files.cable import parse_cable, read_cable
+from robocal.files.cableshow import describe_cable
+from robocal.files.cablewrite import render_cable, write_cable
+from robocal.files.text import Source
+
+ROBOT = """\
+robocal: 1
+name: four posts              # planar, upright
+kind: cable
+units: {length: mm, angle: deg, force: kN, mass: g}
+degrees: 1R2T
+frame_anchors:
+  left foot: [-2000, 0, 0]
+  right foot: [2000, 0, 0]
+  right head: {value: [2, 0, 3], unit: m, source: tape measure}
+  left head: [-2000, 0, 3000]
+platform_anchors:
+  - [-200, 0, -100]
+  - [200, 0, -100]
+  - {value: [200, 0, 100], assumed: true}
+  - [-200, 0, 100]
+cables:
+  - {name: c1, zero: 500}     # the first of each
+  - {name: c2, tension: [0.02, 0.2]}
+  - {name: c3, pulley: {radius: 50, axis: [0, 0, 2]}}
+  - {name: slow one, frame: left head, platform: 4, zero: 12.5}
+every_cable: {tension: [0.01, 0.1], elasticity: {value: 0.0025, unit: "%/N", assumed: true}, density: 0.000122e-3, diameter: 4.8}
+platform: {mass: {value: 5000, assumed: true}, centre_of_mass: [0, 0, 10], inertia: [[1.0e+9, 0, 0], [0, 1.0e+9, 0], [0, 0, 1.0e+9]]}
+calibrate: {free: [ax, az, c1]}
+source: a drawing
+"""
+
+
+def made(text: str):
+    return parse_cable(Source(Path("robot.yaml"), text, "0"))
+
+
+def test_what_is_read():
+    robot = made(ROBOT).robot
+    assert robot.name == "four posts" and robot.cables == ("c1", "c2", "c3", "slow one")
+    np.testing.assert_allclose(robot.a, [[-2, 0, 0], [2, 0, 0], [2, 0, 3], [-2, 0, 3]])
+    np.testing.assert_allclose(robot.b[:, 0], [-0.2, 0.2, 0.2, -0.2])
+    np.testing.assert_allclose(robot.zeros, [0.5, 0, 0, 0.0125])
+    np.testing.assert_allclose(robot.limits, [[10, 100], [20, 200], [10, 100], [10, 100]])
+    np.testing.assert_allclose(robot.elasticity, 2.5e-5)
+    np.testing.assert_allclose(robot.density, 0.122)
+    np.testing.assert_allclose(robot.diameter, 0.0048)
+    np.testing.assert_allclose(robot.inertia, np.eye(3))
+    np.testing.assert_allclose(robot.com, [0, 0, 0.01])
+    assert robot.mass == 5 and robot.axes == (0, 2, 4)
+    np.testing.assert_allclose(robot.pulleys.radius, [0, 0, 0.05, 0])
+    np.testing.assert_allclose(robot.pulleys.axis[2], [0, 0, 1])
+    assert robot.sources == {"": "a drawing", "c3.a": "tape measure"}
+    assert set(robot.assumed) == {"c3.b", "mass", *(f"{c}.elasticity" for c in robot.cables)}
+    assert {"c2.ax", "c3.az", "c1.bx"} <= set(robot.table.free) and "c2.bx" not in robot.table.free
+
+
+def test_a_description_reads_back():
+    one = made(ROBOT)
+    other = made(describe_cable(one.robot, one.units))
+    for what in ("numbers", "limits", "elasticity", "density", "diameter", "inertia", "com", "mass"):
+        np.testing.assert_allclose(getattr(other.robot, what), getattr(one.robot, what), rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(other.robot.pulleys.radius, one.robot.pulleys.radius)
+    assert dict(other.robot.sources) == dict(one.robot.sources) and set(other.robot.assumed) == set(one.robot.assumed)
+    assert other.robot.table.free == one.robot.table.free and other.robot.degrees == "1R2T"
+
+
+def test_writing_back_changes_numbers_only(tmp_path):
+    file = made(ROBOT)
+    left = write_cable(file, {"c3.ax": 2.001, "c2.l0": 0.25, "slow one.bz": 0.11}, tmp_path / "out.yaml")
+    text = (tmp_path / "out.yaml").read_text()
+    assert left == () and text.startswith("# Calibrated by robocal") and "3 numbers changed" in text.splitlines()[0]
+    expected = ROBOT.replace("[2, 0, 3]", "[2.001, 0, 3]").replace("[0.02, 0.2]}", "[0.02, 0.2], zero: 250}")
+    assert text.partition("\n")[2] == expected.replace("[-200, 0, 100]", "[-200, 0, 110]")
+    assert made(text).robot.table["c3.ax"].value == 2.001
+
+
+def test_what_the_file_cannot_hold_is_said():
+    lists = ROBOT[: ROBOT.index("cables:")]
+    _, left = render_cable(made(lists), {"c1.ax": -2.1, "c1.l0": 0.3})
+    assert left == ("c1.l0",)
+    shared = ROBOT.replace("name: c2,", "name: c2, frame: left foot,")
+    with pytest.raises(ModelError, match=r"c1.ax and c2.ax are one anchor"):
+        render_cable(made(shared), {"c1.ax": -2.1})
+    text, _ = render_cable(made(shared), {"c1.ax": -2.1, "c2.ax": -2.1})
+    assert made(text).robot.table["c2.ax"].value == -2.1
+    assert "c1 and c2 leave the frame at the same point" in made(shared).warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("  left head: [-2000, 0, 3000]\n", "", ["row 19", "cables[3].frame", "no such frame anchor", "'left head'"]),
+        ("  - [-200, 0, 100]\n", "", ["row 19", "cables[3].platform", "no such platform anchor", "found 4"]),
+        ("frame: left head, platform: 4, ", "", None),
+        ("frame: left head", "frame: left haed", ["cables[3].frame", "did you mean 'left head'"]),
+        ("[0.02, 0.2]", "[0.2, 0.02]", ["row 18", "cables[1].tension", "crossed", "[200.0, 20.0]"]),
+        ("[0.01, 0.1]", "[0.1, 0.1]", ["row 21", "every_cable.tension", "crossed"]),
+        ("[0.01, 0.1]", "[-0.01, 0.1]", ["every_cable.tension", "cannot push"]),
+        ("[0.01, 0.1]", "[-0.01, 0]", ["every_cable.tension", "always slack"]),
+        ("{name: c2, ", "{name: c2, frame: left foot, platform: 1, ", ["row 18", "cables c1 and c2 are the same"]),
+        ("mass: {value: 5000,", "mass: {value: 0,", ["row 22", "platform.mass", "has a mass"]),
+        ("[[1.0e+9, 0, 0]", "[[9.0e+9, 0, 0]", ["platform.inertia", "no body has this inertia"]),
+        ("[0, 0, 2]", "[0, 0, 0]", ["cables[2].pulley.axis", "direction"]),
+        ("radius: 50", "radius: -50", ["cables[2].pulley", "negative radius"]),
+        ("diameter: 4.8", "diameter: -4.8", ["every_cable.diameter", "negative diameter"]),
+        ("diameter: 4.8", "diametre: 4.8", ["every_cable.diametre", "did you mean 'diameter'"]),
+        ("unit: m,", "unit: kg,", ["right head.unit", "another quantity"]),
+        ('"%/N"', '"%/kg"', ["every_cable.elasticity.unit"]),
+        ("assumed: true}, density", "assumed: maybe}, density", ["every_cable.elasticity.assumed", "true or false"]),
+        ("{value: 5000, assumed", "{valeu: 5000, assumed", ["platform.mass.valeu", "did you mean 'value'"]),
+        ("[-2000, 0, 0]", "[-2000, 0]", ["row 7", "frame_anchors.left foot", "3 numbers"]),
+        ("[-2000, 0, 0]", "[-2000, 0, .nan]", ["frame_anchors.left foot[2]", "finite"]),
+        ("degrees: 1R2T", "degrees: 3R2T", ["row 5", "degrees", "'3R2T'"]),
+        ("kind: cable", "kind: cabel", ["row 3", "kind", "did you mean 'cable'"]),
+        ("name: c2", "name: c1", ["cables[1].name", "twice"]),
+        ("free: [ax,", "free: [aax,", ["calibrate.free[0]", "did you mean 'ax'"]),
+        ("length: mm", "length: mmm", ["units.length", "did you mean 'mm'"]),
+        ("every_cable: {tension: [0.01, 0.1], ", "every_cable: {", ["tension is given for some cables only", "none for c1"]),
+    ],
+)  # fmt: skip
+def test_bad_files_get_one_clear_message(old, new, words):
+    assert ROBOT.count(old) == 1
+    text = ROBOT.replace(old, new)
+    if words is None:
+        assert made(text).robot.b[3, 0] == -0.2  # the fourth of each, unless stated
+        return
+    with pytest.raises(FormatError) as caught:
+        made(text)
+    for word in ("robot.yaml", *words):
+        assert word in str(caught.value), str(caught.value)
+
+
+EIGHT = """\
+robocal: 1
+name: eight
+kind: cable
+units: {length: m}
+frame_anchors: [[1, 1, 2], [-1, 1, 2], [-1, -1, 2], [1, -1, 2], [1, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]]
+platform_anchors: [[0.1, 0.1, 0], [-0.1, 0.1, 0], [-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0.2], [-0.1, 0.1, 0.2], [-0.1, -0.1, 0.2], [0.1, -0.1, 0.2]]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[[1, 1, 2], ", "[", ["row 5", "frame_anchors", "7 frame anchors, 8 platform anchors"]),
+        (EIGHT[EIGHT.index("platform_anchors") :], "platform_anchors: [" + ", ".join(["[0, 0, 0]"] * 8) + "]\n",
+         ["row 6", "platform_anchors", "cannot hold the platform", "3 directions held"]),
+    ],
+)  # fmt: skip
+def test_bad_geometry(old, new, words):
+    with pytest.raises(FormatError) as caught:
+        made(EIGHT.replace(old, new))
+    for word in words:
+        assert word in str(caught.value), str(caught.value)
+
+
+def test_eight_cables_and_seven_anchors():
+    text = EIGHT.replace("[[1, 1, 2], ", "[") + "cables: [" + ", ".join(f"{{name: k{i}}}" for i in range(8)) + "]\n"
+    with pytest.raises(FormatError, match="7 frame anchors for 8 cables"):
+        made(text)
+
+
+def test_what_is_needed_and_not_known():
+    robot = made(EIGHT).robot
+    for what in ("mass", "limits", "elasticity", "density"):
+        with pytest.raises(ModelError, match=f"the {what} of eight is not known"):
+            robot.need(what)
+
+
+def test_an_arm_is_no_cable_robot():
+    with pytest.raises(FormatError, match="this is an arm"):
+        made("robocal: 1\nname: a\nkind: arm\nunits: {length: mm, angle: deg}\nconvention: dh\njoints: []\n")
+
+
+# --- from elsewhere ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_published_robots(name, shared_data):
+    file = read_cable(shared_data / "cable-robots" / f"{name}.yaml")
+    np.testing.assert_array_equal(file.robot.numbers, published(name).numbers)
+    assert file.warnings == () and file.robot.mass > 0 and file.robot.limits.shape == (8, 2) and file.robot.sources[""]
+    again = made(describe_cable(file.robot, file.units)).robot
+    np.testing.assert_array_equal(again.numbers, file.robot.numbers)
+    np.testing.assert_array_equal(again.limits, file.robot.limits)
+    assert set(again.assumed) == set(file.robot.assumed)
+    assumed = {"mass", *(f"c{i}.b" for i in range(1, 9))} if name == "laval" else set()
+    assert set(file.robot.assumed) == assumed
+
+
+def test_a_rig_without_frame_anchors_is_no_robot(shared_data):
+    with pytest.raises(FormatError, match=r"frame_anchors_nominal.*did you mean 'frame_anchors'"):
+        read_cable(shared_data / "cable-robots" / "thesis-rig.yaml")
+
+
+CABLE = """<cable_ideal name="{name}" attachment_reference="{reference}">
+<properties><force_min>0.5</force_min><force_max>100</force_max></properties>
+<attachments><attachment><link>0</link><location>{a}</location></attachment>
+<attachment><link>1</link><location>{b}</location></attachment></attachments></cable_ideal>
+"""
+BODIES = """<?xml version="1.0" encoding="utf-8"?>
+<links><link_rigid num="1" name="p"><joint type="PLANAR_XZ" />
+<physical><mass>2.5</mass><com_location>0 0 0.25</com_location><end_location>0 0 0</end_location>
+<inertia ref="com"><Ixx>2</Ixx><Iyy>2</Iyy><Izz>1</Izz><Ixy>0.1</Ixy><Ixz>0</Ixz><Iyz>0</Iyz></inertia></physical>
+<parent><num>0</num><location>0 0 0</location></parent></link_rigid></links>
+"""
+
+
+def caspr(folder, reference="joint", bodies=BODIES, change=("", "")):
+    ends = [("-1 0 0", "-.1 0 0"), ("1 0 0", "0.1 0 0"), ("1 0 2", "1.0e-1 0 0.1"), ("-1 0 2", "-0.1 0 0.1")]
+    rows = "".join(CABLE.format(name=f"cable {i}", reference=reference, a=a, b=b) for i, (a, b) in enumerate(ends))
+    head = '<?xml version="1.0"?>\n<!DOCTYPE cables [\n<!ATTLIST cable_set id ID #REQUIRED>\n]>\n'
+    text = f'{head}<cables default_cable_set="used"><cable_set id="spare"></cable_set><cable_set id="used">{rows}</cable_set></cables>'
+    assert change[0] in text
+    (folder / "flat_cables.xml").write_text(text.replace(*change) if change[0] else text)
+    if bodies:
+        (folder / "flat_bodies.xml").write_text(bodies)
+    return folder / "flat_cables.xml"
+
+
+def test_caspr(tmp_path):
+    file = read_cable(caspr(tmp_path))
+    robot = file.robot
+    assert (robot.name, robot.degrees, robot.plane, robot.mass) == ("flat", "1R2T", "xz", 2.5)
+    np.testing.assert_array_equal(robot.a[2], [1, 0, 2])
+    np.testing.assert_array_equal(robot.b[2], [0.1, 0, 0.1])
+    np.testing.assert_array_equal(robot.limits, [[0.5, 100]] * 4)
+    np.testing.assert_array_equal(robot.com, [0, 0, 0.25])
+    assert robot.inertia[0, 1] == 0.1 and "flat_bodies.xml" in robot.sources[""]
+    about = read_cable(caspr(tmp_path, "com")).robot
+    np.testing.assert_allclose(about.b, robot.b + [0, 0, 0.25])
+    again = made(describe_cable(robot)).robot
+    np.testing.assert_array_equal(again.numbers, robot.numbers)
+
+
+@pytest.mark.parametrize(
+    ("change", "bodies", "words"),
+    [
+        (("<location>1 0 2", "<location>1 0 x"), BODIES, ["row 15", "<location>", "'1 0 x'", "3 finite numbers"]),
+        (('default_cable_set="used"', 'default_cable_set="usd"'), BODIES, ["default cable set", "spare, used"]),
+        (("<!ATTLIST", '<!ENTITY a "b"><!ATTLIST'), BODIES, ["entity is not accepted"]),
+        (("</cables>", ""), BODIES, ["not valid XML"]),
+        (("<force_max>100", "<force_max>0.1"), BODIES, ["crossed"]),
+        (("", ""), BODIES.replace("PLANAR_XZ", "REVOLUTE_XY"), ["flat_bodies.xml", "'REVOLUTE_XY'", "PLANAR_XY"]),
+        (("", ""), BODIES.replace("<mass>2.5</mass>", ""), ["<physical> has no <mass>"]),
+        (("", ""), "<cables></cables>", ["flat_bodies.xml", "not that file"]),
+    ],
+)
+def test_bad_caspr(tmp_path, change, bodies, words):
+    place = caspr(tmp_path, bodies=bodies, change=change)
+    with pytest.raises(FormatError) as caught:
+        read_cable(place)
+    for word in words:
+        assert word in str(caught.value), str(caught.value)
+
+
+def test_caspr_without_its_bodies(tmp_path):
+    with pytest.raises(FileError, match="flat_bodies.xml"):
+        read_cable(caspr(tmp_path, bodies=None))
