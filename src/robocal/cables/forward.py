@@ -90,7 +90,7 @@ def forward(
     found, cost, iterations, converged = _descend(model, pose.reshape(-1, 4, 4), rows, axes)
     shape = pose.shape[:2]
     found, cost = found.reshape(*shape, 4, 4), cost.reshape(shape)
-    best, solutions, rival = _choose(found, cost, s is not None, m)
+    best, solutions, rival = _choose(found, cost, s is not None, start is not None, m)
     every = np.arange(k)
     pose = found[every, best]
     r, slope = model(pose, every)
@@ -185,15 +185,17 @@ def _descend(
     return pose, cost, iterations, converged
 
 
-def _choose(found: Array, cost: Array, noisy: bool, m: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+def _choose(
+    found: Array, cost: Array, noisy: bool, meant: bool, m: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
     """Of all ends of one search (k, s), the one to trust, how many distinct ones explain the lengths as well, and the
     best of the others."""
     worst = np.nan_to_num(cost, nan=np.inf)
     least = worst.min(axis=1, keepdims=True)
     slack = CHANCE if noisy else 2 * np.sqrt(m * least) * ROUNDING + m * ROUNDING**2
     good = worst <= least + slack
-    # The caller's own start comes first and is kept when nothing is better.
-    best = np.where(good[:, 0], 0, worst.argmin(axis=1))
+    # The caller's own start comes first and is kept when nothing is better; ours has no such claim.
+    best = np.where(good[:, 0] & meant, 0, worst.argmin(axis=1))
     solutions, rival = np.ones(len(found), dtype=np.int64), np.full((len(found), 4, 4), np.nan)
     mine = found[np.arange(len(found)), best]
     others = good & _differ(found, mine[:, None])
