@@ -78,7 +78,11 @@ def test_commands_exist(page):
     for command in commands(page):
         words = [w for w in shlex.split(command)[1:] if w != "..."]
         assert words[0] in group.commands, f"{page}: {command}"
-        known = {o for p in group.commands[words[0]].params for o in (*p.opts, *p.secondary_opts)} | {"-h", "--help"}
+        verb = group.commands[words[0]]
+        if hasattr(verb, "commands"):
+            assert words[1] in verb.commands, f"{page}: {command}"
+            verb = verb.commands[words[1]]
+        known = {o for p in verb.params for o in (*p.opts, *p.secondary_opts)} | {"-h", "--help"}
         for word in words[1:]:
             if word.startswith("-"):
                 assert word.partition("=")[0] in known, f"{page}: {command}: {word}"

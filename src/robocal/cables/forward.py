@@ -60,7 +60,8 @@ def forward(
     starts: int = 0,
     rng: np.random.Generator | None = None,
 ) -> Forward:
-    """Poses of the platform from measured lengths (k, m), searched from `start` (k, 4, 4) or (4, 4), X_0 by default.
+    """Poses of the platform from measured lengths (k, m), searched from `start` (k, 4, 4) or (4, 4); by default
+    from X_0, a little lower.
 
     `tension` and `sag` as for `inverse`. sigma () or (m,) in m is the noise of a length; without it the residuals
     themselves say (and the covariance is zero times infinity, not a number, when there are no more cables than degrees
@@ -81,7 +82,7 @@ def forward(
         length, slope = lengths_at(pose, None if t is None else t[rows])
         return (length - y[rows]) * weight, slope[..., axes] * weight[:, None]
 
-    first = robot.home if start is None else np.asarray(start, float)
+    first = _hanging(robot, y) if start is None else np.asarray(start, float)
     pose = np.broadcast_to(first, (k, 4, 4))[:, None]
     if starts:
         drawn = _draw(robot, y, starts, rng or np.random.default_rng(0))
@@ -90,7 +91,7 @@ def forward(
     found, cost, iterations, converged = _descend(model, pose.reshape(-1, 4, 4), rows, axes)
     shape = pose.shape[:2]
     found, cost = found.reshape(*shape, 4, 4), cost.reshape(shape)
-    best, solutions, rival = _choose(found, cost, s is not None, start is not None, m)
+    best, solutions, rival = _choose(found, cost, s is not None, start is not None, m, ROUNDING * float(weight.max()))
     every = np.arange(k)
     pose = found[every, best]
     r, slope = model(pose, every)
@@ -121,12 +122,27 @@ def _check(robot: CableRobot, y: Array, axes: list[int]) -> None:
         )
 
 
-def _draw(robot: CableRobot, y: Array, starts: int, rng: np.random.Generator) -> Array:
-    """Starts (k, starts, 4, 4) with orientations up to half a turn, where the platform can be at all: no further from a
-    frame anchor than its cable is long and the platform anchor is out."""
-    shape = (len(y), starts)
+def _box(robot: CableRobot, y: Array) -> tuple[Array, Array]:
+    """Corners (k, 3) of where the platform can be at all: no further from a frame anchor than its cable is long and the
+    platform anchor is out."""
     reach = (REACH * np.abs(y + robot.zeros) + np.linalg.norm(robot.b, axis=1))[..., None]
-    low, high = (robot.a - reach).max(axis=1), (robot.a + reach).min(axis=1)
+    return (robot.a - reach).max(axis=1), (robot.a + reach).min(axis=1)
+
+
+def _hanging(robot: CableRobot, y: Array) -> Array:
+    """X_0, lowered by a tenth of the room that the lengths leave: in the plane of the frame anchors of a suspended robot
+    up and down are alike, and the search would stay there."""
+    out = np.broadcast_to(robot.home, (len(y), 4, 4)).copy()
+    if 2 in robot.axes:
+        low, high = _box(robot, y)
+        out[:, 2, 3] -= 0.1 * np.abs(high - low)[:, 2]
+    return out
+
+
+def _draw(robot: CableRobot, y: Array, starts: int, rng: np.random.Generator) -> Array:
+    """Starts (k, starts, 4, 4) where the platform can be, with orientations up to half a turn."""
+    shape = (len(y), starts)
+    low, high = _box(robot, y)
     step = np.zeros((*shape, 6))
     step[..., :3] = low[:, None] + (high - low)[:, None] * rng.uniform(size=(*shape, 3)) - robot.home[:3, 3]
     turn = rng.normal(size=(*shape, 3))
@@ -186,16 +202,17 @@ def _descend(
 
 
 def _choose(
-    found: Array, cost: Array, noisy: bool, meant: bool, m: int
+    found: Array, cost: Array, noisy: bool, meant: bool, m: int, floor: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
     """Of all ends of one search (k, s), the one to trust, how many distinct ones explain the lengths as well, and the
     best of the others."""
     worst = np.nan_to_num(cost, nan=np.inf)
     least = worst.min(axis=1, keepdims=True)
-    slack = CHANCE if noisy else 2 * np.sqrt(m * least) * ROUNDING + m * ROUNDING**2
-    good = worst <= least + slack
-    # The caller's own start comes first and is kept when nothing is better; ours has no such claim.
-    best = np.where(good[:, 0] & meant, 0, worst.argmin(axis=1))
+    rounding = 2 * np.sqrt(m * least) * floor + m * floor**2
+    good = worst <= least + np.maximum(CHANCE if noisy else 0.0, rounding)
+    # The caller's own start is kept when no other is better, ours when rounding alone would decide.
+    first = good[:, 0] if meant else (worst <= least + rounding)[:, 0]
+    best = np.where(first, 0, worst.argmin(axis=1))
     solutions, rival = np.ones(len(found), dtype=np.int64), np.full((len(found), 4, 4), np.nan)
     mine = found[np.arange(len(found)), best]
     others = good & _differ(found, mine[:, None])

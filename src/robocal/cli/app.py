@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
+from robocal.cli.verbs.cable import CABLE
 from robocal.cli.verbs.finding import check, demo, identify, validate
 from robocal.cli.verbs.handing import compensate, export, report
 from robocal.cli.verbs.making import new, simulate
@@ -32,6 +33,8 @@ Exit status: 0 done; 2 the input is wrong, nothing was written;
 3 it ran, but the result must not be trusted; 130 stopped.
 """
 
+CABLES = "Cable-driven parallel robots: lengths, poses."
+
 
 def build() -> typer.Typer:
     """The application."""
@@ -46,6 +49,10 @@ def build() -> typer.Typer:
     app.callback()(_root)
     for verb, short in VERBS.items():
         app.command(verb.__name__, short_help=short)(verb)
+    group = typer.Typer(help=CABLES, no_args_is_help=True, rich_markup_mode=None)
+    for verb, short in CABLE.items():
+        group.command(verb.__name__, short_help=short)(verb)
+    app.add_typer(group, name="cable", short_help="Cable-driven parallel robots.")
     return app
 
 

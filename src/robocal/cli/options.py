@@ -258,3 +258,18 @@ FirstRun = Annotated[str, _argument("RUN1", "The earlier run folder.")]
 SecondRun = Annotated[str, _argument("RUN2", "The later run folder, identified from the same robot file.")]
 NewTool = Annotated[bool, typer.Option("--new-tool", help="The tool was mounted anew and may differ.")]
 DriftFolder = Annotated[str | None, _option("-o", "--output", metavar="DIR", text="Write drift.json here.")]
+
+# cable
+CableRobot = Annotated[str, _argument("ROBOT", "robot.yaml with kind: cable, or CASPR's X_cables.xml.")]
+PlatformPoses = Annotated[str, _argument("POSES", "CSV: x [m], y, z, rx [deg], ry, rz (rotation vector).")]
+CableLengths = Annotated[str, _argument("LENGTHS", "CSV: one column per cable, such as c1 [mm].")]
+Tension = Annotated[
+    float | None,
+    _option("--tension", metavar="T", text="Tension of every cable, in the robot file's unit: cables stretch."),
+]
+Sag = Annotated[bool, typer.Option("--sag", help="Cables also hang by their weight.")]
+LengthNoise = Annotated[
+    float | None,
+    _option("--sigma", metavar="SIGMA", text="Standard deviation of a length, in the robot file's unit."),
+]
+Starts = Annotated[int, typer.Option("--starts", metavar="N", min=0, help="Further starts that look for other poses.")]

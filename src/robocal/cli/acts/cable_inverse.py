@@ -1,0 +1,34 @@
+"""The verb `cable inverse`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from robocal.cli.guard import DONE
+from robocal.cli.terminal import Terminal
+
+__all__ = ["cable_inverse"]
+
+
+def cable_inverse(*, robot: str, poses: str, output: str | None, json: bool, **options: Any) -> int:
+    """cable inverse: the CSV on stdout, or a file."""
+    terminal = Terminal(json=json)
+    from robocal.jobs.cable_inverse import cable_inverse as job
+
+    made = job(robot, poses, output=None if output is None else Path(output), **options)
+    for warning in made.warnings:
+        terminal.warn(warning)
+    terminal.document(
+        {
+            "robot": made.robot.name,
+            "cables": list(made.robot.cables),
+            "lengths_m": dict(zip(made.names, made.lengths.tolist(), strict=True)),
+            "written": None if made.written is None else str(made.written),
+            "warnings": list(made.warnings),
+        }
+    )
+    if not json:
+        sys.stdout.write(made.text if made.written is None else f"{made.written}\n")
+    return DONE

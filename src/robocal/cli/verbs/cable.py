@@ -1,0 +1,57 @@
+"""Verbs of cable robots: `robocal cable ...`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from robocal.cli import options as o
+from robocal.cli.verbs.task import Task, task
+
+__all__ = ["CABLE", "forward", "inverse"]
+
+
+def inverse(
+    robot: o.CableRobot,
+    poses: o.PlatformPoses,
+    tension: o.Tension = None,
+    sag: o.Sag = False,
+    output: o.OutputFile = None,
+    force: o.Force = False,
+    json: o.Json = False,
+) -> Task:
+    """Lengths of the cables at poses of the platform.
+
+    \b
+    robocal cable inverse robot.yaml poses.csv -o lengths.csv
+    robocal cable inverse robot.yaml poses.csv --tension 60 --sag
+    """
+    return task("cable_inverse", locals())
+
+
+def forward(
+    robot: o.CableRobot,
+    lengths: o.CableLengths,
+    sigma: o.LengthNoise = None,
+    starts: o.Starts = 24,
+    tension: o.Tension = None,
+    sag: o.Sag = False,
+    seed: o.Seed = 0,
+    output: o.OutputFile = None,
+    force: o.Force = False,
+    json: o.Json = False,
+) -> Task:
+    """Poses of the platform from lengths of its cables, with how sure they are and whether they are the only ones.
+
+    Exit status 3 when a pose was not found, is not the only one, or does not fit its lengths.
+
+    \b
+    robocal cable forward robot.yaml lengths.csv --sigma 0.5 -o poses.csv
+    """
+    return task("cable_forward", locals())
+
+
+CABLE: dict[Callable[..., Any], str] = {
+    inverse: "Lengths from poses.",
+    forward: "Poses from lengths.",
+}

@@ -1,0 +1,100 @@
+"""Lists for cable robots: poses of the platform, and cable lengths, one per row of a CSV whose headers carry units.
+
+id, x [m], y [m], z [m], rx [deg], ry [deg], rz [deg]       a pose: translation and rotation vector
+id, c1 [m], c2 [m], ...                                     lengths, one column per cable
+c1.tension [N], c2.tension [N], ...                         in either, where cables stretch or sag
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.geometry import CableRobot
+from robocal.files.cablevalues import CableUnits
+from robocal.files.csvtable import CsvTable, read_csv
+from robocal.files.headers import IDS
+from robocal.files.kinds.base import column_units
+from robocal.files.units import number
+from robocal.files.yamlio import Document
+from robocal.geometry import se3
+from robocal.parameters import FRAME_SYMBOLS
+
+__all__ = ["CableList", "lengths_text", "platform_text", "read_cable_lengths", "read_platform_poses"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class CableList:
+    """Names of the rows, their values in SI (poses (k, 4, 4) or lengths (k, m)) and tensions (k, m) where given."""
+
+    names: tuple[str, ...]
+    values: Array
+    tension: Array | None
+
+
+def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
+    """Poses of the platform. Raises FileError or FormatError naming file, row and column."""
+    table = read_csv(path)
+    vectors = _columns(table, FRAME_SYMBOLS, ("m", "m", "m", "rad", "rad", "rad"))
+    return CableList(_names(table), se3.from_vector(vectors), _tensions(table, robot))
+
+
+def read_cable_lengths(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
+    """Measured lengths of all cables. Raises FileError or FormatError naming file, row and column."""
+    table = read_csv(path)
+    return CableList(_names(table), _columns(table, robot.cables, ("m",) * len(robot.cables)), _tensions(table, robot))
+
+
+def _columns(table: CsvTable, names: Sequence[str], si: Sequence[str]) -> Array:
+    units = column_units(table, list(names), None, si, Document(Path(table.path), "", "", {}), ("columns",))
+    raw = table.numbers(list(names))
+    return np.column_stack([unit.to_si(raw[:, i]) for i, unit in enumerate(units)])
+
+
+def _tensions(table: CsvTable, robot: CableRobot) -> Array | None:
+    names = [f"{cable}.tension" for cable in robot.cables]
+    if not any(name in table.names for name in names):
+        return None
+    return _columns(table, names, ("N",) * len(names))
+
+
+def _names(table: CsvTable) -> tuple[str, ...]:
+    named = next((n for n in IDS if n in table.names), None)
+    return table.texts(named) if named else tuple(f"{Path(table.path).name}:{line}" for line in table.lines)
+
+
+def lengths_text(robot: CableRobot, names: Sequence[str], lengths: Array, units: CableUnits) -> str:
+    """The CSV of lengths."""
+    unit = units.length
+    header = ["id", *(f"{cable} [{unit.name}]" for cable in robot.cables)]
+    return _text(
+        header, [[n, *(number(unit.from_si(float(v))) for v in row)] for n, row in zip(names, lengths, strict=True)]
+    )
+
+
+def platform_text(names: Sequence[str], poses: Array, units: CableUnits, more: Mapping[str, Sequence[str]]) -> str:
+    """The CSV of poses, with further columns."""
+    shown = [units.length] * 3 + [units.angle] * 3
+    header = ["id", *(f"{s} [{u.name}]" for s, u in zip(FRAME_SYMBOLS, shown, strict=True)), *more]
+    rows = []
+    for i, vector in enumerate(se3.to_vector(poses)):
+        cells = [number(round(u.from_si(float(v)), 12)) for u, v in zip(shown, vector, strict=True)]
+        rows.append([names[i], *cells, *(column[i] for column in more.values())])
+    return _text(header, rows)
+
+
+def _text(header: list[str], rows: list[list[str]]) -> str:
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    return stream.getvalue()

@@ -1,0 +1,84 @@
+"""The verb `cable inverse`: lengths of the cables at given poses of the platform."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.geometry import CableRobot
+from robocal.cables.inverse import inverse, model_of
+from robocal.errors import FileError, FormatError, ModelError
+from robocal.files.cable import CableFile, read_cable
+from robocal.files.cablelists import CableList, lengths_text, read_platform_poses
+from robocal.files.text import write_text
+
+__all__ = ["Lengths", "cable_inverse", "fitting", "tensions_of", "written"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Lengths:
+    """Lengths (k, m) in m by name of the pose, the CSV, where it was written, and what is odd about the robot."""
+
+    robot: CableRobot
+    names: tuple[str, ...]
+    lengths: Array
+    text: str
+    written: Path | None
+    warnings: tuple[str, ...]
+
+
+def cable_inverse(
+    robot: str,
+    poses: str,
+    *,
+    tension: float | None = None,
+    sag: bool = False,
+    output: Path | None = None,
+    force: bool = False,
+) -> Lengths:
+    """Lengths from poses; `tension` in the robot file's unit of force is that of every cable where the list has no
+    columns of its own. Raises InputError."""
+    file = read_cable(robot)
+    rows = read_platform_poses(poses, file.robot)
+    pull = tensions_of(rows, tension, file)
+    fitting(file, pull, sag)
+    try:
+        lengths, _ = inverse(file.robot, rows.values, pull, sag=sag)
+    except ModelError as error:
+        facts = {"key": error.key, "found": error.found, "expected": error.expected}
+        raise FormatError(error.message, file=poses, **facts) from None  # type: ignore[arg-type]
+    text = lengths_text(file.robot, rows.names, lengths, file.units)
+    return Lengths(file.robot, rows.names, lengths, text, written(output, text, force), file.warnings)
+
+
+def tensions_of(rows: CableList, tension: float | None, file: CableFile) -> Array | None:
+    """Tensions of the list, or one for all, in N. Raises ModelError when both say."""
+    if rows.tension is not None and tension is not None:
+        raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
+    return rows.tension if tension is None else np.asarray(file.units.force.to_si(tension))
+
+
+def fitting(file: CableFile, pull: Array | None, sag: bool) -> None:
+    """Whether the robot's file knows what the length model needs. Raises FormatError naming it, or ModelError."""
+    try:
+        model_of(file.robot, sag=sag, tense=pull is not None)
+    except ModelError as error:
+        if error.key == "tension":
+            raise
+        raise FormatError(error.message, file=file.path, key=error.key, expected=error.expected) from None
+
+
+def written(output: Path | None, text: str, force: bool) -> Path | None:
+    """Writes the text, unless nobody asked or a file is in the way."""
+    if output is None:
+        return None
+    if output.exists() and not force:
+        raise FileError(
+            "this file exists and is left as it is", file=output, expected="--force to replace it, or another name"
+        )
+    return write_text(output, text)

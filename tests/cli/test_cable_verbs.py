@@ -1,0 +1,125 @@
+"""robocal cable inverse and forward: lists in, lists out, and what is refused or not trusted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cables.cable_robots import box
+from cli.runs import files, robocal
+
+from robocal.cables.geometry import cable_robot
+from robocal.files.cableshow import describe_cable
+
+POSES = """id,x [mm],y [mm],z [mm],rx [deg],ry [deg],rz [deg]
+low,100,-200,900,0,0,0
+high,300,200,1600,5,3,-10
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "robot.yaml").write_text(describe_cable(box()))
+    (tmp_path / "poses.csv").write_text(POSES)
+    return tmp_path
+
+
+def values(path):
+    rows = [line.split(",") for line in path.read_text().splitlines()]
+    return rows[0], np.array([[float(c) for c in row[1:7]] for row in rows[1:]])
+
+
+def test_there_and_back(folder):
+    robot, lengths, back = folder / "robot.yaml", folder / "lengths.csv", folder / "back.csv"
+    ran = robocal("cable", "inverse", robot, folder / "poses.csv", "-o", lengths)
+    assert (ran.status, ran.out.strip()) == (0, str(lengths))
+    ran = robocal("cable", "forward", robot, lengths, "--sigma", 0.001, "-o", back)
+    assert ran.status == 0 and ran.err == ""
+    header, found = values(back)
+    assert header[1:7] == ["x [m]", "y [m]", "z [m]", "rx [deg]", "ry [deg]", "rz [deg]"] and header[-1] == "solutions"
+    np.testing.assert_allclose(found, [[0.1, -0.2, 0.9, 0, 0, 0], [0.3, 0.2, 1.6, 5, 3, -10]], atol=1e-8)
+    shown = robocal("cable", "forward", robot, lengths, "--json").document
+    assert [p["name"] for p in shown["poses"]] == ["low", "high"]
+    assert all(p["solutions"] == 1 and p["converged"] for p in shown["poses"])
+    assert np.shape(shown["poses"][0]["covariance"]) == (6, 6) and shown["written"] is None
+
+
+def test_lengths_that_no_pose_explains_are_not_trusted(folder):
+    robot, lengths = folder / "robot.yaml", folder / "lengths.csv"
+    text = robocal("cable", "inverse", robot, folder / "poses.csv").out
+    first = text.splitlines()[1].split(",")
+    wrong = ",".join([first[0], str(float(first[1]) + 0.05), *first[2:]])
+    lengths.write_text(text.replace(",".join(first), wrong))
+    ran = robocal("cable", "forward", robot, lengths, "--sigma", 0.001)
+    assert ran.status == 3 and "low: no pose explains these lengths" in ran.err and "high" not in ran.err
+
+
+def test_two_poses_are_not_trusted(folder):
+    robot = box()
+    a, b = robot.a.copy(), robot.b.copy()
+    a[:, 2], b[:, 2] = 3.0, 0.0
+    a[:4, :2] *= 0.8
+    (folder / "flat.yaml").write_text(describe_cable(cable_robot("flat", a, b)))
+    (folder / "l.csv").write_text(robocal("cable", "inverse", folder / "flat.yaml", folder / "poses.csv").out)
+    ran = robocal("cable", "forward", folder / "flat.yaml", folder / "l.csv", "--starts", 40)
+    assert ran.status == 3 and "low: 2 poses explain these lengths equally well" in ran.err
+    assert robocal("cable", "forward", folder / "flat.yaml", folder / "l.csv", "--starts", 0).status == 0
+
+
+def test_tensions_of_the_list_or_of_all(folder):
+    text = describe_cable(box()) + "every_cable: {elasticity: 2.5e-5, density: 0.122}\n"
+    (folder / "robot.yaml").write_text(text)
+    plain, pulled, sagging = (
+        robocal("cable", "inverse", folder / "robot.yaml", folder / "poses.csv", "--json", *more).document["lengths_m"]
+        for more in ((), ("--tension", 80), ("--tension", 80, "--sag"))
+    )
+    full = np.array(plain["low"]) + box().zeros
+    np.testing.assert_allclose(np.array(pulled["low"]) + box().zeros, full / 1.002, rtol=1e-12)
+    assert 0 < (np.array(sagging["low"]) - pulled["low"]).max() < 1e-3
+    head, *rows = POSES.splitlines()
+    head += "".join(f",c{i}.tension [N]" for i in range(1, 9))
+    listed = "\n".join([head, *(row + ",80" * 8 for row in rows)])
+    (folder / "tense.csv").write_text(listed)
+    again = robocal("cable", "inverse", folder / "robot.yaml", folder / "tense.csv", "--json").document["lengths_m"]
+    assert again == pulled
+    robocal("cable", "inverse", folder / "robot.yaml", folder / "tense.csv", "--tension", 80).assert_refused("twice")
+
+
+@pytest.mark.parametrize(
+    ("verb", "change", "more", "words"),
+    [
+        ("inverse", ("rz [deg]", "rz"), (), ["poses.csv", "column rz", "unit is missing"]),
+        ("inverse", ("z [mm]", "zz [mm]"), (), ["poses.csv", "column z", "no such column"]),
+        ("inverse", ("1600", "16OO"), (), ["poses.csv", "row 3", "column z"]),
+        ("inverse", ("", ""), ("--tension", "50"), ["robot.yaml", "elasticity of box is not known"]),
+        ("inverse", ("", ""), ("--tension", "-5"), ["robot.yaml", "elasticity"]),
+        ("inverse", ("", ""), ("--sag",), ["needs its tension"]),
+        ("forward", ("", ""), (), ["poses.csv", "column c1", "no such column"]),
+        ("forward", ("id,x [mm],y [mm]", "id,c1 [mm],c2 [deg]"), (), ["poses.csv", "column c2", "a length is needed"]),
+        ("forward", ("", ""), ("--starts", "-1"), ["--starts"]),
+    ],
+)
+def test_bad_input_is_refused(folder, verb, change, more, words):
+    (folder / "poses.csv").write_text(POSES.replace(*change) if change[0] else POSES)
+    before = files(folder)
+    ran = robocal("cable", verb, folder / "robot.yaml", folder / "poses.csv", "-o", folder / "out.csv", *more)
+    ran.assert_refused(*words)
+    assert files(folder) == before
+
+
+def test_no_length_and_no_overwriting(folder):
+    robot, poses = folder / "robot.yaml", folder / "poses.csv"
+    a, b = box().a[0], box().b[0]
+    at = ",".join(str(float(v)) for v in (a - b) * 1000)
+    poses.write_text(POSES + f"touching,{at},0,0,0\n")
+    robocal("cable", "inverse", robot, poses).assert_refused("poses.csv", "cable c1 has no length", "pose 2")
+    poses.write_text(POSES)
+    (folder / "there.csv").write_text("mine")
+    robocal("cable", "inverse", robot, poses, "-o", folder / "there.csv").assert_refused("exists", "--force")
+    assert (folder / "there.csv").read_text() == "mine"
+    assert robocal("cable", "inverse", robot, poses, "-o", folder / "there.csv", "--force").status == 0
+
+
+def test_an_arm_is_refused_and_a_cable_robot_is_no_arm(folder):
+    (folder / "arm.yaml").write_text(robocal("export", "ur10").out)
+    robocal("cable", "inverse", folder / "arm.yaml", folder / "poses.csv").assert_refused("this is an arm")
+    robocal("export", folder / "robot.yaml").assert_refused("this is a cable robot")
