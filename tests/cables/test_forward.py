@@ -41,6 +41,8 @@ def test_recovers_the_pose(name, rng):
     many = forward(robot, measured[:60], away(pose[:60], rng, np.pi, 2.0), starts=24, rng=rng)
     near, turned = off(many.pose, pose[:60])
     assert near.max() < 1e-9 and turned.max() < 1e-9
+    alone = forward(robot, measured)  # nobody says where
+    assert (off(alone.pose, pose)[0] < 1e-9).mean() >= 0.95
     assert many.converged.all() and (many.solutions == 1).all() and np.isnan(many.rival).all()
 
 

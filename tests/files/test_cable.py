@@ -244,6 +244,9 @@ def test_caspr(tmp_path):
     np.testing.assert_allclose(about.b, robot.b + [0, 0, 0.25])
     again = made(describe_cable(robot)).robot
     np.testing.assert_array_equal(again.numbers, robot.numbers)
+    older = BODIES.replace('<joint type="PLANAR_XZ" />', "<joint_type>SPATIAL_EULER_XYZ</joint_type>")
+    few = read_cable(caspr(tmp_path, bodies=older))
+    assert few.robot.degrees == "3R3T" and "4 cables do not determine 6 degrees of freedom" in few.warnings[0]
 
 
 @pytest.mark.parametrize(

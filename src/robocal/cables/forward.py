@@ -61,7 +61,7 @@ def forward(
     rng: np.random.Generator | None = None,
 ) -> Forward:
     """Poses of the platform from measured lengths (k, m), searched from `start` (k, 4, 4) or (4, 4); by default
-    from X_0, a little lower.
+    from X_0, below it where the frame is flat.
 
     `tension` and `sag` as for `inverse`. sigma () or (m,) in m is the noise of a length; without it the residuals
     themselves say (and the covariance is zero times infinity, not a number, when there are no more cables than degrees
@@ -130,12 +130,12 @@ def _box(robot: CableRobot, y: Array) -> tuple[Array, Array]:
 
 
 def _hanging(robot: CableRobot, y: Array) -> Array:
-    """X_0, lowered by a tenth of the room that the lengths leave: in the plane of the frame anchors of a suspended robot
-    up and down are alike, and the search would stay there."""
+    """X_0, lowered where the frame is flat, to a quarter of the room that the lengths leave: in the plane of a suspended
+    robot's anchors up and down are alike, and the search would stay there. In a tall frame X_0 is low enough."""
     out = np.broadcast_to(robot.home, (len(y), 4, 4)).copy()
     if 2 in robot.axes:
         low, high = _box(robot, y)
-        out[:, 2, 3] -= 0.1 * np.abs(high - low)[:, 2]
+        out[:, 2, 3] -= np.maximum(0.25 * (high - low)[:, 2] - np.ptp(robot.a[:, 2]) / 2, 0.0)
     return out
 
 
