@@ -47,10 +47,12 @@ def test_lengths_that_no_pose_explains_are_not_trusted(folder):
     robot, lengths = folder / "robot.yaml", folder / "lengths.csv"
     text = robocal("cable", "inverse", robot, folder / "poses.csv").out
     first = text.splitlines()[1].split(",")
-    wrong = ",".join([first[0], str(float(first[1]) + 0.05), *first[2:]])
+    wrong = ",".join([first[0], str(float(first[1]) + 0.2), *first[2:]])
     lengths.write_text(text.replace(",".join(first), wrong))
     ran = robocal("cable", "forward", robot, lengths, "--sigma", 0.001)
     assert ran.status == 3 and "low: no pose explains these lengths" in ran.err and "high" not in ran.err
+    ran = robocal("cable", "forward", robot, lengths)
+    assert ran.status == 3 and "mm are left of its lengths" in ran.err and "high" not in ran.err
 
 
 def test_two_poses_are_not_trusted(folder):

@@ -19,6 +19,7 @@ from robocal.jobs.cable_inverse import fitting, tensions_of, written
 __all__ = ["Poses", "cable_forward"]
 
 Array = NDArray[np.float64]
+UNSTATED = 0.01  # m; more than a length is off by in any robot whose noise nobody stated
 UNLIKELY = 1e-6  # of the chi-squared of what is left: once in a million poses
 
 
@@ -108,4 +109,6 @@ def _doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> tupl
         if sigma is not None and spare > 0 and chi2.sf((r @ r) / sigma**2, spare) < UNLIKELY:
             rms = np.sqrt((r @ r) / spare) * 1e3
             out.append(f"{name}: no pose explains these lengths: {rms:.3g} mm are left, {sigma * 1e3:.3g} mm expected")
+        if sigma is None and (left := np.sqrt((r @ r) / len(r))) > UNSTATED:
+            out.append(f"{name}: {left * 1e3:.3g} mm are left of its lengths; --sigma says what may be")
     return tuple(out)
