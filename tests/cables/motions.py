@@ -48,7 +48,7 @@ def random_motions(a, rng, n, turn=np.pi / 3):
 
 def _to_segment(p, q, d):
     """Squared distance from points to segments q + t d."""
-    t = np.clip(((p - q) * d).sum(-1) / (d * d).sum(-1), 0, 1)
+    t = np.clip(((p - q) * d).sum(-1) / np.maximum((d * d).sum(-1), 1e-300), 0, 1)
     r = p - q - t[..., None] * d
     return (r * r).sum(-1)
 
@@ -82,12 +82,19 @@ def pair_distances(a, ends, pairs):
     return np.sqrt(np.minimum(across, np.min(at_ends, axis=0))), inside, side
 
 
+def beyond(cut, far):
+    """The distance (n,) of two pieces, from `cut` to `far` (n, 2, 3), that do not cross: one of four ends is nearest."""
+    way = far - cut
+    found = [_to_segment(e[:, i], cut[:, 1 - i], way[:, 1 - i]) for i in range(2) for e in (cut, far)]
+    return np.sqrt(np.min(found, axis=0))
+
+
 def body_overlap(a, b, r, p, normals, offsets, relief, radius):
-    """Whether a cable beyond `relief` from its anchor meets the half-spaces moved out by its radius, (n, m), by clipping."""
+    """Whether a cable beyond `relief` from its anchor, or its far end, meets the half-spaces moved out by its radius, (n, m), by clipping."""
     away = np.einsum("nji,nmj->nmi", r, a - p[:, None]) - b
     length = np.linalg.norm(away, axis=-1)
     u = away / length[..., None]
-    low, high = np.full(length.shape, relief), length.copy()
+    low, high = np.minimum(relief, length), length.copy()
     for normal, h in zip(normals, offsets + radius, strict=True):
         slope, room = u @ normal, h - b @ normal
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -6,9 +6,9 @@ import itertools
 
 import numpy as np
 import pytest
-from cables.motions import ROBOTS, anchors, body_overlap, pair_distances, pose, random_motions, sampled, turns
+from cables.motions import ROBOTS, anchors, beyond, body_overlap, pair_distances, random_motions, sampled, turns
 
-from robocal.cables.contact.translation import distances
+from robocal.cables.contact.segments import distances
 from robocal.cables.interference import KINDS, box, crossings, first_contact, hull
 from robocal.errors import ModelError
 
@@ -218,6 +218,75 @@ def not_invented(found, g, a, b, start, v, w, body, relief, diameter):
 def test_no_contact_of_a_dense_sampling_is_missed():
     totals = np.sum([held_to_dense_sampling(name, 40, 4, steps=1000) for name in ROBOTS], axis=0)
     assert totals[0] > 100 and totals[1] > 50
+
+
+def random_robot(rng, m=4):
+    """Anchors anywhere, so that cables cross each other and the platform often."""
+    return rng.uniform(-2, 2, (m, 3)), rng.uniform(-0.7, 0.7, (m, 3))
+
+
+def test_no_contact_of_wild_motions_is_missed():
+    """Random robots that turn by as much as a whole turn and more: the rotation's bounds are what is tried here."""
+    rng = np.random.default_rng(6)
+    pairs = np.stack(np.triu_indices(4, 1), axis=1)
+    met = np.zeros(3, int)
+    for _ in range(60):
+        a, b = random_robot(rng)
+        body = hull(b)
+        start, v, w = random_motions(a, rng, 5, turn=4.0)
+        thin = first_contact(a, b, start, v, w)
+        thick = first_contact(a, b, start, v, w, diameter=0.02, body=body, relief=0.1)
+        assert thin.resolved.all() and thick.resolved.all()
+        for g in range(5):
+            lam, r, p, ends = sampled(a, b, start[g], v[g], w[g], 2000)
+            distance, inside, side = pair_distances(a, ends, pairs)
+            folded = body_overlap(a, b, r, p, body.normals, body.offsets, 0.1, 0.01)
+            touch = (distance < 0.02).any(axis=1) | folded.any(axis=1)
+            if touch.any():
+                assert thick.fraction[g] <= lam[touch.argmax()]
+            crossed = ((side[1:] * side[:-1] < 0) & inside[1:] & inside[:-1]).any(axis=1)
+            if crossed.any():
+                assert thin.fraction[g] <= lam[1:][crossed.argmax()]
+            not_invented(thick, g, a, b, start[g], v[g], w[g], body, 0.1, 0.02)
+            not_invented(thin, g, a, b, start[g], v[g], w[g], None, 0.1, 0.0)
+            met += np.bincount(thick.kind[[g]], minlength=3) * (thick.fraction[g] > 0)
+    assert (met[1:] > 30).all()
+
+
+@pytest.mark.parametrize("at_platform", [True, False])
+def test_no_contact_of_cables_with_a_common_end_is_missed(at_platform):
+    """What lies beyond the relief of the common end, held to the distance of those two pieces."""
+    rng = np.random.default_rng(7)
+    relief, diameter = 0.1, 0.03
+    met = 0
+    for _ in range(150):
+        a, b = random_robot(rng, 2)
+        shared = b if at_platform else a
+        shared[1] = shared[0]
+        start, v, w = random_motions(a, rng, 1, turn=1.0)
+        # Aim: about half way both cables are nearly in line, on one side of their common end.
+        r = turns(w[0], np.array([0.5]))[0] @ start[0, :3, :3]
+        if at_platform:
+            v[0] = 2 * (a[0] + 0.4 * (a[0] - a[1]) - r @ b[0] - start[0, :3, 3])
+        else:
+            line = r @ (b[1] - b[0])
+            v[0] = 2 * (a[0] + line - r @ b[0] - start[0, :3, 3])
+        v += rng.normal(0, 0.05, 3)
+        found = first_contact(a, b, start, v, w, diameter=diameter, relief=relief)
+        assert found.resolved.all()
+        lam, _, _, ends = sampled(a, b, start[0], v[0], w[0], 2000)
+        near, far = (ends, np.broadcast_to(a, ends.shape)) if at_platform else (np.broadcast_to(a, ends.shape), ends)
+        way = far - near
+        length = np.linalg.norm(way, axis=-1, keepdims=True)
+        cut = near + np.minimum(relief, length) * way / length
+        gap = beyond(cut, far)
+        touch = gap < diameter
+        if touch.any():
+            met += found.fraction[0] > 0
+            assert found.fraction[0] <= lam[touch.argmax()]
+        if not found.free[0]:
+            assert np.interp(found.fraction[0], lam, gap) < diameter + 1e-3
+    assert met > 50
 
 
 @pytest.mark.slow

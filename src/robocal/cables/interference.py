@@ -97,8 +97,9 @@ def first_contact(
     n = len(v)
     fraction, gap = np.empty(n), np.empty(n)
     kind, who = np.empty(n, np.int64), np.empty((n, 2), np.int64)
+    a, b, radius, normals, offsets, pose, v, w = door(a, b, radius, normals, offsets, pose, v, w)
     first_contacts(
-        *door(a, b, radius), door_int(_common(a, b)), *door(normals, offsets), c, *door(pose, v, w), float(tolerance), _LIMIT,
+        a, b, radius, door_int(_common(a, b)), normals, offsets, c, pose, v, w, float(tolerance), _LIMIT,
         fraction, kind, who, gap,
     )  # fmt: skip
     return Contacts(fraction, kind, who, gap, float(tolerance))

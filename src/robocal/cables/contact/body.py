@@ -34,7 +34,9 @@ def box(half_sizes: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Body:
     """
     half, c = np.asarray(half_sizes, float), np.asarray(centre, float)
     if half.shape != (3,) or not (np.isfinite(half).all() and (half >= 0).all()):
-        raise ModelError("half sizes of the platform's box", expected="three lengths in m, at least 0", found=half_sizes)
+        raise ModelError(
+            "half sizes of the platform's box", expected="three lengths in m, at least 0", found=half_sizes
+        )
     if c.shape != (3,) or not np.isfinite(c).all():
         raise ModelError("centre of the platform's box", expected="three coordinates in m", found=centre)
     normals = np.vstack([np.eye(3), -np.eye(3)])

@@ -16,24 +16,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal._jit import door
+from robocal.cables.contact.segments import distances
 
-__all__ = ["crossings", "distances"]
+__all__ = ["crossings"]
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
-def distances(p: ArrayLike, p_end: ArrayLike, q: ArrayLike, q_end: ArrayLike) -> Array:
-    """The distance in m between segments p p_end and q q_end, points (k, 3) each -> (k,)."""
-    from robocal.cables.contact._kernels import separations
-
-    arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in (p, p_end, q, q_end)))
-    out = np.empty(len(arrays[0]))
-    separations(*door(*arrays), out)
-    return out
-
-
-def crossings(a: ArrayLike, ends: ArrayLike, translation: ArrayLike, tolerance: float = 1e-9) -> tuple[Array, Array]:
+def crossings(a: ArrayLike, ends: ArrayLike, translation: ArrayLike, tolerance: float = 1e-9) -> tuple[Array, Ints]:
     """lambda (B, n) at which each pair of cables without thickness first crosses, inf where it does not on [0, 1].
 
     a (m, 3) frame anchors and ends (m, 3) or (B, m, 3) platform anchors at the start, in base axes, m; translation (B, 3) m.
