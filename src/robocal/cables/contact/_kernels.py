@@ -122,7 +122,7 @@ def advance_cables(a, lever, position, v, w, speed, k, l, reach, stop, tolerance
         rate = swing(ck, cl, rk, rl, share, c)
         swung = swinging_step(a, bk, dk, bl, dl, k, l, n, c, rate, reach, twist_k, twist_l, twist_kl)
         step = max(step, swung)
-        if step * fastest < clear:
+        if fastest > 0.0 and step * fastest < clear:
             step = clear / fastest
         lam += step
         if lam >= stop:
