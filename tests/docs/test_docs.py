@@ -14,6 +14,7 @@ PAGES = sorted(
         *PROJECT.glob("*.md"),
         *PROJECT.glob("docs/*.md"),
         *PROJECT.glob("docs/kinds/*.md"),
+        *PROJECT.glob("docs/cables/*.md"),
         *PROJECT.glob("examples/**/*.md"),
     ]
 )

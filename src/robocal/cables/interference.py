@@ -1,0 +1,161 @@
+"""The first contact along a motion: between two cables, and between a cable and the platform; certified, batched.
+
+    p(lambda) = p_0 + lambda v,   R(lambda) = exp(lambda w) R_0,   0 <= lambda <= 1
+
+A cable is a straight rod of some diameter from its frame anchor to its platform anchor. The search steps along lambda; every
+step is proven not to pass a contact, so the motion is free on [0, fraction) without doubt, up to rounding.
+Source: the motion is (3.27) to (3.32) of the thesis behind `examples/cable-laval`; its (3.37) minimises the distance, which
+finds the closest contact or a local one, not the first. Formulas and proofs: docs/cables/interference.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal._jit import door, door_int
+from robocal.cables.contact.body import Body, box, hull
+from robocal.cables.contact.translation import crossings
+from robocal.errors import ModelError
+
+__all__ = ["KINDS", "Body", "Contacts", "box", "crossings", "first_contact", "hull"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+KINDS = ("none", "cable-cable", "cable-platform")
+_LIMIT = 10_000  # steps for one pair; a motion that needs more is told apart by `resolved`
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """What B motions meet first: `fraction` (B,) of each that is certainly free, and why it ends there.
+
+    `kind` (B,) indexes KINDS; `who` (B, 2): the two cables, or one cable and -1, or -1 -1 for none; `gap` (B,) in m: the room
+    left at `fraction`, inf where nothing is met; negative where the motion starts in a contact.
+    """
+
+    fraction: Array
+    kind: Ints
+    who: Ints
+    gap: Array
+    tolerance: float
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """Whether the whole motion meets nothing, (B,)."""
+        return np.asarray(self.kind == 0)
+
+    @property
+    def resolved(self) -> NDArray[np.bool_]:
+        """Whether the search ended, (B,); where not, the motion is free up to `fraction` and nothing is known beyond."""
+        return np.asarray(self.free | (self.gap <= self.tolerance))
+
+    def names(self, cables: Sequence[str]) -> list[str]:
+        """One phrase per motion, such as `c1 meets c5` or `c3 meets the platform`; empty where it is free."""
+        return [
+            "" if kind == 0 else f"{cables[k]} meets {'the platform' if kind == 2 else cables[l]}"
+            for kind, (k, l) in zip(self.kind, self.who, strict=True)
+        ]
+
+
+def first_contact(
+    a: ArrayLike,
+    b: ArrayLike,
+    start: ArrayLike,
+    translation: ArrayLike,
+    rotation: ArrayLike | None = None,
+    *,
+    diameter: ArrayLike = 0.0,
+    body: Body | None = None,
+    relief: float | None = None,
+    tolerance: float = 1e-6,
+) -> Contacts:
+    """The first contact of each motion; no body, no contact with the platform.
+
+    a, b (m, 3) m: anchors on the frame (base axes) and on the platform (its own axes); start (4, 4) or (B, 4, 4): T_base_platform;
+    translation (B, 3) m and rotation (B, 3) rad: v and w, in base axes, the whole motion; diameter of the cables in m, one or (m,).
+    `relief` in m: a cable may touch its own eyelet, and a cable that shares the eyelet, up to so far from it; ten diameters by
+    default, 10 mm for cables without one. Closer than `tolerance` in m is a contact.
+    Raises ModelError for shapes that do not fit, numbers that are none, two cables between the same two points, and a platform
+    anchor outside the body.
+    """
+    from robocal.cables.contact._kernels import first_contacts
+
+    a, b = _anchors(a, b)
+    radius = _radii(diameter, len(a))
+    c = float(relief) if relief is not None else float(20 * radius.max() or 0.01)
+    for name, value in (("relief", c), ("tolerance", tolerance)):
+        if not (np.isfinite(value) and value > 0):
+            raise ModelError(name, expected="a length in m above 0", found=value)
+    pose, v, w = _motions(start, translation, rotation)
+    normals, offsets = (np.zeros((0, 3)), np.zeros(0)) if body is None else (body.normals, body.offsets)
+    if body is not None:
+        _attached(body, b)
+    n = len(v)
+    fraction, gap = np.empty(n), np.empty(n)
+    kind, who = np.empty(n, np.int64), np.empty((n, 2), np.int64)
+    a, b, radius, normals, offsets, pose, v, w = door(a, b, radius, normals, offsets, pose, v, w)
+    first_contacts(
+        a, b, radius, door_int(_common(a, b)), normals, offsets, c, pose, v, w, float(tolerance), _LIMIT,
+        fraction, kind, who, gap,
+    )  # fmt: skip
+    return Contacts(fraction, kind, who, gap, float(tolerance))
+
+
+def _anchors(a: ArrayLike, b: ArrayLike) -> tuple[Array, Array]:
+    frame, platform = np.asarray(a, float), np.asarray(b, float)
+    for name, array in (("frame anchors", frame), ("platform anchors", platform)):
+        if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0 or not np.isfinite(array).all():
+            raise ModelError(name, expected="finite numbers of shape (cables, 3)", found=array.shape)
+    if len(frame) != len(platform):
+        raise ModelError(
+            "frame and platform anchors", expected="one of each per cable", found=(len(frame), len(platform))
+        )
+    return frame, platform
+
+
+def _radii(diameter: ArrayLike, m: int) -> Array:
+    d = np.asarray(diameter, float)
+    if d.shape not in ((), (m,)) or not (np.isfinite(d).all() and (d >= 0).all()):
+        raise ModelError("cable diameter", expected=f"one length in m or {m}, at least 0", found=diameter)
+    return np.broadcast_to(d / 2, (m,)).copy()
+
+
+def _motions(start: ArrayLike, translation: ArrayLike, rotation: ArrayLike | None) -> tuple[Array, Array, Array]:
+    v = np.atleast_2d(np.asarray(translation, float))
+    w = np.zeros_like(v) if rotation is None else np.atleast_2d(np.asarray(rotation, float))
+    pose = np.asarray(start, float)
+    if v.shape[1:] != (3,) or w.shape != v.shape:
+        raise ModelError(
+            "translation and rotation", expected="both of shape (motions, 3)", found=f"{v.shape} and {w.shape}"
+        )
+    if pose.shape not in ((4, 4), (len(v), 4, 4)):
+        raise ModelError("start pose", expected=f"shape (4, 4) or ({len(v)}, 4, 4)", found=pose.shape)
+    for name, array in (("start pose", pose), ("translation", v), ("rotation", w)):
+        if not np.isfinite(array).all():
+            raise ModelError(f"{name}: a number that is none", expected="finite numbers")
+    return np.broadcast_to(pose, (len(v), 4, 4)), v, w
+
+
+def _common(a: Array, b: Array) -> Ints:
+    """(m, m): 0 no common end, 1 at the frame, 2 at the platform."""
+    at_frame, at_platform = (np.linalg.norm(p[:, None] - p[None], axis=2) <= 1e-9 for p in (a, b))
+    same = np.argwhere(np.triu(at_frame & at_platform, 1))
+    if len(same):
+        k, l = same[0] + 1
+        raise ModelError(f"cables {k} and {l} run between the same two points", expected="anchors of their own")
+    return np.where(at_platform, 2, np.where(at_frame, 1, 0)).astype(np.int64)
+
+
+def _attached(body: Body, b: Array) -> None:
+    out = body.height(b)
+    worst = int(out.argmax())
+    if out[worst] > 1e-9:
+        raise ModelError(
+            f"platform anchor {worst + 1} lies {1e3 * out[worst]:.3g} mm outside the platform's body",
+            expected="anchors on or in the body (take them into `hull` as well)",
+            found=b[worst].round(6).tolist(),
+        )

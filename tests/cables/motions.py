@@ -1,0 +1,105 @@
+"""Robots and a dense sampling of motions, written without the package: what first contacts are held to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ruamel.yaml import YAML
+
+FOLDER = Path(__file__).parents[3] / "shared" / "data" / "cable-robots"
+ROBOTS = ("laval", "ipanema_1", "ipanema_2", "ipanema_3", "cogiro")
+
+
+def anchors(name):
+    """Frame and platform anchors, (m, 3) each, of a robot of the shared data."""
+    if not FOLDER.is_dir():
+        pytest.skip(f"needs {FOLDER}")
+    data = YAML(typ="safe").load((FOLDER / f"{name}.yaml").read_text(encoding="utf-8"))
+    return np.array(data["frame_anchors"], float), np.array(data["platform_anchors"], float)
+
+
+def pose(position, rotation=None):
+    out = np.eye(4)
+    out[:3, 3] = position
+    if rotation is not None:
+        out[:3, :3] = rotation
+    return out
+
+
+def turns(w, lam):
+    """exp(lam w), (n, 3, 3), by Rodrigues."""
+    angle = np.linalg.norm(w)
+    x, y, z = w / angle if angle else np.zeros(3)
+    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    t = (lam * angle)[:, None, None]
+    return np.eye(3) + np.sin(t) * k + (1 - np.cos(t)) * (k @ k)
+
+
+def random_motions(a, rng, n, turn=np.pi / 3):
+    """A start somewhere about the middle, a translation as large as the machine, a rotation."""
+    size = np.ptp(a, axis=0)
+    start = np.stack([pose(a.mean(0) + rng.uniform(-0.1, 0.1, 3) * size) for _ in range(n)])
+    for s in start:
+        s[:3, :3] = turns(rng.normal(0, 0.1, 3), np.ones(1))[0]
+    return start, rng.uniform(-0.5, 0.5, (n, 3)) * size, rng.uniform(-1, 1, (n, 3)) * turn
+
+
+def _to_segment(p, q, d):
+    """Squared distance from points to segments q + t d."""
+    t = np.clip(((p - q) * d).sum(-1) / np.maximum((d * d).sum(-1), 1e-300), 0, 1)
+    r = p - q - t[..., None] * d
+    return (r * r).sum(-1)
+
+
+def sampled(a, b, start, v, w, steps):
+    """The poses of a motion at lam = 0 .. 1: lam (n,), R (n, 3, 3), p (n, 3), platform anchors (n, m, 3)."""
+    lam = np.linspace(0, 1, steps + 1)
+    r = turns(w, lam) @ start[:3, :3]
+    p = start[:3, 3] + lam[:, None] * v
+    return lam, r, p, p[:, None] + np.einsum("nij,mj->nmi", r, b)
+
+
+def pair_distances(a, ends, pairs):
+    """Distances (n, pairs) between cables, and whether the lines' nearest points lie well inside both, and their side."""
+    k, l = pairs.T
+    d, e, r = ends[:, k] - a[k], ends[:, l] - a[l], a[k] - a[l]
+    n = np.cross(d, e)
+    nn = (n * n).sum(-1)
+    side = (n * r).sum(-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = -(np.cross(np.broadcast_to(r, d.shape), e) * n).sum(-1) / nn
+        t = -(np.cross(np.broadcast_to(r, d.shape), d) * n).sum(-1) / nn
+        inside = (s > 1e-3) & (s < 1 - 1e-3) & (t > 1e-3) & (t < 1 - 1e-3)
+        across = np.where((s >= 0) & (s <= 1) & (t >= 0) & (t <= 1), side**2 / nn, np.inf)
+    at_ends = [
+        _to_segment(a[k], a[l], e),
+        _to_segment(ends[:, k], a[l], e),
+        _to_segment(a[l], a[k], d),
+        _to_segment(ends[:, l], a[k], d),
+    ]
+    return np.sqrt(np.minimum(across, np.min(at_ends, axis=0))), inside, side
+
+
+def beyond(cut, far):
+    """The distance (n,) of two pieces, from `cut` to `far` (n, 2, 3), that do not cross: one of four ends is nearest."""
+    way = far - cut
+    found = [_to_segment(e[:, i], cut[:, 1 - i], way[:, 1 - i]) for i in range(2) for e in (cut, far)]
+    return np.sqrt(np.min(found, axis=0))
+
+
+def body_overlap(a, b, r, p, normals, offsets, relief, radius):
+    """Whether a cable beyond `relief` from its anchor, or its far end, meets the half-spaces moved out by its radius, (n, m), by clipping."""
+    away = np.einsum("nji,nmj->nmi", r, a - p[:, None]) - b
+    length = np.linalg.norm(away, axis=-1)
+    u = away / length[..., None]
+    low, high = np.minimum(relief, length), length.copy()
+    for normal, h in zip(normals, offsets + radius, strict=True):
+        slope, room = u @ normal, h - b @ normal
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = room / slope
+        high = np.where(slope > 0, np.minimum(high, at), high)
+        low = np.where(slope < 0, np.maximum(low, at), low)
+        high = np.where((slope == 0) & (room < 0), -np.inf, high)
+    return low <= high
