@@ -140,12 +140,22 @@ def test_accelerations_up_to_the_margin_can_be_held_and_no_more(machine, rng):
     assert at.tolist() == [True, False]
 
 
+def test_a_platform_anchor_on_its_frame_anchor_is_outside(machine):
+    """One such cell of a grid is no reason to refuse the others."""
+    where = np.array([[0, 0, 1.2], machine.a[0] - machine.b[0]])
+    for mass in (0.0, 30.0):
+        demand = Demand(np.array([mass]))
+        assert holds(machine, demand, where).tolist() == [True, False]
+        assert (margins(machine, demand, where) > 0).tolist() == [True, False]
+    assert accelerations(machine, demand, where)[1] == -np.inf
+
+
 def test_a_planar_robot_and_a_section(machine):
     """Three cables, no weight: with a small lower limit the workspace is nearly the triangle of the anchors."""
     a = np.array([[0.0, 0, 0], [2, 0, 0], [1, 2, 0]])
     flat = Suspension(a, np.zeros((3, 3)), np.tile([1e-6, 1e3], (3, 1)), degrees="2T")
     demand = Demand(np.array([0.0]))
-    sides = np.array([[-0.5, 2.5], [-0.5, 2.5], [0, 0]])
+    sides = np.array([[-0.47, 2.51], [-0.53, 2.52], [0, 0]])
     edge = outline(flat, demand, [1.0, 0.7, 0], sides, count=1200)
     assert edge.area == pytest.approx(2.0, rel=2e-3)
     assert grid(flat, demand, sides, (80, 80, 1)).volume == pytest.approx(2.0, rel=2e-2)

@@ -29,11 +29,12 @@ GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
 ROWS = MappingProxyType({"2T": (0, 1), "1R2T": (0, 1, 5), "3R3T": (0, 1, 2, 3, 4, 5)})
 
 
-def structure(pose: ArrayLike, a: ArrayLike, b: ArrayLike) -> Array:
+def structure(pose: ArrayLike, a: ArrayLike, b: ArrayLike, strict: bool = True) -> Array:
     """Structure matrices W (k, 6, m) of poses (k, 4, 4): columns (u_i, R b_i x u_i); forces [1], moments [m].
 
     a (m, 3) frame anchors in base coordinates, b (m, 3) platform anchors in platform coordinates, m. Raises ModelError
-    for anchors that do not pair up and for a cable without length. (3.34) of Viau's thesis with the sign put right.
+    for anchors that do not pair up and, if `strict`, for a cable without length; its column is NaN otherwise. (3.34) of
+    the seed with the sign put right.
     """
     poses, frame, platform = door(pose, a, b)
     if poses.ndim != 3 or poses.shape[1:] != (4, 4):
@@ -44,7 +45,7 @@ def structure(pose: ArrayLike, a: ArrayLike, b: ArrayLike) -> Array:
         )
     out = np.empty((len(poses), 6, len(frame)))
     structure_kernel(poses, frame, platform, out)
-    if not np.isfinite(out).all():
+    if strict and not np.isfinite(out).all():
         row, _, cable = np.argwhere(~np.isfinite(out))[0]
         raise ModelError(
             "the cable has no length: its frame anchor and its platform anchor coincide, or the pose is not finite",

@@ -60,8 +60,9 @@ def margins(machine: Suspension, demand: Demand, where: ArrayLike) -> Array:
     """
     pose = as_poses(where)
     least = np.full(len(pose), np.inf)
-    for w, loads, _ in _cases(machine, demand, pose):
+    for whole, w, loads, _ in _cases(machine, demand, pose):
         least = np.minimum(least, capacity_margin(w, loads, machine.limits, demand.length))
+        least[~whole] = -np.inf
     return least
 
 
@@ -72,7 +73,8 @@ def accelerations(machine: Suspension, demand: Demand, where: ArrayLike) -> Arra
     """
     pose = as_poses(where)
     least = np.full(len(pose), np.inf)
-    for w, loads, push in _cases(machine, demand, pose):
+    for whole, w, loads, push in _cases(machine, demand, pose):
+        least[~whole] = -np.inf
         for mass in np.unique(demand.masses):
             if mass > 0.0:
                 own = loads[:, _of_mass(demand, mass)]
@@ -89,7 +91,8 @@ def holds(machine: Suspension, demand: Demand, where: ArrayLike) -> Flags:
             inside[inside] = accelerations(machine, demand, pose[inside]) >= demand.acceleration
         return inside
     inside = np.ones(len(pose), bool)
-    for w, loads, _ in _cases(machine, demand, pose):
+    for whole, w, loads, _ in _cases(machine, demand, pose):
+        inside &= whole
         for v in range(loads.shape[1]):
             inside &= is_feasible(w, loads[:, v], machine.limits)
     return inside
@@ -107,18 +110,23 @@ def as_poses(where: ArrayLike) -> Array:
     return pose
 
 
-def _cases(machine: Suspension, demand: Demand, pose: Array) -> Iterator[tuple[Array, Array, Array]]:
-    """For each orientation: W (k, d, m), wrenches (k, v, d), masses slowest, and what one m/s^2 does to one kg, (k, d, 3)."""
+def _cases(machine: Suspension, demand: Demand, pose: Array) -> Iterator[tuple[Flags, Array, Array, Array]]:
+    """For each orientation: whether all cables have a length (k,); W (k, d, m); wrenches (k, v, d), masses slowest; and
+    what one m/s^2 does to one kg, (k, d, 3)."""
     masses, extra, rotations = _check(machine, demand)
     rows = list(ROWS[machine.degrees])
     for rotation in rotations:
         turned = pose.copy()
         turned[:, :3, :3] = pose[:, :3, :3] @ rotation
-        w = np.ascontiguousarray(planar(structure(turned, machine.a, machine.b), machine.degrees))
+        w = np.ascontiguousarray(planar(structure(turned, machine.a, machine.b, strict=False), machine.degrees))
+        whole = np.isfinite(w).all(
+            axis=(1, 2)
+        )  # with a platform anchor on its frame anchor nothing can be said to hold
+        w[~whole] = 0.0
         weight = [gravity_wrench(turned, float(m), machine.com, machine.gravity) for m in masses]
         loads = np.concatenate([(one[:, None] + extra)[..., rows] for one in weight], axis=1)
         push = [gravity_wrench(turned, 1.0, machine.com, axis) for axis in np.eye(3)]
-        yield w, loads, np.stack(push, axis=-1)[:, rows]
+        yield whole, w, loads, np.stack(push, axis=-1)[:, rows]
 
 
 def _of_mass(demand: Demand, mass: float) -> Flags:
