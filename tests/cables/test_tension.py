@@ -194,6 +194,24 @@ def test_a_point_held_by_cables_is_singular_and_still_right(rng):
     assert (margin[six.feasible] == 0).all() and (margin[~six.feasible] < 0).all()
 
 
+@pytest.mark.parametrize(("d", "m"), [(2, 4), (3, 5), (6, 7), (6, 8), (6, 10)])
+@pytest.mark.parametrize("size", [0.0, 1e-13, 1e-11, 1e-9, 1e-6])
+def test_parallel_cables_and_rows_that_nearly_depend_lose_nothing(d, m, size, rng):
+    """The wrench of given tensions can be balanced, however near to singular the pose is."""
+    w = rng.normal(size=(50, d, m))
+    w[:, :, :2] = w[:, :, -2:]
+    w[:, d - 1] = 0.5 * w[:, 0] + size * rng.normal(size=(50, m))
+    limits, t = np.tile([1.0, 20.0], (m, 1)), rng.uniform(1, 20, (50, m))
+    load = -np.einsum("kdm,km->kd", w, t)
+    for method in METHODS:
+        if method != "barycentre" or m - d <= 2:
+            out = distribute(w, load, limits, method)
+            assert out.feasible.all()
+            x = out.tension[out.found]
+            assert np.abs(np.einsum("kdm,km->kd", w[out.found], x) + load[out.found]).max(initial=0) < 1e-7
+    assert (capacity_margin(w, load, limits) > -1e-6).all()
+
+
 def test_limits_that_touch_leave_one_answer(rng):
     """Cables held at given tensions, the others free: a polygon of one point or one edge is not lost by rounding."""
     w = rng.normal(size=(100, 6, 8))

@@ -32,7 +32,12 @@ def machine(rng):
 def test_cells_agree_with_a_linear_program(name, shared_data, rng):
     machine, mass = published(shared_data, name)
     made = grid(machine, Demand(np.array([mass])), box(machine), (9, 9, 9), with_margins=True)
-    assert ((made.margin > 0) == made.inside).all() and 0.05 < made.inside.mean() < 0.95
+    plain = grid(machine, Demand(np.array([mass])), box(machine), (9, 9, 9))
+    assert (
+        (made.inside == plain.inside).all()
+        and ((made.margin > 0) == made.inside).all()
+        and 0.05 < made.inside.mean() < 0.95
+    )
     cells = np.argwhere(np.ones((9, 9, 9)))[rng.permutation(729)[:300]]
     pose = np.tile(np.eye(4), (300, 1, 1))
     pose[:, :3, 3] = np.stack([made.axes[i][cells[:, i]] for i in range(3)], axis=1)

@@ -165,9 +165,8 @@ def _nearest_to(reference: Callable[[Array], Array]) -> _Method:
 
 def _closed(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
     feasible, _ = METHODS["norm"](w, load, bounds, power, tension)
-    middle = bounds.mean(axis=1)
-    residual = load + w @ middle
-    tension[:] = middle - (np.linalg.pinv(w) @ residual[..., None])[..., 0]
+    code, far = np.empty(len(w), np.int64), np.full(len(bounds), 1e100)
+    nearest_kernel(w, load, -far, far, door(bounds.mean(axis=1)), tension, code)  # t_mid - W^+ (w + W t_mid)
     edge = 1e-12 * np.abs(bounds).max()
     inside = ((tension >= bounds[:, 0] - edge) & (tension <= bounds[:, 1] + edge)).all(axis=1)
     return feasible, inside & feasible

@@ -119,9 +119,8 @@ def _cases(machine: Suspension, demand: Demand, pose: Array) -> Iterator[tuple[F
         turned = pose.copy()
         turned[:, :3, :3] = pose[:, :3, :3] @ rotation
         w = np.ascontiguousarray(planar(structure(turned, machine.a, machine.b, strict=False), machine.degrees))
-        whole = np.isfinite(w).all(
-            axis=(1, 2)
-        )  # with a platform anchor on its frame anchor nothing can be said to hold
+        # With a platform anchor on its frame anchor nothing can be said to hold.
+        whole: Flags = np.isfinite(w.reshape(len(w), -1).sum(axis=1))
         w[~whole] = 0.0
         weight = [gravity_wrench(turned, float(m), machine.com, machine.gravity) for m in masses]
         loads = np.concatenate([(one[:, None] + extra)[..., rows] for one in weight], axis=1)
@@ -172,8 +171,13 @@ def grid(
     cell = (sides[:, 1] - sides[:, 0]) / np.array(counts)
     axes = tuple(sides[i, 0] + cell[i] * (np.arange(n) + 0.5) for i, n in enumerate(counts))
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    margin = margins(machine, demand, points).reshape(counts) if with_margins else None
-    return Grid((axes[0], axes[1], axes[2]), cell, holds(machine, demand, points).reshape(counts), margin)
+    margin = margins(machine, demand, points) if with_margins else None
+    if margin is None or demand.acceleration > 0.0:
+        inside = holds(machine, demand, points)
+    else:
+        inside = margin >= max(demand.reserve, 0.0)
+    shaped = None if margin is None else margin.reshape(counts)
+    return Grid((axes[0], axes[1], axes[2]), cell, inside.reshape(counts), shaped)
 
 
 def as_box(box: ArrayLike) -> Array:

@@ -85,8 +85,8 @@ def reflect(h, tau, rank, x):
 
 
 @kernel
-def solve(h, diagonal, tau, order, rank, w, t):
-    """Whether W t = -w has a solution; t (m,) <- the shortest one."""
+def solve(h, diagonal, tau, order, rank, w, allowed, t):
+    """Whether W t = -w has a solution, up to `allowed` [N, N m] in rows that depend on others; t (m,) <- the shortest one."""
     d = h.shape[0]
     size = 0.0
     for j in range(t.shape[0]):
@@ -98,7 +98,7 @@ def solve(h, diagonal, tau, order, rank, w, t):
             s -= h[k, j] * t[j]
         if k < rank:
             t[k] = s / diagonal[k]
-        elif abs(s) > 1e-9 * size + 1e-12:
+        elif abs(s) > 1e-9 * size + allowed:
             return False
     reflect(h, tau, rank, t)
     return True

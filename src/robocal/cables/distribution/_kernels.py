@@ -27,7 +27,7 @@ def nearest_kernel(w, load, lo, hi, reference, tension, code):
             for j in range(m):
                 h[i, j] = w[k, i, j]
         rank = factor(h, diagonal, tau, order)
-        if not solve(h, diagonal, tau, order, rank, load[k], base):
+        if not solve(h, diagonal, tau, order, rank, load[k], 100.0 * edge, base):
             code[k] = INFEASIBLE
             continue
         null_rows(h, tau, rank, n)
@@ -117,7 +117,7 @@ def centre_kernel(w, load, lo, hi, tension, code, redundancy):
         rank = factor(h, diagonal, tau, order)
         r = m - rank
         redundancy[k] = r
-        if not solve(h, diagonal, tau, order, rank, load[k], base):
+        if not solve(h, diagonal, tau, order, rank, load[k], 100.0 * edge, base):
             code[k] = INFEASIBLE
             continue
         null_rows(h, tau, rank, n)
@@ -225,7 +225,7 @@ def power_kernel(w, load, lo, hi, reference, power, tension, code):
                 h[i, j] = w[k, i, j]
         rank = factor(h, diagonal, tau, order)
         r = m - rank
-        if not solve(h, diagonal, tau, order, rank, load[k], base):
+        if not solve(h, diagonal, tau, order, rank, load[k], 100.0 * edge, base):
             code[k] = INFEASIBLE
             continue
         null_rows(h, tau, rank, n)

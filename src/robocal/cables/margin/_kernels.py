@@ -108,7 +108,7 @@ def margin_kernel(w, load, shape, lo, hi, margin, code):
             continue
         code[k] = 0
         for v in range(loads):
-            solve(h, diagonal, tau, order, d, load[k, v], t[v])
+            solve(h, diagonal, tau, order, d, load[k, v], 0.0, t[v])
         null_rows(h, tau, d, n)
         _normals(h, diagonal, tau, d, unit, inverse)
         stretch = shape[k if many > 1 else 0]
