@@ -1,0 +1,1 @@
+"""Compiled equilibrium of a platform on its cables."""

@@ -1,0 +1,115 @@
+"""Compiled equilibrium W t + w = 0 of one pose: structure matrix, triangular factor, shortest solution, null space."""
+
+from __future__ import annotations
+
+import math
+
+from robocal._jit import kernel
+
+_SHORTEST = 1e-9  # m
+_RANK = 1e-10  # a pivot this small beside the first one is none
+
+
+@kernel
+def structure_kernel(pose, a, b, out):
+    """out (k, 6, m) <- columns (u_i, R b_i x u_i), u_i from platform anchor to frame anchor."""
+    for k in range(pose.shape[0]):
+        x = pose[k]
+        for i in range(a.shape[0]):
+            lx = x[0, 0] * b[i, 0] + x[0, 1] * b[i, 1] + x[0, 2] * b[i, 2]
+            ly = x[1, 0] * b[i, 0] + x[1, 1] * b[i, 1] + x[1, 2] * b[i, 2]
+            lz = x[2, 0] * b[i, 0] + x[2, 1] * b[i, 1] + x[2, 2] * b[i, 2]
+            ux, uy, uz = a[i, 0] - x[0, 3] - lx, a[i, 1] - x[1, 3] - ly, a[i, 2] - x[2, 3] - lz
+            length = math.sqrt(ux * ux + uy * uy + uz * uz)
+            inverse = 1.0 / length if length > _SHORTEST else math.nan  # a direction made of rounding is none
+            ux, uy, uz = ux * inverse, uy * inverse, uz * inverse
+            out[k, 0, i], out[k, 1, i], out[k, 2, i] = ux, uy, uz
+            out[k, 3, i] = ly * uz - lz * uy
+            out[k, 4, i] = lz * ux - lx * uz
+            out[k, 5, i] = lx * uy - ly * ux
+
+
+@kernel
+def factor(h, diagonal, tau, order):
+    """Rank of W = P L Q^T by Householder reflections with pivoted rows; h (d, m) holds W and then L and the reflectors."""
+    d, m = h.shape
+    top = 0.0
+    for i in range(d):
+        order[i] = i
+    for k in range(min(d, m)):
+        best, pick = -1.0, k
+        for i in range(k, d):
+            s = 0.0
+            for j in range(k, m):
+                s += h[i, j] * h[i, j]
+            if s > best:
+                best, pick = s, i
+        if k == 0:
+            top = best
+        if not best > _RANK * _RANK * top:
+            return k
+        if pick != k:
+            order[k], order[pick] = order[pick], order[k]
+            for j in range(m):
+                h[k, j], h[pick, j] = h[pick, j], h[k, j]
+        first = h[k, k]
+        alpha = -math.copysign(math.sqrt(best), first)
+        diagonal[k] = alpha
+        tau[k] = (alpha - first) / alpha
+        inverse = 1.0 / (first - alpha)
+        for j in range(k + 1, m):
+            h[k, j] *= inverse
+        for i in range(k + 1, d):
+            s = h[i, k]
+            for j in range(k + 1, m):
+                s += h[k, j] * h[i, j]
+            s *= tau[k]
+            h[i, k] -= s
+            for j in range(k + 1, m):
+                h[i, j] -= s * h[k, j]
+    return min(d, m)
+
+
+@kernel
+def reflect(h, tau, rank, x):
+    """x (m,) <- Q x."""
+    m = h.shape[1]
+    for k in range(rank - 1, -1, -1):
+        s = x[k]
+        for j in range(k + 1, m):
+            s += h[k, j] * x[j]
+        s *= tau[k]
+        x[k] -= s
+        for j in range(k + 1, m):
+            x[j] -= s * h[k, j]
+
+
+@kernel
+def solve(h, diagonal, tau, order, rank, w, allowed, t):
+    """Whether W t = -w has a solution, up to `allowed` [N, N m] in rows that depend on others; t (m,) <- the shortest one."""
+    d = h.shape[0]
+    size = 0.0
+    for j in range(t.shape[0]):
+        t[j] = 0.0
+    for k in range(d):
+        s = -w[order[k]]
+        size = max(size, abs(s))
+        for j in range(min(k, rank)):
+            s -= h[k, j] * t[j]
+        if k < rank:
+            t[k] = s / diagonal[k]
+        elif abs(s) > 1e-9 * size + allowed:
+            return False
+    reflect(h, tau, rank, t)
+    return True
+
+
+@kernel
+def null_rows(h, tau, rank, n):
+    """Rows 0 ... m - rank - 1 of n <- an orthonormal basis of the null space of W."""
+    m = h.shape[1]
+    for c in range(m - rank):
+        for j in range(m):
+            n[c, j] = 0.0
+        n[c, rank + c] = 1.0
+        reflect(h, tau, rank, n[c])

@@ -1,0 +1,147 @@
+"""The exact boundary of a workspace along rays, (3.35) of the seed; joined to surfaces and sections."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import ConvexHull
+
+from robocal.errors import ModelError
+from robocal.geometry import so3
+
+from .workspace import Demand, Suspension, as_box, as_poses, holds
+
+__all__ = ["Outline", "Surface", "first_exit", "outline", "rays", "surface"]
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+def first_exit(
+    inside: Callable[[NDArray[np.int64], Array], Flags], count: int, steps: int = 64, tolerance: float = 1e-12
+) -> Array:
+    """First exit lambda (count,) in [0, 1] along rays that start inside, (3.35) of the seed; 1 where a ray never leaves.
+
+    `inside(ray, lam)` says for ray numbers (n,) and lambda (n,) whether the point is inside; NaN for a ray whose start is
+    not. A ray is looked at in `steps` equal steps; the first that leaves is halved until it is shorter than `tolerance`. An exit
+    and return within one step is not seen.
+    """
+    every = np.arange(count)
+    low, high = np.zeros(count), np.ones(count)
+    started = inside(every, low)
+    going = every[started]
+    for step in range(1, steps + 1):
+        lam = np.full(len(going), step / steps)
+        ok = inside(going, lam)
+        low[going[ok]] = lam[ok]
+        high[going[~ok]] = lam[~ok]
+        going = going[ok]
+        if not len(going):
+            break
+    open_ = started & (low < 1.0)
+    for _ in range(int(np.ceil(np.log2(1.0 / (steps * tolerance))))):
+        rows = np.flatnonzero(open_)
+        middle = 0.5 * (low[rows] + high[rows])
+        ok = inside(rows, middle)
+        low[rows[ok]], high[rows[~ok]] = middle[ok], middle[~ok]
+    low[~started] = np.nan
+    return low
+
+
+def rays(machine: Suspension, demand: Demand, start: ArrayLike, ends: ArrayLike, steps: int = 64) -> Array:
+    """lambda (n,) up to which the way from `start` to each of `ends` can be held; see `first_exit`.
+
+    Positions (3,) and (n, 3) m; or poses (4, 4) and (n, 4, 4), between which the origin moves straight and the platform
+    turns steadily about one axis, (3.27) and (3.28) of the seed. Raises ModelError when the start cannot be held.
+    """
+    origin, targets = as_poses(np.asarray(start, dtype=float)[None])[0], as_poses(ends)
+    if not holds(machine, demand, origin[None])[0]:
+        raise ModelError("rays must start inside the workspace: the start cannot be held", found=origin[:3, 3].tolist())
+    turn = so3.log(targets[:, :3, :3] @ origin[:3, :3].T)
+
+    def inside(ray: NDArray[np.int64], lam: Array) -> Flags:
+        pose = targets[ray]
+        pose[:, :3, 3] = origin[:3, 3] + lam[:, None] * (pose[:, :3, 3] - origin[:3, 3])
+        pose[:, :3, :3] = so3.exp(lam[:, None] * turn[ray]) @ origin[:3, :3]
+        return holds(machine, demand, pose)
+
+    return first_exit(inside, len(targets), steps)
+
+
+def _ends(origin: Array, way: Array, box: ArrayLike) -> Array:
+    """Where rays from `origin` in directions (n, 3) leave the box."""
+    sides = as_box(box)
+    if ((origin < sides[:, 0]) | (origin > sides[:, 1])).any():
+        raise ModelError("the start lies outside the box", found=origin.tolist(), expected=sides.tolist())
+    room = np.where(way > 0.0, sides[:, 1] - origin, origin - sides[:, 0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = np.where(way == 0.0, np.inf, room / np.abs(way)).min(axis=1)
+    ends: Array = origin + reach[:, None] * way
+    return ends
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Boundary of the part of the workspace that is seen from `start`: vertices (n, 3) m, faces (f, 3), outwards."""
+
+    start: Array
+    vertices: Array
+    faces: NDArray[np.int64]
+
+    @property
+    def volume(self) -> float:
+        """Enclosed, m^3."""
+        x = self.vertices[self.faces] - self.start
+        return float(np.einsum("fi,fi->", x[:, 0], np.cross(x[:, 1], x[:, 2])) / 6.0)
+
+
+def surface(
+    machine: Suspension, demand: Demand, start: ArrayLike, box: ArrayLike, count: int = 4000, steps: int = 64
+) -> Surface:
+    """The boundary within a box (3, 2) m by `count` rays spread evenly (a Fibonacci lattice), joined into triangles."""
+    origin = np.asarray(start, dtype=float)
+    i = np.arange(count) + 0.5
+    z, turn = 1.0 - 2.0 * i / count, i * np.pi * (3.0 - np.sqrt(5.0))
+    flat = np.sqrt(1.0 - z * z)
+    way = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
+    faces = ConvexHull(way).simplices.astype(np.int64)
+    x = way[faces]
+    inwards = np.einsum("fi,fi->f", x[:, 0], np.cross(x[:, 1], x[:, 2])) < 0.0
+    faces[inwards] = faces[inwards][:, ::-1]
+    ends = _ends(origin, way, box)
+    lam = rays(machine, demand, origin, ends, steps)
+    return Surface(origin, origin + lam[:, None] * (ends - origin), faces)
+
+
+@dataclass(frozen=True)
+class Outline:
+    """Boundary of a plane section as seen from `start`: points (n, 3) m in order."""
+
+    start: Array
+    points: Array
+
+    @property
+    def area(self) -> float:
+        """Enclosed, m^2."""
+        x = self.points - self.start
+        return float(0.5 * np.linalg.norm(np.cross(x, np.roll(x, -1, axis=0)).sum(axis=0)))
+
+
+def outline(
+    machine: Suspension,
+    demand: Demand,
+    start: ArrayLike,
+    box: ArrayLike,
+    axes: tuple[int, int] = (0, 1),
+    count: int = 720,
+) -> Outline:
+    """The section through `start` in the plane of two axes (0 x, 1 y, 2 z), within a box (3, 2) m; all of it for a planar robot."""
+    origin = np.asarray(start, dtype=float)
+    turn = 2.0 * np.pi * np.arange(count) / count
+    way = np.zeros((count, 3))
+    way[:, axes[0]], way[:, axes[1]] = np.cos(turn), np.sin(turn)
+    ends = _ends(origin, way, box)
+    return Outline(origin, origin + rays(machine, demand, origin, ends)[:, None] * (ends - origin))

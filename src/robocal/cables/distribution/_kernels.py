@@ -1,0 +1,262 @@
+"""Compiled choices among the tensions within limits that balance a wrench, pose by pose."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from robocal._jit import kernel
+from robocal.cables.balance._kernels import factor, null_rows, solve
+from robocal.cables.polytope._kernels import FOUND, INFEASIBLE, STUCK, edge_of, nearest
+
+
+@kernel
+def nearest_kernel(w, load, lo, hi, reference, tension, code):
+    """tension (k, m) <- those within the limits that are nearest to `reference` (m,); code (k,) <- FOUND or not."""
+    count, d, m = w.shape
+    h, n = np.empty((d, m)), np.empty((m, m))
+    diagonal, tau, order = np.empty(d), np.empty(d), np.empty(d, np.int64)
+    base, line, along = np.empty(m), np.empty(m), np.empty(m)
+    edge = edge_of(lo, hi)
+    shifted = False
+    for i in range(m):
+        shifted = shifted or reference[i] != 0.0
+    for k in range(count):
+        for i in range(d):
+            for j in range(m):
+                h[i, j] = w[k, i, j]
+        rank = factor(h, diagonal, tau, order)
+        if not solve(h, diagonal, tau, order, rank, load[k], 100.0 * edge, base):
+            code[k] = INFEASIBLE
+            continue
+        null_rows(h, tau, rank, n)
+        if shifted:
+            for c in range(m - rank):
+                s = 0.0
+                for i in range(m):
+                    s += n[c, i] * reference[i]
+                for i in range(m):
+                    base[i] += s * n[c, i]
+        code[k] = nearest(base, n, m - rank, lo, hi, edge, line, along, tension[k])
+
+
+@kernel
+def _clip(px, py, count, nx, ny, bound, qx, qy):
+    """Corners of the convex polygon p (first `count`) that lies in nx x + ny y >= bound, into q; returns their number."""
+    made = 0
+    for i in range(count):
+        j = i + 1 if i + 1 < count else 0
+        here, there = nx * px[i] + ny * py[i] - bound, nx * px[j] + ny * py[j] - bound
+        if here >= 0.0:
+            qx[made], qy[made] = px[i], py[i]
+            made += 1
+        if (here > 0.0 and there < 0.0) or (here < 0.0 and there > 0.0):
+            s = here / (here - there)
+            qx[made], qy[made] = px[i] + s * (px[j] - px[i]), py[i] + s * (py[j] - py[i])
+            made += 1
+    return made
+
+
+@kernel
+def _polygon(base, n, lo, hi, px, py, qx, qy):
+    """Corners of {(x, y): lo <= base + n^T (x, y) <= hi} in order, into p: a parallelogram cut by one half-plane after another."""
+    m = base.shape[0]
+    best, a, b = 0.0, 0, 1
+    for i in range(m):
+        for j in range(i + 1, m):
+            det = abs(n[0, i] * n[1, j] - n[0, j] * n[1, i])
+            if det > best:
+                best, a, b = det, i, j
+    det = n[0, a] * n[1, b] - n[0, b] * n[1, a]
+    for corner in range(4):
+        u = (hi[a] if corner == 1 or corner == 2 else lo[a]) - base[a]
+        v = (hi[b] if corner >= 2 else lo[b]) - base[b]
+        px[corner], py[corner] = (u * n[1, b] - v * n[1, a]) / det, (v * n[0, a] - u * n[0, b]) / det
+    count = 4
+    for i in range(m):
+        if i != a and i != b:
+            count = _clip(px, py, count, n[0, i], n[1, i], lo[i] - base[i], qx, qy)
+            count = _clip(qx, qy, count, -n[0, i], -n[1, i], base[i] - hi[i], px, py)
+    return count
+
+
+@kernel
+def _centroid(px, py, count):
+    """Centre of area of a convex polygon; the middle of its corners' box where it has no area."""
+    area, x, y, reach = 0.0, 0.0, 0.0, 0.0
+    for i in range(1, count - 1):
+        ax, ay = px[i] - px[0], py[i] - py[0]
+        bx, by = px[i + 1] - px[0], py[i + 1] - py[0]
+        cross = ax * by - ay * bx
+        area += cross
+        x += cross * (ax + bx)
+        y += cross * (ay + by)
+        reach = max(reach, ax * ax + ay * ay, bx * bx + by * by)
+    if abs(area) > 1e-14 * reach:
+        return px[0] + x / (3.0 * area), py[0] + y / (3.0 * area)
+    return 0.5 * (px[:count].min() + px[:count].max()), 0.5 * (py[:count].min() + py[:count].max())
+
+
+@kernel
+def centre_kernel(w, load, lo, hi, tension, code, redundancy):
+    """tension (k, m) <- centre of area of the polygon of tensions (middle of the interval, the only point) within the limits.
+
+    code FOUND or INFEASIBLE; redundancy (k,) <- m - rank; a pose with more than two redundant cables gets FOUND and no centre.
+    """
+    count, d, m = w.shape
+    h, n = np.empty((d, m)), np.empty((m, m))
+    diagonal, tau, order = np.empty(d), np.empty(d), np.empty(d, np.int64)
+    base, line, along, t = np.empty(m), np.empty(m), np.empty(m), np.empty(m)
+    px, py, qx, qy = np.empty(2 * m + 8), np.empty(2 * m + 8), np.empty(2 * m + 8), np.empty(2 * m + 8)
+    edge = edge_of(lo, hi)
+    for k in range(count):
+        for i in range(d):
+            for j in range(m):
+                h[i, j] = w[k, i, j]
+        rank = factor(h, diagonal, tau, order)
+        r = m - rank
+        redundancy[k] = r
+        if not solve(h, diagonal, tau, order, rank, load[k], 100.0 * edge, base):
+            code[k] = INFEASIBLE
+            continue
+        null_rows(h, tau, rank, n)
+        # Whether there is a polygon at all is asked once, of the routine that every method asks.
+        code[k] = nearest(base, n, r, lo, hi, edge, line, along, t)
+        if code[k] != FOUND:
+            continue
+        x, y = 0.0, 0.0
+        if r == 1:
+            low, high = -np.inf, np.inf
+            for i in range(m):
+                if abs(n[0, i]) > 1e-13:
+                    s0, s1 = (lo[i] - base[i]) / n[0, i], (hi[i] - base[i]) / n[0, i]
+                    low, high = max(low, min(s0, s1)), min(high, max(s0, s1))
+            x = 0.5 * (low + high)
+        elif r == 2:
+            corners = _polygon(base, n, lo, hi, px, py, qx, qy)
+            if corners > 0:
+                x, y = _centroid(px, py, corners)
+            else:  # a polygon of one point, lost by rounding
+                for i in range(m):
+                    x += n[0, i] * (t[i] - base[i])
+                    y += n[1, i] * (t[i] - base[i])
+        for i in range(m):
+            v = base[i]
+            if r >= 1:
+                v += n[0, i] * x
+            if r == 2:
+                v += n[1, i] * y
+            tension[k, i] = min(max(v, lo[i]), hi[i])
+
+
+@kernel
+def _cholesky(a, r):
+    for i in range(r):
+        for j in range(i + 1):
+            s = a[i, j]
+            for c in range(j):
+                s -= a[i, c] * a[j, c]
+            a[i, j] = math.sqrt(s) if i == j else s / a[j, j]
+
+
+@kernel
+def _newton_target(t, n, r, reference, scale, power, hess, grad, g, base):
+    """Newton's step for sum |(t - reference) / scale|^power in the null space, as a nearest-point problem: base and rows g.
+
+    With H = L L^T the step minimises |y| over base + g^T y, where g = L^-1 N and base = t - g^T L^-1 N f'(t).
+    """
+    m = t.shape[0]
+    trace = 0.0
+    for c in range(r):
+        grad[c] = 0.0
+        for e in range(c + 1):
+            hess[c, e] = 0.0
+    for i in range(m):
+        x = (t[i] - reference) / scale
+        slope = power * math.copysign(abs(x) ** (power - 1.0), x) / scale
+        bend = power * (power - 1.0) * abs(x) ** (power - 2.0) / (scale * scale)
+        for c in range(r):
+            grad[c] += n[c, i] * slope
+            for e in range(c + 1):
+                hess[c, e] += n[c, i] * n[e, i] * bend
+    for c in range(r):
+        trace += hess[c, c]
+    for c in range(r):
+        hess[c, c] += 1e-12 * trace + 1e-300
+    _cholesky(hess, r)
+    for c in range(r):
+        for e in range(c):
+            grad[c] -= hess[c, e] * grad[e]
+        grad[c] /= hess[c, c]
+        for i in range(m):
+            s = n[c, i]
+            for e in range(c):
+                s -= hess[c, e] * g[e, i]
+            g[c, i] = s / hess[c, c]
+    for i in range(m):
+        base[i] = t[i]
+        for c in range(r):
+            base[i] -= g[c, i] * grad[c]
+
+
+@kernel
+def _power_sum(t, reference, scale, power):
+    s = 0.0
+    for i in range(t.shape[0]):
+        s += abs((t[i] - reference) / scale) ** power
+    return s
+
+
+@kernel
+def power_kernel(w, load, lo, hi, reference, power, tension, code):
+    """tension (k, m) <- those within the limits with the least sum |t - reference|^power: Newton's steps, each exact
+    within the limits."""
+    count, d, m = w.shape
+    h, n, g = np.empty((d, m)), np.empty((m, m)), np.empty((m, m))
+    diagonal, tau, order = np.empty(d), np.empty(d), np.empty(d, np.int64)
+    base, line, along, t = np.empty(m), np.empty(m), np.empty(m), np.empty(m)
+    hess, grad, trial = np.empty((m, m)), np.empty(m), np.empty(m)
+    edge = edge_of(lo, hi)
+    scale = edge * 1e12
+    for k in range(count):
+        for i in range(d):
+            for j in range(m):
+                h[i, j] = w[k, i, j]
+        rank = factor(h, diagonal, tau, order)
+        r = m - rank
+        if not solve(h, diagonal, tau, order, rank, load[k], 100.0 * edge, base):
+            code[k] = INFEASIBLE
+            continue
+        null_rows(h, tau, rank, n)
+        code[k] = nearest(base, n, r, lo, hi, edge, line, along, t)
+        if code[k] != FOUND:
+            continue
+        code[k] = STUCK
+        value = _power_sum(t, reference, scale, power)
+        for _ in range(200):
+            _newton_target(t, n, r, reference, scale, power, hess, grad, g, base)
+            if nearest(base, g, r, lo, hi, edge, line, along, trial) != FOUND:
+                break
+            change, factor_ = 0.0, 1.0
+            for i in range(m):
+                trial[i] -= t[i]
+                change = max(change, abs(trial[i]))
+            if change <= 1e-11 * scale:
+                code[k] = FOUND
+                break
+            while factor_ > 1e-9:
+                for i in range(m):
+                    line[i] = t[i] + factor_ * trial[i]
+                new = _power_sum(line, reference, scale, power)
+                if new < value:
+                    break
+                factor_ *= 0.5
+            if factor_ <= 1e-9:  # no better point in this direction: the value is flat to rounding
+                code[k] = FOUND
+                break
+            value = new
+            for i in range(m):
+                t[i] = line[i]
+        for i in range(m):
+            tension[k, i] = t[i]

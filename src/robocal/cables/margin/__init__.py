@@ -1,0 +1,1 @@
+"""Compiled distances between a wrench and the polytope of wrenches that cables can balance."""

@@ -1,0 +1,255 @@
+"""Compiled distance between wrenches and the polytope of wrenches that cables within their limits can balance.
+
+That polytope (a zonotope) is bounded by hyperplanes through d - 1 cable directions. The row of tensions n^T W of such a
+hyperplane is zero for those cables, so it is a vector s on the other r + 1 with N s = 0, and n = (W^T)^+ s.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from robocal._jit import kernel
+from robocal.cables.balance._kernels import factor, null_rows, reflect, solve
+
+
+@kernel
+def _dependency(n, r, chosen, work, column, s):
+    """s (r + 1,) <- unit vector with sum_j N[:, chosen_j] s_j = 0; False when there is more than one."""
+    if r == 2:
+        a, b, c = chosen[0], chosen[1], chosen[2]
+        s[0] = n[0, b] * n[1, c] - n[0, c] * n[1, b]
+        s[1] = n[0, c] * n[1, a] - n[0, a] * n[1, c]
+        s[2] = n[0, a] * n[1, b] - n[0, b] * n[1, a]
+        size = math.sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2])
+        if size < 1e-12:
+            return False
+        for j in range(3):
+            s[j] /= size
+        return True
+    for i in range(r):
+        for j in range(r + 1):
+            work[i, j] = n[i, chosen[j]]
+    for j in range(r + 1):
+        column[j] = j
+    for k in range(r):  # elimination with full pivoting; the column that is left is the free one
+        best, pi, pj = 0.0, k, k
+        for i in range(k, r):
+            for j in range(k, r + 1):
+                if abs(work[i, column[j]]) > best:
+                    best, pi, pj = abs(work[i, column[j]]), i, j
+        if best < 1e-12:
+            return False
+        column[k], column[pj] = column[pj], column[k]
+        for j in range(r + 1):
+            work[k, j], work[pi, j] = work[pi, j], work[k, j]
+        for i in range(k + 1, r):
+            f = work[i, column[k]] / work[k, column[k]]
+            for j in range(k, r + 1):
+                work[i, column[j]] -= f * work[k, column[j]]
+    s[column[r]] = 1.0
+    size = 1.0
+    for k in range(r - 1, -1, -1):
+        v = 0.0
+        for j in range(k + 1, r + 1):
+            v -= work[k, column[j]] * s[column[j]]
+        s[column[k]] = v / work[k, column[k]]
+        size += s[column[k]] * s[column[k]]
+    for j in range(r + 1):
+        s[j] /= math.sqrt(size)
+    return True
+
+
+@kernel
+def _normals(h, diagonal, tau, rank, unit, out):
+    """out (d, m), rows in the order of the pivots, <- (W^T)^+ = L^-T Q^T: a hyperplane's normal is n = out s."""
+    d, m = h.shape
+    for k in range(d):
+        for j in range(m):
+            unit[j] = 0.0
+        unit[k] = 1.0
+        reflect(h, tau, rank, unit)
+        for j in range(m):
+            out[k, j] = unit[j]
+    for k in range(d - 1, -1, -1):  # L^T x = Q^T s, from below
+        for j in range(m):
+            v = out[k, j]
+            for i in range(k + 1, d):
+                v -= h[i, k] * out[i, j]
+            out[k, j] = v / diagonal[k]
+
+
+@kernel
+def margin_kernel(w, load, shape, lo, hi, margin, code):
+    """margin (k,) <- greatest x with load + shape e balanced for all |e| <= x, over load (k, v, d); negative: not balanced.
+
+    shape (k or 1, d, q). code 1: W has not full rank.
+    """
+    count, d, m = w.shape
+    many, width = shape.shape[0], shape.shape[2]
+    h, n, inverse, seen = np.empty((d, m)), np.empty((m, m)), np.empty((d, m)), np.empty((width, m))
+    diagonal, tau, order = np.empty(d), np.empty(d), np.empty(d, np.int64)
+    r = m - d
+    loads = load.shape[1]
+    t, unit = np.empty((loads, m)), np.empty(m)
+    chosen, column, s, work = (
+        np.empty(r + 1, np.int64),
+        np.empty(r + 1, np.int64),
+        np.empty(r + 1),
+        np.empty((r + 1, r + 1)),
+    )
+    for k in range(count):
+        for i in range(d):
+            for j in range(m):
+                h[i, j] = w[k, i, j]
+        if factor(h, diagonal, tau, order) < d:
+            code[k] = 1
+            continue
+        code[k] = 0
+        for v in range(loads):
+            solve(h, diagonal, tau, order, d, load[k, v], 0.0, t[v])
+        null_rows(h, tau, d, n)
+        _normals(h, diagonal, tau, d, unit, inverse)
+        stretch = shape[k if many > 1 else 0]
+        for c in range(width):  # seen s = shape^T n
+            for j in range(m):
+                seen[c, j] = 0.0
+            for i in range(d):
+                x = stretch[order[i], c]
+                if x != 0.0:
+                    for j in range(m):
+                        seen[c, j] += x * inverse[i, j]
+        peak = np.abs(seen).max()
+        least = np.inf
+        for j in range(r + 1):
+            chosen[j] = j
+        while True:
+            if _dependency(n, r, chosen, work, column, s):
+                top, bottom = 0.0, 0.0
+                for j in range(r + 1):
+                    a, b = s[j] * lo[chosen[j]], s[j] * hi[chosen[j]]
+                    top += max(a, b)
+                    bottom += min(a, b)
+                size = 0.0
+                for c in range(width):
+                    x = 0.0
+                    for j in range(r + 1):
+                        x += seen[c, chosen[j]] * s[j]
+                    size += x * x
+                size = math.sqrt(size)
+                for v in range(loads):
+                    x = 0.0
+                    for j in range(r + 1):
+                        x += s[j] * t[v, chosen[j]]
+                    room = min(top - x, x - bottom)
+                    if size > 1e-13 * peak:
+                        least = min(least, room / size)
+                    elif room < -1e-9 * (top - bottom):  # no disturbance leads to this hyperplane, nor back over it
+                        least = -np.inf
+            j = r
+            while j >= 0 and chosen[j] == m - r - 1 + j:
+                j -= 1
+            if j < 0:
+                break
+            chosen[j] += 1
+            for i in range(j + 1, r + 1):
+                chosen[i] = chosen[i - 1] + 1
+        margin[k] = least
+
+
+@kernel
+def _free_step(a, b, free, count, q, tri, y):
+    """y (count,) <- least-squares solution of the free columns of a for b, by Gram-Schmidt done twice."""
+    d = a.shape[0]
+    for c in range(count):
+        for i in range(d):
+            q[c, i] = a[i, free[c]]
+        for j in range(c):
+            tri[j, c] = 0.0
+        for _ in range(2):
+            for j in range(c):
+                s = 0.0
+                for i in range(d):
+                    s += q[j, i] * q[c, i]
+                tri[j, c] += s
+                for i in range(d):
+                    q[c, i] -= s * q[j, i]
+        s = 0.0
+        for i in range(d):
+            s += q[c, i] * q[c, i]
+        tri[c, c] = math.sqrt(s)
+        for i in range(d):
+            q[c, i] /= tri[c, c]
+    for c in range(count):
+        y[c] = 0.0
+        for i in range(d):
+            y[c] += q[c, i] * b[i]
+    for c in range(count - 1, -1, -1):
+        for j in range(c + 1, count):
+            y[c] -= tri[c, j] * y[j]
+        y[c] /= tri[c, c]
+
+
+@kernel
+def missing_kernel(w, load, weight, lo, hi, missing, code):
+    """missing (k, d) <- -(W t + w) of the t within limits that makes it shortest (Lawson and Hanson's active set, both limits)."""
+    count, d, m = w.shape
+    a, b, rest = np.empty((d, m)), np.empty(d), np.empty(d)
+    q, tri, y = np.empty((m, d)), np.empty((m, m)), np.empty(m)
+    t, state, free = np.empty(m), np.empty(m, np.int64), np.empty(m, np.int64)
+    for k in range(count):
+        size = 0.0
+        for i in range(d):
+            size = max(size, abs(weight[i] * load[k, i]))
+            for j in range(m):
+                a[i, j] = weight[i] * w[k, i, j]
+        for j in range(m):
+            t[j], state[j] = lo[j], -1  # -1 at the lower limit, 1 at the upper one, 0 free
+            size = max(size, abs(hi[j]))
+        code[k] = 1
+        for _ in range(100 * m):
+            for i in range(d):
+                rest[i] = -weight[i] * load[k, i]
+                for j in range(m):
+                    rest[i] -= a[i, j] * t[j]
+            best, pick = 1e-12 * size, -1
+            for j in range(m):
+                if state[j] != 0:
+                    pull = 0.0
+                    for i in range(d):
+                        pull += a[i, j] * rest[i]
+                    if -state[j] * pull > best and hi[j] > lo[j]:
+                        best, pick = -state[j] * pull, j
+            if pick < 0:
+                code[k] = 0
+                break
+            state[pick] = 0
+            while True:
+                number = 0
+                for i in range(d):
+                    b[i] = -weight[i] * load[k, i]
+                for j in range(m):
+                    if state[j] == 0:
+                        free[number] = j
+                        number += 1
+                    else:
+                        for i in range(d):
+                            b[i] -= a[i, j] * t[j]
+                if number == 0:
+                    break
+                _free_step(a, b, free, number, q, tri, y)
+                step, leaving, side = 1.0, -1, 0
+                for c in range(number):
+                    j = free[c]
+                    if y[c] < lo[j] and (lo[j] - t[j]) / (y[c] - t[j]) < step:
+                        step, leaving, side = (lo[j] - t[j]) / (y[c] - t[j]), j, -1
+                    elif y[c] > hi[j] and (hi[j] - t[j]) / (y[c] - t[j]) < step:
+                        step, leaving, side = (hi[j] - t[j]) / (y[c] - t[j]), j, 1
+                for c in range(number):
+                    t[free[c]] += step * (y[c] - t[free[c]])
+                if leaving < 0:
+                    break
+                t[leaving], state[leaving] = lo[leaving] if side < 0 else hi[leaving], side
+        for i in range(d):
+            missing[k, i] = rest[i] / weight[i]

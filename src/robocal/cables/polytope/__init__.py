@@ -1,0 +1,1 @@
+"""Compiled nearest point of a polytope."""

@@ -1,0 +1,123 @@
+"""Statics of a platform on straight cables: structure matrix, null vector, gravity, stiffness.
+
+    W t + w = 0
+
+t (m,) are the tensions, w (6,) the external wrench (force, moment) in base axes about the platform's origin, and column
+i of W is what one newton in cable i does to the platform: (u_i, R b_i x u_i), u_i from the platform anchor to the frame
+anchor. W = -L^T, L being the gradient of the cable lengths with respect to the platform's (v, w).
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal._jit import door
+from robocal.errors import ModelError
+from robocal.geometry import so3
+
+from .balance._kernels import structure_kernel
+
+__all__ = ["GRAVITY", "ROWS", "gravity_wrench", "null_vector", "planar", "stiffness", "structure"]
+
+Array = NDArray[np.float64]
+
+GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
+# Which of the six rows of a structure matrix remain for a robot that moves in the plane x y.
+ROWS = MappingProxyType({"2T": (0, 1), "1R2T": (0, 1, 5), "3R3T": (0, 1, 2, 3, 4, 5)})
+
+
+def structure(pose: ArrayLike, a: ArrayLike, b: ArrayLike, strict: bool = True) -> Array:
+    """Structure matrices W (k, 6, m) of poses (k, 4, 4): columns (u_i, R b_i x u_i); forces [1], moments [m].
+
+    a (m, 3) frame anchors in base coordinates, b (m, 3) platform anchors in platform coordinates, m. Raises ModelError
+    for anchors that do not pair up and, if `strict`, for a cable without length; its column is NaN otherwise. (3.34) of
+    the seed with the sign put right.
+    """
+    poses, frame, platform = door(pose, a, b)
+    if poses.ndim != 3 or poses.shape[1:] != (4, 4):
+        raise ModelError("poses are an array (k, 4, 4)", found=poses.shape)
+    if frame.ndim != 2 or frame.shape[1:] != (3,) or frame.shape != platform.shape:
+        raise ModelError(
+            "frame and platform anchors are two arrays (m, 3) of one length", found=(frame.shape, platform.shape)
+        )
+    out = np.empty((len(poses), 6, len(frame)))
+    structure_kernel(poses, frame, platform, out)
+    if strict and not np.isfinite(out).all():
+        row, _, cable = np.argwhere(~np.isfinite(out))[0]
+        raise ModelError(
+            "the cable has no length: its frame anchor and its platform anchor coincide, or the pose is not finite",
+            row=int(row),
+            key=f"c{cable + 1}",
+        )
+    return out
+
+
+def planar(structures: Array, degrees: str) -> Array:
+    """The rows of W (..., 6, m) that remain for `degrees`: "2T" (x, y), "1R2T" (x, y and the turn about z), "3R3T" (all)."""
+    if degrees not in ROWS:
+        raise ModelError("unknown degrees of freedom", found=degrees, expected=" or ".join(ROWS))
+    return structures[..., ROWS[degrees], :]
+
+
+def null_vector(structures: ArrayLike) -> Array:
+    """Unit u (k, d + 1) with W u = 0, for W (k, d, d + 1): the last column of Q in the QR factorisation of W^T.
+
+    Its sign makes the sum of its components positive: adding it pulls the cables taut. (2.18) and (2.19) of the seed.
+    Raises ModelError unless there is exactly one cable more than degrees of freedom.
+    """
+    w = np.asarray(structures, dtype=float)
+    if w.ndim != 3 or w.shape[2] != w.shape[1] + 1:
+        raise ModelError("a null vector needs one cable more than degrees of freedom", found=w.shape)
+    q, _ = np.linalg.qr(np.swapaxes(w, 1, 2), mode="complete")
+    u: Array = q[:, :, -1]
+    return u * np.where(u.sum(axis=1, keepdims=True) < 0.0, -1.0, 1.0)
+
+
+def gravity_wrench(pose: ArrayLike, mass: float, com: ArrayLike, gravity: ArrayLike = GRAVITY) -> Array:
+    """Wrench (k, 6) of the weight: (m g, R c x m g) [N, N m], c (3,) the centre of mass in platform coordinates, m.
+
+    Raises ModelError for a mass that is negative or no number.
+    """
+    poses, c = np.asarray(pose, dtype=float), np.asarray(com, dtype=float)
+    if not np.isfinite(mass) or mass < 0.0 or c.shape != (3,) or not np.isfinite(c).all():
+        raise ModelError("a platform needs a mass >= 0 kg and a centre of mass (3,)", found=(mass, c.tolist()))
+    force = np.broadcast_to(mass * np.asarray(gravity, dtype=float), (len(poses), 3))
+    return np.concatenate([force, np.cross(poses[:, :3, :3] @ c, force)], axis=1)
+
+
+def stiffness(
+    pose: Array,
+    a: Array,
+    b: Array,
+    tension: Array,
+    elasticity: ArrayLike,
+    force: ArrayLike = (0, 0, 0),
+    at: ArrayLike = (0, 0, 0),
+) -> Array:
+    """Stiffness K (k, 6, 6) = -d(wrench on the platform)/d(v, w) at constant winch positions [N/m, N, N m].
+
+    K = sum_i [A, -A S; S A, -S A S - [f]x S], A = k u u^T + (t / l)(I - u u^T), S = [R b]x, f = t u: the cables' own
+    stiffness k = 1 / (elasticity l) and that of their tension. tension (k, m) N, elasticity [1/N], scalar or (m,);
+    `force` (3,) N, constant in base axes, acts at the platform point `at` (3,) m. K is symmetric in equilibrium only.
+    After Behzadipour and Khajepour (2006).
+    """
+    rotation = pose[:, None, :3, :3]
+    lever = (rotation @ b[None, :, :, None])[..., 0]
+    c = a - pose[:, None, :3, 3] - lever
+    length = np.linalg.norm(c, axis=-1)
+    u = c / length[..., None]
+    along = 1.0 / (np.asarray(elasticity, dtype=float) * length)
+    across = tension / length
+    dyad = u[..., :, None] * u[..., None, :]
+    cable = along[..., None, None] * dyad + across[..., None, None] * (np.eye(3) - dyad)
+    s = so3.skew(lever)
+    k = np.empty((len(pose), 6, 6))
+    k[:, :3, :3] = cable.sum(axis=1)
+    k[:, :3, 3:] = -(cable @ s).sum(axis=1)
+    k[:, 3:, :3] = (s @ cable).sum(axis=1)
+    k[:, 3:, 3:] = -(s @ cable @ s + so3.skew(tension[..., None] * u) @ s).sum(axis=1)
+    k[:, 3:, 3:] -= so3.skew(np.asarray(force, dtype=float)) @ so3.skew(pose[:, :3, :3] @ np.asarray(at, dtype=float))
+    return k

@@ -1,0 +1,251 @@
+"""Tensions within their limits that balance a wrench, W t + w = 0, for many poses at once; and how far a wrench is from
+having none.
+
+Everything here works on arrays: W (k, d, m), w (k, d) or (d,), limits (m, 2) in N.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal._jit import door
+from robocal.errors import ModelError, RobocalError, nearest
+
+from .distribution._kernels import centre_kernel, nearest_kernel, power_kernel
+from .margin._kernels import margin_kernel, missing_kernel
+from .polytope._kernels import FOUND, STUCK
+
+__all__ = [
+    "METHODS",
+    "Distribution",
+    "capacity_margin",
+    "distribute",
+    "disturbance_margin",
+    "is_feasible",
+    "missing_wrench",
+]
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Codes = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """Tensions of k poses, and what they balance.
+
+    tension (k, m) N, NaN where the method found none; `feasible` (k,): whether any tensions within the limits balance
+    the wrench; `found` (k,): whether this method gave some. The two differ for "closed" only, which may leave the
+    limits where other tensions do not.
+    """
+
+    method: str
+    tension: Array
+    feasible: Flags
+    found: Flags
+    structure: Array
+    wrench: Array
+    limits: Array
+
+    def missing(self, length: float = 1.0) -> Array:
+        """The wrench (k, d) that would have to be added for equilibrium: zero where feasible; see `missing_wrench`."""
+        out = np.zeros(self.wrench.shape)
+        bad = ~self.feasible
+        if bad.any():
+            out[bad] = missing_wrench(self.structure[bad], self.wrench[bad], self.limits, length)
+        return out
+
+
+def distribute(
+    structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, method: str = "norm", power: float = 4.0
+) -> Distribution:
+    """Tensions t (k, m) with W t + w = 0 and limits[:, 0] <= t <= limits[:, 1], by one of METHODS.
+
+    - "norm": least |t|^2, (3.80) of the seed: exact projection on the polygon of solutions (one or two redundant cables),
+      dual active set beyond.
+    - "mid": nearest to the middle of the limits, exact in the same way; it equals "closed" wherever that one holds.
+    - "closed": t = t_mid - W^+ (w + W t_mid) (Pott 2009); not found where it leaves the limits.
+    - "barycentre": centre of area of the polygon of solutions (Mikelsons 2008; Lamaury and Gouttefarde 2013), continuous
+      along paths; middle of the interval with one redundant cable; up to two redundant cables.
+    - "p-norm": least sum t^p, p = `power` >= 2 (Gosselin and Grenier 2011).
+
+    structure (k, d, m) with m >= d, wrench (k, d) or (d,) [N, N m], limits (m, 2) N, 0 <= lower <= upper, finite.
+    Raises ModelError for shapes, limits or a method that make no sense.
+    """
+    w, load, bounds = _enter(structure, wrench, limits)
+    if method not in METHODS:
+        raise ModelError(
+            "unknown tension method", found=method, expected=", ".join(METHODS), suggestion=nearest(method, METHODS)
+        )
+    if not 2.0 <= power < np.inf:
+        raise ModelError("the power of a p-norm is at least 2", key="power", found=power)
+    tension = np.full((w.shape[0], w.shape[2]), np.nan)
+    feasible, found = METHODS[method](w, load, bounds, power, tension)
+    tension[~found] = np.nan
+    return Distribution(method, tension, feasible, found, w, load, bounds)
+
+
+def is_feasible(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike) -> Flags:
+    """Whether tensions within the limits balance the wrench, (k,)."""
+    return distribute(structure, wrench, limits).feasible
+
+
+def missing_wrench(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, length: float = 1.0) -> Array:
+    """-(W t + w) (k, d) for the tensions within the limits that make it shortest: what would have to be added to w.
+
+    Moments are divided by `length` [m] before they are compared with forces. Zero (to rounding) where feasible.
+    """
+    w, load, bounds = _enter(structure, wrench, limits)
+    out, code = np.empty(load.shape), np.empty(len(w), np.int64)
+    missing_kernel(w, load, _weights(w.shape[1], length), door(bounds[:, 0]), door(bounds[:, 1]), out, code)
+    _settled(code == 0)
+    return out
+
+
+def capacity_margin(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, length: float = 1.0) -> Array:
+    """Signed distance (k,) [N] of wrenches to the boundary of those that the cables can balance; negative: not feasible.
+
+    Any disturbance smaller than the margin can be balanced too; moments are divided by `length` [m]. The boundary's
+    hyperplanes are found by shifting (Bouchard, Gosselin and Moore 2010; Gouttefarde and Krut 2010); the margin is that of
+    Ruiz, Caro, Cardou and Guay (2015). wrench (d,), (k, d), or (k, v, d) for the least over v wrenches. See
+    `disturbance_margin`.
+    """
+    rows = np.asarray(structure).shape[-2] if np.ndim(structure) == 3 else 6
+    return disturbance_margin(structure, wrench, limits, np.diag(1.0 / _weights(rows, length)), length)
+
+
+def disturbance_margin(
+    structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, shape: ArrayLike, length: float = 1.0
+) -> Array:
+    """Greatest x (k,) such that every wrench w + shape e with |e| <= x can be balanced; negative: w itself cannot.
+
+    shape (d, q) or (k, d, q): what one unit of the disturbance does to the platform. For accelerations of the platform in
+    any direction, shape = -m [I; [R c]x] and x is in m/s^2. A positive margin is exact; a negative one is minus a lower
+    bound of the disturbance that would be needed to help. At a singular pose, where the balanceable wrenches have no
+    volume, it is zero if every wrench can be balanced, otherwise minus the size of the greatest missing one.
+    """
+    given = np.asarray(wrench, dtype=float)
+    several = given.ndim == 3
+    w, load, bounds = _enter(structure, given[:, 0] if several and given.shape[1] else given, limits)
+    if several and (given.shape[0] != len(w) or not np.isfinite(given).all()):
+        raise ModelError("wrenches are an array (k, v, d) of finite numbers", found=given.shape)
+    stretch = np.asarray(shape, dtype=float)
+    stretch = door(stretch[None] if stretch.ndim == 2 else stretch)
+    if stretch.ndim != 3 or len(stretch) not in (1, len(w)) or stretch.shape[1] != w.shape[1]:
+        raise ModelError("a disturbance's shape is an array (d, q) or (k, d, q)", found=np.shape(shape))
+    loads = door(given if several else load[:, None])
+    margin, code = np.empty(len(w)), np.empty(len(w), np.int64)
+    margin_kernel(w, loads, stretch, door(bounds[:, 0]), door(bounds[:, 1]), margin, code)
+    for k in np.flatnonzero(code):  # singular poses, of which there are few
+        short = missing_wrench(np.repeat(w[k : k + 1], loads.shape[1], axis=0), loads[k], bounds, length)
+        size = float(np.linalg.norm(short * _weights(w.shape[1], length), axis=1).max())
+        margin[k] = -size if size > 1e-9 * float(np.abs(loads[k]).max() + bounds.max()) else 0.0
+    return margin
+
+
+# Methods: each fills `tension` (k, m) and says where any tensions exist, and where it found its own.
+
+_Method = Callable[[Array, Array, Array, float, Array], tuple[Flags, Flags]]
+
+
+def _nearest_to(reference: Callable[[Array], Array]) -> _Method:
+    def method(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
+        code = np.empty(len(w), np.int64)
+        nearest_kernel(w, load, door(bounds[:, 0]), door(bounds[:, 1]), door(reference(bounds)), tension, code)
+        found = _settled(code != STUCK) & (code == FOUND)
+        return found, found
+
+    return method
+
+
+def _closed(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
+    feasible, _ = METHODS["norm"](w, load, bounds, power, tension)
+    code, far = np.empty(len(w), np.int64), np.full(len(bounds), 1e100)
+    nearest_kernel(w, load, -far, far, door(bounds.mean(axis=1)), tension, code)  # t_mid - W^+ (w + W t_mid)
+    edge = 1e-12 * np.abs(bounds).max()
+    inside = ((tension >= bounds[:, 0] - edge) & (tension <= bounds[:, 1] + edge)).all(axis=1)
+    return feasible, inside & feasible
+
+
+def _centre(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
+    code, redundancy = np.empty(len(w), np.int64), np.empty(len(w), np.int64)
+    centre_kernel(w, load, door(bounds[:, 0]), door(bounds[:, 1]), tension, code, redundancy)
+    found = _settled(code != STUCK) & (code == FOUND)
+    if w.shape[2] - w.shape[1] > 2:
+        raise ModelError(
+            "the barycentre is worked out for at most two redundant cables",
+            key="method",
+            found=f"{w.shape[2]} cables for {w.shape[1]} degrees of freedom",
+            expected="norm, mid, closed or p-norm",
+        )
+    return found, found & (redundancy <= 2)
+
+
+def _power(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
+    code = np.empty(len(w), np.int64)
+    power_kernel(w, load, door(bounds[:, 0]), door(bounds[:, 1]), 0.0, float(power), tension, code)
+    found = _settled(code != STUCK) & (code == FOUND)
+    return found, found
+
+
+METHODS: MappingProxyType[str, _Method] = MappingProxyType(
+    {
+        "norm": _nearest_to(lambda bounds: np.zeros(len(bounds))),
+        "mid": _nearest_to(lambda bounds: bounds.mean(axis=1)),
+        "closed": _closed,
+        "barycentre": _centre,
+        "p-norm": _power,
+    }
+)
+
+
+def _enter(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike) -> tuple[Array, Array, Array]:
+    """The three arrays, checked, contiguous, one wrench per pose."""
+    w, bounds = door(structure, limits)
+    load = np.asarray(wrench, dtype=float)
+    if w.ndim != 3 or not np.isfinite(w).all():
+        raise ModelError("structure matrices are an array (k, d, m) of finite numbers", found=w.shape)
+    count, d, m = w.shape
+    if m < d:
+        raise ModelError(
+            "fewer cables than degrees of freedom: such a platform is not held by its cables",
+            found=f"{m} cables for {d} degrees of freedom",
+        )
+    if bounds.shape != (m, 2):
+        raise ModelError("tension limits are an array (m, 2), one row per cable", found=bounds.shape, expected=(m, 2))
+    wrong = ~(np.isfinite(bounds).all(axis=1) & (bounds[:, 0] >= 0.0) & (bounds[:, 0] <= bounds[:, 1]))
+    if wrong.any():
+        i = int(np.argmax(wrong))
+        raise ModelError(
+            "tension limits are crossed, negative or not finite: a cable pulls, and cannot push",
+            key=f"c{i + 1}",
+            found=bounds[i].tolist(),
+            expected="0 <= lower <= upper, N",
+        )
+    if load.shape not in ((d,), (count, d)) or not np.isfinite(load).all():
+        raise ModelError(
+            "wrenches are an array (k, d) or (d,) of finite numbers", found=load.shape, expected=(count, d)
+        )
+    return w, door(np.broadcast_to(load, (count, d))), bounds
+
+
+def _weights(d: int, length: float) -> Array:
+    """1 for forces, 1 / length for moments: rows (x, y), (x, y, turn) or all six."""
+    if not 0.0 < length < np.inf:
+        raise ModelError("a length that compares moments with forces is positive", key="length", found=length)
+    forces = {2: 2, 3: 2, 6: 3}.get(d, d)
+    return np.array([1.0] * forces + [1.0 / length] * (d - forces))
+
+
+def _settled(ok: Flags) -> Flags:
+    """Passes on what it is given; raises where an iteration did not come to an end."""
+    if not ok.all():
+        raise RobocalError(
+            f"the search for tensions did not settle at pose {int(np.argmin(ok))}: please report this case"
+        )
+    return ok

@@ -1,0 +1,188 @@
+"""Where a platform can be held: the wrench-feasible workspace, its margins, and a grid of it.
+
+A position belongs to it when tensions within the limits balance every wrench that is demanded there: all orientations,
+masses, extra wrenches and accelerations of a `Demand` (for a convex set of wrenches its corners are enough).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.errors import ModelError
+
+from .statics import GRAVITY, ROWS, gravity_wrench, planar, structure
+from .tension import capacity_margin, disturbance_margin, is_feasible
+
+__all__ = ["Demand", "Grid", "Suspension", "accelerations", "as_box", "as_poses", "grid", "holds", "margins"]
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Suspension:
+    """What holds the platform: frame anchors a (m, 3), platform anchors b (m, 3) m, limits (m, 2) N; and its centre of mass
+    (3,) m, degrees of freedom (a name of `statics.ROWS`) and gravity (3,) m/s^2 in base axes."""
+
+    a: Array
+    b: Array
+    limits: Array
+    com: Array = field(default_factory=lambda: np.zeros(3))
+    degrees: str = "3R3T"
+    gravity: tuple[float, float, float] = GRAVITY
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What has to be held wherever the platform is.
+
+    masses (p,) kg; rotations (n, 3, 3); extra wrenches (e, 6) [N, N m] in base axes beside the weight; `acceleration`
+    [m/s^2] of the centre of mass in any direction, without turning; `reserve` [N] of capacity margin on top of that, moments
+    divided by `length` [m].
+    """
+
+    masses: Array
+    rotations: Array = field(default_factory=lambda: np.eye(3)[None])
+    extra: Array = field(default_factory=lambda: np.zeros((1, 6)))
+    acceleration: float = 0.0
+    reserve: float = 0.0
+    length: float = 1.0
+
+
+def margins(machine: Suspension, demand: Demand, where: ArrayLike) -> Array:
+    """Least capacity margin (k,) [N] over everything demanded but accelerations; negative: outside.
+
+    `where`: positions (k, 3) m, or poses (k, 4, 4), after whose rotation come the demand's own.
+    """
+    pose = as_poses(where)
+    least = np.full(len(pose), np.inf)
+    for whole, w, loads, _ in _cases(machine, demand, pose):
+        least = np.minimum(least, capacity_margin(w, loads, machine.limits, demand.length))
+        least[~whole] = -np.inf
+    return least
+
+
+def accelerations(machine: Suspension, demand: Demand, where: ArrayLike) -> Array:
+    """Greatest acceleration (k,) [m/s^2] of the centre of mass in any direction, without turning, over everything demanded.
+
+    `where` as for `margins`.
+    """
+    pose = as_poses(where)
+    least = np.full(len(pose), np.inf)
+    for whole, w, loads, push in _cases(machine, demand, pose):
+        least[~whole] = -np.inf
+        for mass in np.unique(demand.masses):
+            if mass > 0.0:
+                own = loads[:, _of_mass(demand, mass)]
+                least = np.minimum(least, disturbance_margin(w, own, machine.limits, mass * push, demand.length))
+    return least
+
+
+def holds(machine: Suspension, demand: Demand, where: ArrayLike) -> Flags:
+    """Whether everything demanded can be held, (k,); `where` as for `margins`."""
+    pose = as_poses(where)
+    if demand.reserve > 0.0 or demand.acceleration > 0.0:
+        inside = margins(machine, demand, pose) >= demand.reserve
+        if demand.acceleration > 0.0:
+            inside[inside] = accelerations(machine, demand, pose[inside]) >= demand.acceleration
+        return inside
+    inside = np.ones(len(pose), bool)
+    for whole, w, loads, _ in _cases(machine, demand, pose):
+        inside &= whole
+        for v in range(loads.shape[1]):
+            inside &= is_feasible(w, loads[:, v], machine.limits)
+    return inside
+
+
+def as_poses(where: ArrayLike) -> Array:
+    """Poses (k, 4, 4) from positions (k, 3) or poses."""
+    x = np.asarray(where, dtype=float)
+    if not ((x.ndim == 2 and x.shape[1] == 3) or (x.ndim == 3 and x.shape[1:] == (4, 4))) or not np.isfinite(x).all():
+        raise ModelError("expected positions (k, 3) or poses (k, 4, 4) of finite numbers, m", found=x.shape)
+    if x.ndim == 3:
+        return x
+    pose = np.tile(np.eye(4), (len(x), 1, 1))
+    pose[:, :3, 3] = x
+    return pose
+
+
+def _cases(machine: Suspension, demand: Demand, pose: Array) -> Iterator[tuple[Flags, Array, Array, Array]]:
+    """For each orientation: whether all cables have a length (k,); W (k, d, m); wrenches (k, v, d), masses slowest; and
+    what one m/s^2 does to one kg, (k, d, 3)."""
+    masses, extra, rotations = _check(machine, demand)
+    rows = list(ROWS[machine.degrees])
+    for rotation in rotations:
+        turned = pose.copy()
+        turned[:, :3, :3] = pose[:, :3, :3] @ rotation
+        w = np.ascontiguousarray(planar(structure(turned, machine.a, machine.b, strict=False), machine.degrees))
+        # With a platform anchor on its frame anchor nothing can be said to hold.
+        whole: Flags = np.isfinite(w.reshape(len(w), -1).sum(axis=1))
+        w[~whole] = 0.0
+        weight = [gravity_wrench(turned, float(m), machine.com, machine.gravity) for m in masses]
+        loads = np.concatenate([(one[:, None] + extra)[..., rows] for one in weight], axis=1)
+        push = [gravity_wrench(turned, 1.0, machine.com, axis) for axis in np.eye(3)]
+        yield whole, w, loads, np.stack(push, axis=-1)[:, rows]
+
+
+def _of_mass(demand: Demand, mass: float) -> Flags:
+    """Which of the wrenches of a case carry this mass."""
+    return np.repeat(np.asarray(demand.masses) == mass, len(demand.extra))
+
+
+def _check(machine: Suspension, demand: Demand) -> tuple[Array, Array, Array]:
+    masses, extra, rotations = (np.asarray(x, dtype=float) for x in (demand.masses, demand.extra, demand.rotations))
+    if machine.degrees not in ROWS:
+        raise ModelError("unknown degrees of freedom", found=machine.degrees, expected=" or ".join(ROWS))
+    for name, value, shape in (("masses", masses, ()), ("extra", extra, (6,)), ("rotations", rotations, (3, 3))):
+        if value.ndim != len(shape) + 1 or value.shape[1:] != shape or len(value) == 0:
+            raise ModelError("a demand needs at least one of them", key=name, found=value.shape)
+    return masses, extra, rotations
+
+
+# Grid
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Cells of a box: centres along three axes, which of them can be held (nx, ny, nz), and their margins [N] if asked for."""
+
+    axes: tuple[Array, Array, Array]
+    cell: Array
+    inside: Flags
+    margin: Array | None
+
+    @property
+    def volume(self) -> float:
+        """Of the cells that can be held, m^3; m^2 for a box without thickness."""
+        return float(self.inside.sum() * np.prod(self.cell[self.cell > 0.0]))
+
+
+def grid(
+    machine: Suspension, demand: Demand, box: ArrayLike, counts: tuple[int, int, int], with_margins: bool = False
+) -> Grid:
+    """The workspace at the centres of counts[0] x counts[1] x counts[2] cells of the box (3, 2) m; an axis may have no length."""
+    sides = as_box(box)
+    if min(counts) < 1:
+        raise ModelError("a grid has at least one cell along each axis", found=counts)
+    cell = (sides[:, 1] - sides[:, 0]) / np.array(counts)
+    axes = tuple(sides[i, 0] + cell[i] * (np.arange(n) + 0.5) for i, n in enumerate(counts))
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    margin = margins(machine, demand, points) if with_margins else None
+    if margin is None or demand.acceleration > 0.0:
+        inside = holds(machine, demand, points)
+    else:
+        inside = margin >= max(demand.reserve, 0.0)
+    shaped = None if margin is None else margin.reshape(counts)
+    return Grid((axes[0], axes[1], axes[2]), cell, inside.reshape(counts), shaped)
+
+
+def as_box(box: ArrayLike) -> Array:
+    """A box (3, 2), m, checked."""
+    sides = np.asarray(box, dtype=float)
+    if sides.shape != (3, 2) or not np.isfinite(sides).all() or (sides[:, 0] > sides[:, 1]).any():
+        raise ModelError("a box is three rows (lower, upper), m", found=sides.tolist())
+    return sides
