@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
+from robocal.cables.geometry import cable_robot
 from robocal.cables.statics import gravity_wrench, structure
-from robocal.cables.workspace import Suspension
 from robocal.files.yamlio import load
 from robocal.geometry import so3
 
@@ -15,14 +15,15 @@ PUBLISHED = ("ipanema_1", "ipanema_2", "ipanema_3", "cogiro", "laval")
 
 
 def published(shared_data, name):
-    """Suspension and mass of a published robot."""
+    """A published robot and its mass."""
     path = shared_data / "cable-robots" / f"{name}.yaml"
     if not path.is_file():
         pytest.skip(f"needs {path.name} in ../shared/data/cable-robots, which is not there")
     text = load(path).data
     a, b = (np.array(text[key], dtype=float) for key in ("frame_anchors", "platform_anchors"))
     limits = np.tile(np.array(text["tension_limits_N"], dtype=float), (len(a), 1))
-    return Suspension(a, b, limits, np.array(text["centre_of_mass_m"], dtype=float)), float(text["mass_kg"])
+    com, mass = np.array(text["centre_of_mass_m"], dtype=float), float(text["mass_kg"])
+    return cable_robot(name, a, b, limits=limits, com=com, mass=mass), mass
 
 
 def box(machine):

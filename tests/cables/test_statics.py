@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robocal.cables.geometry import lengths
-from robocal.cables.statics import gravity_wrench, null_vector, planar, stiffness, structure
+from robocal.cables.geometry import cable_robot, lengths, straight
+from robocal.cables.pulley import Pulleys
+from robocal.cables.statics import gravity_wrench, null_vector, stiffness, structure, structure_of
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
@@ -33,12 +34,32 @@ def test_structure_matrix_is_minus_the_gradient_of_the_lengths(rig):
     np.testing.assert_allclose(structure(pose, a, b), -np.transpose(by_pose, (1, 2, 0)), atol=1e-14)
 
 
+def wheeled(a, b, **known):
+    """Robot over pulleys."""
+    m = len(a)
+    return cable_robot("wheels", a, b, pulleys=Pulleys(np.full(m, 0.05), np.tile([0.0, 0, 1], (m, 1))), **known)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "plane"), [("3R3T", "xz"), ("1R2T", "xz"), ("1R2T", "xy"), ("2T", "xz"), ("2T", "xy")]
+)
+def test_structure_of_a_robot_has_its_rows_and_heeds_its_pulleys(rig, degrees, plane):
+    pose, a, b = rig
+    for robot in (
+        cable_robot("plain", a, b, degrees=degrees, plane=plane),
+        wheeled(a, b, degrees=degrees, plane=plane),
+    ):
+        w, gradient = structure_of(robot, pose), straight(robot, pose)[1]
+        np.testing.assert_allclose(w, -gradient.swapaxes(1, 2)[:, list(robot.axes)], atol=1e-14)
+    assert np.abs(w - structure(pose, a, b)[:, list(robot.axes)]).max() > 1e-3
+
+
 def test_planar_null_vector_is_the_cross_product(rng):
     a = np.array([[0, 0, 0], [2, 0, 0], [1, 2, 0]]) + rng.normal(0, 0.1, (3, 3)) * [1, 1, 0]
     pose = np.tile(np.eye(4), (50, 1, 1))
     share = rng.dirichlet([1, 1, 1], 50)
     pose[:, :3, 3] = share @ a
-    w = planar(structure(pose, a, np.zeros((3, 3))), "2T")
+    w = structure_of(cable_robot("flat", a, np.zeros((3, 3)), degrees="2T", plane="xy"), pose)
     u = null_vector(w)
     cross = np.cross(w[:, 0], w[:, 1])
     cross /= np.linalg.norm(cross, axis=1, keepdims=True)
@@ -102,7 +123,9 @@ def test_stiffness_is_symmetric_but_for_the_moment_that_is_not_balanced(rig, rng
         (lambda p, a, b: structure(p[0], a, b), r"\(k, 4, 4\)"),
         (lambda p, a, b: structure(p, p[0, :3, 3] + b @ p[0, :3, :3].T, b), "no length"),
         (lambda p, a, b: null_vector(structure(p, a, b)), "one cable more"),
-        (lambda p, a, b: planar(structure(p, a, b), "2R"), "3R3T"),
+        (lambda p, a, b: structure_of(cable_robot("", a, b, degrees="2R"), p), "3R3T"),
+        (lambda p, a, b: structure_of(cable_robot("", p[0, :3, 3] + b @ p[0, :3, :3].T, b), p), "no length"),
+        (lambda p, a, b: structure_of(wheeled(p[0, :3, 3] + b @ p[0, :3, :3].T, b), p), "no length"),
         (lambda p, a, b: gravity_wrench(p, np.nan, np.zeros(3)), "mass"),
     ],
 )

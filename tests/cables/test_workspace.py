@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from cables.rigs import PUBLISHED, box, poses, published, slack
 
-from robocal.cables.boundary import first_exit, outline, rays, surface
+from robocal.cables.boundary import first_exit, outline, rays, statics_along, surface
+from robocal.cables.geometry import cable_robot
 from robocal.cables.statics import gravity_wrench, structure
 from robocal.cables.tension import is_feasible
-from robocal.cables.workspace import Demand, Suspension, accelerations, grid, holds, margins
+from robocal.cables.workspace import Demand, accelerations, grid, holds, margins
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
@@ -23,8 +24,9 @@ def machine(rng):
     platform = np.array(
         [[x, y, z] for z in (0.2, -0.2) for x, y in ((0.1, -0.4), (0.1, -0.35), (-0.1, 0.4), (-0.1, 0.35))]
     )
-    return Suspension(
-        corners + rng.normal(0, 0.05, (8, 3)), platform, np.tile([10.0, 400.0], (8, 1)), np.array([0, 0, 0.1])
+    limits = np.tile([10.0, 400.0], (8, 1))
+    return cable_robot(
+        "hall", corners + rng.normal(0, 0.05, (8, 3)), platform, limits=limits, com=np.array([0, 0, 0.1])
     )
 
 
@@ -158,7 +160,8 @@ def test_a_platform_anchor_on_its_frame_anchor_is_outside(machine):
 def test_a_planar_robot_and_a_section(machine):
     """Three cables, no weight: with a small lower limit the workspace is nearly the triangle of the anchors."""
     a = np.array([[0.0, 0, 0], [2, 0, 0], [1, 2, 0]])
-    flat = Suspension(a, np.zeros((3, 3)), np.tile([1e-6, 1e3], (3, 1)), degrees="2T")
+    limits = np.tile([1e-6, 1e3], (3, 1))
+    flat = cable_robot("flat", a, np.zeros((3, 3)), limits=limits, degrees="2T", plane="xy")
     demand = Demand(np.array([0.0]))
     sides = np.array([[-0.47, 2.51], [-0.53, 2.52], [0, 0]])
     edge = outline(flat, demand, [1.0, 0.7, 0], sides, count=1200)
@@ -166,6 +169,24 @@ def test_a_planar_robot_and_a_section(machine):
     assert grid(flat, demand, sides, (80, 80, 1)).volume == pytest.approx(2.0, rel=2e-2)
     cut = outline(machine, Demand(np.array([30.0])), [0, 0, 1.2], box(machine), axes=(0, 2))
     assert np.ptp(cut.points[:, 1]) == 0 and cut.area > 1.0
+
+
+def test_motions_end_where_statics_end(machine, rng):
+    """lambda_s of the pose lists: held just before, not just after; NaN from a start that is not held."""
+    demand, start = Demand(np.array([30.0])), np.eye(4)
+    start[2, 3] = 1.4
+    v, w = rng.uniform(-4, 4, (40, 3)), rng.uniform(-0.5, 0.5, (40, 3))
+    share = statics_along(machine, demand)(start, v, w)
+    assert share.min() > 0.0 and (share < 1.0).sum() > 10
+    for more, held in ((-1e-6, True), (1e-6, False)):
+        ends = np.flatnonzero(share < 1.0)
+        lam = share[ends, None] + more
+        pose = np.tile(start, (len(ends), 1, 1))
+        pose[:, :3, 3] += lam * v[ends]
+        pose[:, :3, :3] = so3.exp(lam * w[ends])
+        assert (holds(machine, demand, pose) == held).all()
+    start[2, 3] = 9.0
+    assert np.isnan(statics_along(machine, demand)(start, v, w)).all()
 
 
 def test_what_makes_no_sense_is_named(machine):
@@ -180,7 +201,7 @@ def test_what_makes_no_sense_is_named(machine):
         grid(machine, demand, [[0, 1], [0, 1], [0, 1]], (3, 0, 3))
     with pytest.raises(ModelError, match="masses"):
         holds(machine, Demand(np.empty(0)), [[0, 0, 1]])
-    with pytest.raises(ModelError, match="2T or 1R2T or 3R3T"):
+    with pytest.raises(ModelError, match="3R3T or 1R2T or 2T"):
         holds(replace(machine, degrees="6D"), demand, [[0, 0, 1]])
     with pytest.raises(ModelError, match="positions"):
         holds(machine, demand, [0, 0, 1])

@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
 from robocal.errors import ModelError
-from robocal.geometry import so3
+from robocal.geometry import se3, so3
 
-from .workspace import Demand, Suspension, as_box, as_poses, holds
+from .geometry import CableRobot
+from .workspace import Demand, as_box, as_poses, holds
 
-__all__ = ["Outline", "Surface", "first_exit", "outline", "rays", "surface"]
+__all__ = ["Outline", "Surface", "first_exit", "outline", "rays", "statics_along", "surface"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -51,24 +52,36 @@ def first_exit(
     return low
 
 
-def rays(machine: Suspension, demand: Demand, start: ArrayLike, ends: ArrayLike, steps: int = 64) -> Array:
+def rays(machine: CableRobot, demand: Demand, start: ArrayLike, ends: ArrayLike, steps: int = 64) -> Array:
     """lambda (n,) up to which the way from `start` to each of `ends` can be held; see `first_exit`.
 
     Positions (3,) and (n, 3) m; or poses (4, 4) and (n, 4, 4), between which the origin moves straight and the platform
     turns steadily about one axis, (3.27) and (3.28) of the seed. Raises ModelError when the start cannot be held.
     """
     origin, targets = as_poses(np.asarray(start, dtype=float)[None])[0], as_poses(ends)
-    if not holds(machine, demand, origin[None])[0]:
-        raise ModelError("rays must start inside the workspace: the start cannot be held", found=origin[:3, 3].tolist())
     turn = so3.log(targets[:, :3, :3] @ origin[:3, :3].T)
+    reach = statics_along(machine, demand, steps)(origin, targets[:, :3, 3] - origin[:3, 3], turn)
+    if np.isnan(reach).any():
+        raise ModelError("rays must start inside the workspace: the start cannot be held", found=origin[:3, 3].tolist())
+    return reach
 
-    def inside(ray: NDArray[np.int64], lam: Array) -> Flags:
-        pose = targets[ray]
-        pose[:, :3, 3] = origin[:3, 3] + lam[:, None] * (pose[:, :3, 3] - origin[:3, 3])
-        pose[:, :3, :3] = so3.exp(lam[:, None] * turn[ray]) @ origin[:3, :3]
-        return holds(machine, demand, pose)
 
-    return first_exit(inside, len(targets), steps)
+def statics_along(machine: CableRobot, demand: Demand, steps: int = 64) -> Callable[[Array, Array, Array], Array]:
+    """lambda_s of motions, as `poses.reachable_poses` asks for it: how far everything demanded can be held.
+
+    The function takes a start (4, 4), translations (n, 3) m and rotation vectors (n, 3) rad in base axes, and gives (n,) in
+    [0, 1]; NaN where the start itself cannot be held. See `first_exit`.
+    """
+
+    def reach(start: Array, translation: Array, rotation: Array) -> Array:
+        def inside(ray: NDArray[np.int64], lam: Array) -> Flags:
+            share = lam[:, None]
+            turned = so3.exp(share * rotation[ray]) @ start[:3, :3]
+            return holds(machine, demand, se3.compose(turned, start[:3, 3] + share * translation[ray]))
+
+        return first_exit(inside, len(translation), steps)
+
+    return reach
 
 
 def _ends(origin: Array, way: Array, box: ArrayLike) -> Array:
@@ -99,7 +112,7 @@ class Surface:
 
 
 def surface(
-    machine: Suspension, demand: Demand, start: ArrayLike, box: ArrayLike, count: int = 4000, steps: int = 64
+    machine: CableRobot, demand: Demand, start: ArrayLike, box: ArrayLike, count: int = 4000, steps: int = 64
 ) -> Surface:
     """The boundary within a box (3, 2) m by `count` rays spread evenly (a Fibonacci lattice), joined into triangles."""
     origin = np.asarray(start, dtype=float)
@@ -131,7 +144,7 @@ class Outline:
 
 
 def outline(
-    machine: Suspension,
+    machine: CableRobot,
     demand: Demand,
     start: ArrayLike,
     box: ArrayLike,

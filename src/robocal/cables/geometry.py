@@ -84,6 +84,9 @@ class CableRobot:
     @property
     def axes(self) -> tuple[int, ...]:
         """Which components of the twist (v, w) the platform has: rows of W, columns of L."""
+        for what, known in (("degrees", DEGREES), ("plane", DEGREES["3R3T"])):
+            if getattr(self, what) not in known:
+                raise ModelError("no such robot", key=what, found=getattr(self, what), expected=" or ".join(known))
         return DEGREES[self.degrees][self.plane]
 
     @property

@@ -9,24 +9,23 @@ anchor. W = -L^T, L being the gradient of the cable lengths with respect to the 
 
 from __future__ import annotations
 
-from types import MappingProxyType
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import door
+from robocal.cables.geometry import CableRobot, straight
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
 from .balance._kernels import structure_kernel
 
-__all__ = ["GRAVITY", "ROWS", "gravity_wrench", "null_vector", "planar", "stiffness", "structure"]
+__all__ = ["GRAVITY", "gravity_wrench", "null_vector", "stiffness", "structure", "structure_of"]
 
 Array = NDArray[np.float64]
 
 GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
-# Which of the six rows of a structure matrix remain for a robot that moves in the plane x y.
-ROWS = MappingProxyType({"2T": (0, 1), "1R2T": (0, 1, 5), "3R3T": (0, 1, 2, 3, 4, 5)})
 
 
 def structure(pose: ArrayLike, a: ArrayLike, b: ArrayLike, strict: bool = True) -> Array:
@@ -45,21 +44,38 @@ def structure(pose: ArrayLike, a: ArrayLike, b: ArrayLike, strict: bool = True) 
         )
     out = np.empty((len(poses), 6, len(frame)))
     structure_kernel(poses, frame, platform, out)
-    if strict and not np.isfinite(out).all():
-        row, _, cable = np.argwhere(~np.isfinite(out))[0]
-        raise ModelError(
-            "the cable has no length: its frame anchor and its platform anchor coincide, or the pose is not finite",
-            row=int(row),
-            key=f"c{cable + 1}",
-        )
+    if strict:
+        _whole(out, [f"c{i + 1}" for i in range(len(frame))])
     return out
 
 
-def planar(structures: Array, degrees: str) -> Array:
-    """The rows of W (..., 6, m) that remain for `degrees`: "2T" (x, y), "1R2T" (x, y and the turn about z), "3R3T" (all)."""
-    if degrees not in ROWS:
-        raise ModelError("unknown degrees of freedom", found=degrees, expected=" or ".join(ROWS))
-    return structures[..., ROWS[degrees], :]
+def structure_of(robot: CableRobot, pose: ArrayLike, strict: bool = True) -> Array:
+    """Structure matrices W (k, d, m) of a robot at poses (k, 4, 4): the rows of the d components of the twist that it has.
+
+    Over pulleys the cables pull where they arrive at the platform. Raises ModelError and sets NaN as `structure` does.
+    """
+    rows = list(robot.axes)
+    if robot.pulleys is None:
+        out = structure(pose, robot.a, robot.b, strict=False)
+    else:
+        length, gradient, _ = straight(robot, pose)
+        gradient[~(length > 0.0)] = np.nan
+        out = -gradient.swapaxes(1, 2)
+    out = np.ascontiguousarray(out[:, rows])
+    if strict:
+        _whole(out, robot.cables)
+    return out
+
+
+def _whole(structures: Array, cables: Sequence[str]) -> None:
+    """Raises ModelError naming the first cable without direction."""
+    if not np.isfinite(structures).all():
+        row, _, cable = np.argwhere(~np.isfinite(structures))[0]
+        raise ModelError(
+            "the cable has no length: its frame anchor and its platform anchor coincide, or the pose is not finite",
+            row=int(row),
+            key=cables[cable],
+        )
 
 
 def null_vector(structures: ArrayLike) -> Array:

@@ -14,26 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.errors import ModelError
 
-from .statics import GRAVITY, ROWS, gravity_wrench, planar, structure
+from .geometry import CableRobot
+from .statics import GRAVITY, gravity_wrench, structure_of
 from .tension import capacity_margin, disturbance_margin, is_feasible
 
-__all__ = ["Demand", "Grid", "Suspension", "accelerations", "as_box", "as_poses", "grid", "holds", "margins"]
+__all__ = ["Demand", "Grid", "accelerations", "as_box", "as_poses", "grid", "holds", "margins"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class Suspension:
-    """What holds the platform: frame anchors a (m, 3), platform anchors b (m, 3) m, limits (m, 2) N; and its centre of mass
-    (3,) m, degrees of freedom (a name of `statics.ROWS`) and gravity (3,) m/s^2 in base axes."""
-
-    a: Array
-    b: Array
-    limits: Array
-    com: Array = field(default_factory=lambda: np.zeros(3))
-    degrees: str = "3R3T"
-    gravity: tuple[float, float, float] = GRAVITY
 
 
 @dataclass(frozen=True)
@@ -42,7 +30,7 @@ class Demand:
 
     masses (p,) kg; rotations (n, 3, 3); extra wrenches (e, 6) [N, N m] in base axes beside the weight; `acceleration`
     [m/s^2] of the centre of mass in any direction, without turning; `reserve` [N] of capacity margin on top of that, moments
-    divided by `length` [m].
+    divided by `length` [m]; `gravity` (3,) [m/s^2] in base axes.
     """
 
     masses: Array
@@ -51,38 +39,39 @@ class Demand:
     acceleration: float = 0.0
     reserve: float = 0.0
     length: float = 1.0
+    gravity: tuple[float, float, float] = GRAVITY
 
 
-def margins(machine: Suspension, demand: Demand, where: ArrayLike) -> Array:
+def margins(machine: CableRobot, demand: Demand, where: ArrayLike) -> Array:
     """Least capacity margin (k,) [N] over everything demanded but accelerations; negative: outside.
 
     `where`: positions (k, 3) m, or poses (k, 4, 4), after whose rotation come the demand's own.
     """
-    pose = as_poses(where)
+    pose, limits = as_poses(where), machine.need("limits")
     least = np.full(len(pose), np.inf)
     for whole, w, loads, _ in _cases(machine, demand, pose):
-        least = np.minimum(least, capacity_margin(w, loads, machine.limits, demand.length))
+        least = np.minimum(least, capacity_margin(w, loads, limits, demand.length))
         least[~whole] = -np.inf
     return least
 
 
-def accelerations(machine: Suspension, demand: Demand, where: ArrayLike) -> Array:
+def accelerations(machine: CableRobot, demand: Demand, where: ArrayLike) -> Array:
     """Greatest acceleration (k,) [m/s^2] of the centre of mass in any direction, without turning, over everything demanded.
 
     `where` as for `margins`.
     """
-    pose = as_poses(where)
+    pose, limits = as_poses(where), machine.need("limits")
     least = np.full(len(pose), np.inf)
     for whole, w, loads, push in _cases(machine, demand, pose):
         least[~whole] = -np.inf
         for mass in np.unique(demand.masses):
             if mass > 0.0:
                 own = loads[:, _of_mass(demand, mass)]
-                least = np.minimum(least, disturbance_margin(w, own, machine.limits, mass * push, demand.length))
+                least = np.minimum(least, disturbance_margin(w, own, limits, mass * push, demand.length))
     return least
 
 
-def holds(machine: Suspension, demand: Demand, where: ArrayLike) -> Flags:
+def holds(machine: CableRobot, demand: Demand, where: ArrayLike) -> Flags:
     """Whether everything demanded can be held, (k,); `where` as for `margins`."""
     pose = as_poses(where)
     if demand.reserve > 0.0 or demand.acceleration > 0.0:
@@ -90,11 +79,11 @@ def holds(machine: Suspension, demand: Demand, where: ArrayLike) -> Flags:
         if demand.acceleration > 0.0:
             inside[inside] = accelerations(machine, demand, pose[inside]) >= demand.acceleration
         return inside
-    inside = np.ones(len(pose), bool)
+    inside, limits = np.ones(len(pose), bool), machine.need("limits")
     for whole, w, loads, _ in _cases(machine, demand, pose):
         inside &= whole
         for v in range(loads.shape[1]):
-            inside &= is_feasible(w, loads[:, v], machine.limits)
+            inside &= is_feasible(w, loads[:, v], limits)
     return inside
 
 
@@ -110,19 +99,19 @@ def as_poses(where: ArrayLike) -> Array:
     return pose
 
 
-def _cases(machine: Suspension, demand: Demand, pose: Array) -> Iterator[tuple[Flags, Array, Array, Array]]:
+def _cases(machine: CableRobot, demand: Demand, pose: Array) -> Iterator[tuple[Flags, Array, Array, Array]]:
     """For each orientation: whether all cables have a length (k,); W (k, d, m); wrenches (k, v, d), masses slowest; and
     what one m/s^2 does to one kg, (k, d, 3)."""
-    masses, extra, rotations = _check(machine, demand)
-    rows = list(ROWS[machine.degrees])
+    masses, extra, rotations = _check(demand)
+    rows = list(machine.axes)
     for rotation in rotations:
         turned = pose.copy()
         turned[:, :3, :3] = pose[:, :3, :3] @ rotation
-        w = np.ascontiguousarray(planar(structure(turned, machine.a, machine.b, strict=False), machine.degrees))
+        w = structure_of(machine, turned, strict=False)
         # With a platform anchor on its frame anchor nothing can be said to hold.
-        whole: Flags = np.isfinite(w.reshape(len(w), -1).sum(axis=1))
+        whole: Flags = np.isfinite(w.sum(axis=(1, 2)))
         w[~whole] = 0.0
-        weight = [gravity_wrench(turned, float(m), machine.com, machine.gravity) for m in masses]
+        weight = [gravity_wrench(turned, float(m), machine.com, demand.gravity) for m in masses]
         loads = np.concatenate([(one[:, None] + extra)[..., rows] for one in weight], axis=1)
         push = [gravity_wrench(turned, 1.0, machine.com, axis) for axis in np.eye(3)]
         yield whole, w, loads, np.stack(push, axis=-1)[:, rows]
@@ -133,10 +122,8 @@ def _of_mass(demand: Demand, mass: float) -> Flags:
     return np.repeat(np.asarray(demand.masses) == mass, len(demand.extra))
 
 
-def _check(machine: Suspension, demand: Demand) -> tuple[Array, Array, Array]:
+def _check(demand: Demand) -> tuple[Array, Array, Array]:
     masses, extra, rotations = (np.asarray(x, dtype=float) for x in (demand.masses, demand.extra, demand.rotations))
-    if machine.degrees not in ROWS:
-        raise ModelError("unknown degrees of freedom", found=machine.degrees, expected=" or ".join(ROWS))
     for name, value, shape in (("masses", masses, ()), ("extra", extra, (6,)), ("rotations", rotations, (3, 3))):
         if value.ndim != len(shape) + 1 or value.shape[1:] != shape or len(value) == 0:
             raise ModelError("a demand needs at least one of them", key=name, found=value.shape)
@@ -162,7 +149,7 @@ class Grid:
 
 
 def grid(
-    machine: Suspension, demand: Demand, box: ArrayLike, counts: tuple[int, int, int], with_margins: bool = False
+    machine: CableRobot, demand: Demand, box: ArrayLike, counts: tuple[int, int, int], with_margins: bool = False
 ) -> Grid:
     """The workspace at the centres of counts[0] x counts[1] x counts[2] cells of the box (3, 2) m; an axis may have no length."""
     sides = as_box(box)
