@@ -141,11 +141,18 @@ def disturbance_margin(
     loads = door(given if several else load[:, None])
     margin, code = np.empty(len(w)), np.empty(len(w), np.int64)
     margin_kernel(w, loads, stretch, door(bounds[:, 0]), door(bounds[:, 1]), margin, code)
-    for k in np.flatnonzero(code):  # singular poses, of which there are few
-        short = missing_wrench(np.repeat(w[k : k + 1], loads.shape[1], axis=0), loads[k], bounds, length)
-        size = float(np.linalg.norm(short * _weights(w.shape[1], length), axis=1).max())
-        margin[k] = -size if size > 1e-9 * float(np.abs(loads[k]).max() + bounds.max()) else 0.0
+    odd = np.flatnonzero(code)  # singular poses: few, or all of them where the two sets of anchors are parallel
+    if len(odd):
+        margin[odd] = _singular_margin(w[odd], loads[odd], bounds, length)
     return margin
+
+
+def _singular_margin(w: Array, loads: Array, bounds: Array, length: float) -> Array:
+    """Minus the size of the greatest missing wrench of loads (k, v, d), zero where none is missing, (k,)."""
+    count, v, d = loads.shape
+    short = missing_wrench(np.repeat(w, v, axis=0), loads.reshape(-1, d), bounds, length).reshape(count, v, d)
+    size = np.linalg.norm(short * _weights(d, length), axis=2).max(axis=1)
+    return np.where(size > 1e-9 * (np.abs(loads).max(axis=(1, 2)) + bounds.max()), -size, 0.0)
 
 
 # Methods: each fills `tension` (k, m) and says where any tensions exist, and where it found its own.

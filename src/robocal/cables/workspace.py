@@ -62,8 +62,10 @@ def accelerations(machine: CableRobot, demand: Demand, where: ArrayLike) -> Arra
     """
     pose, limits = as_poses(where), machine.need("limits")
     least = np.full(len(pose), np.inf)
-    for whole, w, loads, push in _cases(machine, demand, pose):
+    for whole, w, loads, turned in _cases(machine, demand, pose):
         least[~whole] = -np.inf
+        units = [gravity_wrench(turned, 1.0, machine.com, axis) for axis in np.eye(3)]
+        push = np.stack(units, axis=-1)[:, list(machine.axes)]  # what one m/s^2 does to one kg, (k, d, 3)
         for mass in np.unique(demand.masses):
             if mass > 0.0:
                 own = loads[:, _of_mass(demand, mass)]
@@ -101,7 +103,7 @@ def as_poses(where: ArrayLike) -> Array:
 
 def _cases(machine: CableRobot, demand: Demand, pose: Array) -> Iterator[tuple[Flags, Array, Array, Array]]:
     """For each orientation: whether all cables have a length (k,); W (k, d, m); wrenches (k, v, d), masses slowest; and
-    what one m/s^2 does to one kg, (k, d, 3)."""
+    the poses (k, 4, 4) themselves."""
     masses, extra, rotations = _check(demand)
     rows = list(machine.axes)
     for rotation in rotations:
@@ -113,8 +115,7 @@ def _cases(machine: CableRobot, demand: Demand, pose: Array) -> Iterator[tuple[F
         w[~whole] = 0.0
         weight = [gravity_wrench(turned, float(m), machine.com, demand.gravity) for m in masses]
         loads = np.concatenate([(one[:, None] + extra)[..., rows] for one in weight], axis=1)
-        push = [gravity_wrench(turned, 1.0, machine.com, axis) for axis in np.eye(3)]
-        yield whole, w, loads, np.stack(push, axis=-1)[:, rows]
+        yield whole, w, loads, turned
 
 
 def _of_mass(demand: Demand, mass: float) -> Flags:
