@@ -30,8 +30,12 @@ def machine():
     """Eight cables, crossed, with a centre of mass off the origin."""
     corners = np.array([[x, y, z] for z in (0.0, 3.0) for x, y in ((-4, -3), (4, -3), (4, 3), (-4, 3))])
     skew = np.array([[0.05, -0.02, 0.04], [-0.03, 0.06, 0], [0, 0.02, 0.1], [0.07, 0, -0.05]] * 2)
-    platform = np.array([[x, y, z] for z in (0.2, -0.2) for x, y in ((0.1, -0.4), (0.1, -0.35), (-0.1, 0.4), (-0.1, 0.35))])
-    return cable_robot("crossed", corners + skew, platform, limits=np.tile([10.0, 400.0], (8, 1)), com=np.array([0.02, 0, 0.1]))
+    platform = np.array(
+        [[x, y, z] for z in (0.2, -0.2) for x, y in ((0.1, -0.4), (0.1, -0.35), (-0.1, 0.4), (-0.1, 0.35))]
+    )
+    return cable_robot(
+        "crossed", corners + skew, platform, limits=np.tile([10.0, 400.0], (8, 1)), com=np.array([0.02, 0, 0.1])
+    )
 
 
 def worst(robot, demand, position):
@@ -99,7 +103,11 @@ def test_what_lies_between_the_corners_of_a_payload_range_is_held(machine, rng):
 def test_the_parts_of_a_demand_fit_together(machine, rng):
     """The acceleration that is possible beside a reserve leaves exactly that reserve, and a grid says what `holds` says."""
     where = rng.uniform([-2, -1.5, 0.6], [2, 1.5, 2.2], (60, 3))
-    for demand in (MANY, replace(MANY, masses=np.array([20.0]), reserve=0.0), replace(MANY, masses=np.array([0.0, 20.0]))):
+    for demand in (
+        MANY,
+        replace(MANY, masses=np.array([20.0]), reserve=0.0),
+        replace(MANY, masses=np.array([0.0, 20.0])),
+    ):
         most = accelerations(machine, demand, where)
         for point, top in zip(where[most > 0.01], most[most > 0.01], strict=True):
             edge = margins(machine, replace(demand, acceleration=top), point[None])[0]
@@ -114,7 +122,11 @@ def test_the_parts_of_a_demand_fit_together(machine, rng):
 
 def test_a_singular_pose_promises_nothing_that_is_taken(machine):
     """All cables meet in the origin: weights are held there, moments are not, so neither is a reserve or an acceleration."""
-    point = replace(machine, table=machine.table.with_values({f"c{i}.b{x}": 0.0 for i in range(1, 9) for x in "xyz"}), com=np.zeros(3))
+    point = replace(
+        machine,
+        table=machine.table.with_values({f"c{i}.b{x}": 0.0 for i in range(1, 9) for x in "xyz"}),
+        com=np.zeros(3),
+    )
     demand, where = Demand(np.array([20.0])), [[0.0, 0, 1.2]]
     assert holds(point, demand, where)[0] and margins(point, demand, where)[0] == 0.0
     assert not holds(point, replace(demand, acceleration=0.1), where)[0]
