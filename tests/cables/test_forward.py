@@ -54,7 +54,7 @@ def test_a_single_hopeless_start_can_end_in_a_local_minimum(rng):
     assert 0 < (off(found.pose, pose)[0] > 1e-3).mean() < 1
 
 
-@pytest.mark.parametrize("model", ["pulleys", "stretch", "sag"])
+@pytest.mark.parametrize("model", ["pulleys", "stretch", "stretch over pulleys", "sag", "sag over pulleys"])
 def test_every_length_model(model, rng):
     from cables.test_lengths import MODELS
 

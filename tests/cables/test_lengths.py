@@ -29,6 +29,11 @@ def wheels(rng, m=8):
     return Pulleys(rng.uniform(0.02, 0.12, m), axis / np.linalg.norm(axis, axis=1, keepdims=True))
 
 
+def some(pulleys):
+    """Every other cable without one."""
+    return replace(pulleys, radius=np.where(np.arange(len(pulleys.radius)) % 2, pulleys.radius, 0.0))
+
+
 def heavy(robot):
     m = len(robot.cables)
     return replace(robot, elasticity=np.linspace(1e-5, 4e-5, m), density=np.linspace(0.1, 3.0, m))
@@ -40,6 +45,8 @@ MODELS = {
     "stretch": (lambda robot, rng: heavy(robot), 60.0, False),
     "stretch over pulleys": (lambda robot, rng: replace(heavy(robot), pulleys=wheels(rng)), 60.0, False),
     "sag": (lambda robot, rng: heavy(robot), 60.0, True),
+    "sag over pulleys": (lambda robot, rng: replace(heavy(robot), pulleys=wheels(rng)), 60.0, True),
+    "sag over some pulleys": (lambda robot, rng: replace(heavy(robot), pulleys=some(wheels(rng))), 60.0, True),
 }
 
 

@@ -86,6 +86,22 @@ def test_tensions_of_the_list_or_of_all(folder):
     robocal("cable", "inverse", folder / "robot.yaml", folder / "tense.csv", "--tension", 80).assert_refused("twice")
 
 
+def test_there_and_back_sagging_over_pulleys(folder):
+    """The same door for every model: what `inverse --sag` says of a robot with pulleys, `forward --sag` takes back."""
+    every = "every_cable: {elasticity: 2.5e-5, density: 0.5, pulley: {radius: 0.05, axis: [0.1, 0, 1]}}\n"
+    robot, lengths = folder / "robot.yaml", folder / "lengths.csv"
+    robot.write_text(describe_cable(box()) + every)
+    more = ("--tension", 60, "--sag")
+    assert robocal("cable", "inverse", robot, folder / "poses.csv", "-o", lengths, *more).status == 0
+    back = robocal("cable", "forward", robot, lengths, "--sigma", 0.0001, "-o", folder / "back.csv", *more)
+    assert back.status == 0, back.err
+    _, found = values(folder / "back.csv")
+    np.testing.assert_allclose(found, [[0.1, -0.2, 0.9, 0, 0, 0], [0.3, 0.2, 1.6, 5, 3, -10]], atol=1e-7)
+    for less in (("--tension", 60), ()):
+        robocal("cable", "forward", robot, lengths, "-o", folder / "other.csv", "--force", *less)
+        assert np.abs(values(folder / "other.csv")[1] - found).max() > 1e-5
+
+
 @pytest.mark.parametrize(
     ("verb", "change", "more", "words"),
     [

@@ -13,17 +13,16 @@ direction of the force from the tension at B. Source: Irvine, Cable Structures (
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal.cables.newton import inverted, newton
+
 __all__ = ["Hanging", "catenary", "hang_by_length", "hang_by_tension", "sag", "shape", "stretch"]
 
 Array = NDArray[np.float64]
-ITERATIONS, HALVINGS = 100, 40
-RESOLUTION = 1e-13  # of the distance between the ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +85,9 @@ def hang_by_tension(ends: ArrayLike, tension: ArrayLike, weight: ArrayLike, elas
     chord = np.linalg.norm(p, axis=-1)
     length = chord / (1 + e * t)
     # The tension of a light cable turns by half of what its weight takes from it.
-    angle = np.arctan2(p[..., 1], p[..., 0]) + np.minimum(w * length * p[..., 0] / chord / (2 * t), 0.5)
+    with np.errstate(all="ignore"):
+        turned = np.where(t > 0, np.minimum(w * length * p[..., 0] / chord / (2 * t), 0.5), np.nan)
+    angle = np.arctan2(p[..., 1], p[..., 0]) + turned
     angle = np.clip(angle, -np.pi / 2, np.pi / 2)
 
     def evaluate(y: Array) -> tuple[Array, Array]:
@@ -98,9 +99,9 @@ def hang_by_tension(ends: ArrayLike, tension: ArrayLike, weight: ArrayLike, elas
     def allowed(y: Array) -> NDArray[np.bool_]:
         return np.asarray((np.abs(y[..., 0]) <= np.pi / 2 + 1e-12) & (y[..., 1] > 0))
 
-    y, jac, good = _newton(evaluate, np.stack([angle, length], axis=-1), allowed, chord)
+    y, jac, good = newton(evaluate, np.stack([angle, length], axis=-1), allowed, chord)
     force = t[..., None] * np.stack([np.cos(y[..., 0]), np.sin(y[..., 0])], axis=-1)
-    return _result(y[..., 1], force, _inverse(jac)[..., 1, :], good)
+    return _result(y[..., 1], force, inverted(jac)[..., 1, :], good)
 
 
 def hang_by_length(ends: ArrayLike, length: ArrayLike, weight: ArrayLike, elasticity: ArrayLike) -> Hanging:
@@ -127,10 +128,10 @@ def hang_by_length(ends: ArrayLike, length: ArrayLike, weight: ArrayLike, elasti
     def allowed(y: Array) -> NDArray[np.bool_]:
         return np.asarray(y[..., 0] > 0)
 
-    y, _, good = _newton(evaluate, np.stack([np.maximum(h, 1e-12), v], axis=-1), allowed, chord)
+    y, _, good = newton(evaluate, np.stack([np.maximum(h, 1e-12), v], axis=-1), allowed, chord)
     _, jac = catenary(y, length, w, e)
     by_angle = -jac[..., 0] * y[..., 1:] + jac[..., 1] * y[..., :1]
-    return _result(length, y, _inverse(np.stack([by_angle, jac[..., 2]], axis=-1))[..., 1, :], good)
+    return _result(length, y, inverted(np.stack([by_angle, jac[..., 2]], axis=-1))[..., 1, :], good)
 
 
 def shape(
@@ -165,55 +166,6 @@ def _together(ends: ArrayLike, *more: ArrayLike) -> tuple[Array, Array, Array, A
     shape = np.broadcast_shapes(p.shape[:-1], one.shape, two.shape, three.shape)
     p = np.broadcast_to(p, (*shape, 2))
     return p, *(np.broadcast_to(m, shape) for m in (one, two, three))  # type: ignore[return-value]
-
-
-def _inverse(jac: Array) -> Array:
-    """The inverse of 2x2 matrices; not finite where there is none."""
-    det = jac[..., 0, 0] * jac[..., 1, 1] - jac[..., 0, 1] * jac[..., 1, 0]
-    adjugate = np.stack(
-        [
-            np.stack([jac[..., 1, 1], -jac[..., 0, 1]], axis=-1),
-            np.stack([-jac[..., 1, 0], jac[..., 0, 0]], axis=-1),
-        ],
-        axis=-2,
-    )
-    return np.asarray(adjugate / np.where(det == 0, np.nan, det)[..., None, None])
-
-
-def _newton(
-    evaluate: Callable[[Array], tuple[Array, Array]],
-    y: Array,
-    allowed: Callable[[Array], NDArray[np.bool_]],
-    scale: Array,
-) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Newton's method with halving on many pairs of equations at once."""
-    with np.errstate(all="ignore"):
-        r, jac = evaluate(y)
-        size = np.linalg.norm(r, axis=-1)
-        for _ in range(ITERATIONS):
-            step = -(_inverse(jac) @ r[..., None])[..., 0]
-            running = (size > RESOLUTION * scale) & np.isfinite(step).all(axis=-1)
-            if not running.any():
-                break
-            share = np.where(running, 1.0, 0.0)
-            waiting = running
-            for _ in range(HALVINGS):
-                trial = y + share[..., None] * np.where(running[..., None], step, 0.0)
-                new_r, new_jac = evaluate(trial)
-                new_size = np.linalg.norm(new_r, axis=-1)
-                better = allowed(trial) & (new_size < size)
-                waiting = running & ~better
-                if not waiting.any():
-                    break
-                share = np.where(waiting, share / 2, share)
-            took = running & ~waiting
-            if not took.any():
-                break
-            y = np.where(took[..., None], trial, y)
-            r = np.where(took[..., None], new_r, r)
-            jac = np.where(took[..., None, None], new_jac, jac)
-            size = np.where(took, new_size, size)
-    return y, jac, np.asarray(size <= 1e-10 * scale)
 
 
 def _result(length: Array, force: Array, gradient: Array, good: NDArray[np.bool_]) -> Hanging:

@@ -15,8 +15,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal.cables.elastic import hang_by_tension, stretch
+from robocal.cables.elastic import stretch
 from robocal.cables.geometry import CableRobot, straight
+from robocal.cables.hanging import hang
 from robocal.errors import ModelError
 
 __all__ = ["inverse", "model_of", "rates"]
@@ -73,8 +74,6 @@ def model_of(robot: CableRobot, *, sag: bool, tense: bool) -> Lengths:
     if not sag:
         elasticity = robot.need("elasticity")
         return lambda pose, pull: _stretched(robot, elasticity, pose, pull)
-    if robot.pulleys is not None and (robot.pulleys.radius > 0).any():
-        raise ModelError("sag over pulleys is not modelled", key="pulley", expected="cables without pulleys")
     density = robot.need("density")
     return lambda pose, pull: _sagging(robot, density, pose, pull)
 
@@ -91,11 +90,10 @@ def _stretched(robot: CableRobot, elasticity: Array, pose: Array, pull: Array | 
 
 
 def _sagging(robot: CableRobot, density: Array, pose: Array, pull: Array | None) -> tuple[Array, Array]:
-    _, _, lever = straight(robot, pose)
+    lever = robot.b @ pose[:, :3, :3].swapaxes(-1, -2)
     d = pose[:, None, :3, 3] + lever - robot.a
-    across = np.hypot(d[..., 0], d[..., 1])
     elasticity = np.zeros(len(robot.cables)) if robot.elasticity is None else robot.elasticity
-    hung = hang_by_tension(np.stack([across, d[..., 2]], axis=-1), np.asarray(pull), density, elasticity)
-    out = d[..., :2] / np.where(across > 0, across, np.inf)[..., None]
-    u = np.concatenate([out * hung.gradient[..., :1], hung.gradient[..., 1:]], axis=-1)
-    return hung.length - robot.zeros, np.concatenate([u, np.cross(lever, u)], axis=-1)
+    wheels = robot.pulleys
+    pulley = None if wheels is None else (wheels.radius, wheels.axis)
+    hung = hang(d, np.asarray(pull), density, elasticity, pulley)
+    return hung.length - robot.zeros, np.concatenate([hung.gradient, np.cross(lever, hung.gradient)], axis=-1)
