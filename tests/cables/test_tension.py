@@ -192,6 +192,10 @@ def test_a_point_held_by_cables_is_singular_and_still_right(rng):
     assert not is_feasible(w, load + [0, 0, 0, 1e-3, 0, 0], limits).any()
     margin = capacity_margin(w, load, limits)
     assert (margin[six.feasible] == 0).all() and (margin[~six.feasible] < 0).all()
+    worse = np.stack([np.broadcast_to(load, (50, 6)), np.broadcast_to(load + [0, 0, -20, 1, 0, 0], (50, 6))], axis=1)
+    short = np.stack([missing_wrench(w, worse[:, v], limits, 0.5) for v in range(2)], axis=1) * ([1] * 3 + [2] * 3)
+    size = np.linalg.norm(short, axis=2).max(axis=1)
+    np.testing.assert_allclose(capacity_margin(w, worse, limits, 0.5), -size, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("d", "m"), [(2, 4), (3, 5), (6, 7), (6, 8), (6, 10)])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from cables.rigs import PUBLISHED, box, poses, published, slack
 
+from robocal.cables import boundary
 from robocal.cables.boundary import first_exit, outline, rays, statics_along, surface
 from robocal.cables.geometry import cable_robot
 from robocal.cables.statics import gravity_wrench, structure
@@ -106,6 +107,23 @@ def test_the_first_exit_is_found_where_a_ray_comes_back():
 
     lam = first_exit(lambda ray, lam: inside(ray, lam) & (ray != 2), 3)
     assert lam[0] == pytest.approx(0.3, abs=1e-11) and lam[1] == 1.0 and np.isnan(lam[2])
+
+
+@pytest.mark.parametrize("count", [1, 5, 300])
+@pytest.mark.parametrize("steps", [1, 7, 64])
+def test_asking_for_many_points_at_once_changes_nothing(count, steps, rng, monkeypatch):
+    edges = np.sort(rng.uniform(0, 1.3, (count, 4)), axis=1)
+    asked = []
+
+    def inside(ray, lam):
+        asked.append(len(ray))
+        return (lam < edges[ray, 0]) | ((lam > edges[ray, 1]) & (lam < edges[ray, 2])) | (lam > edges[ray, 3])
+
+    together, calls = first_exit(inside, count, steps), len(asked)
+    asked.clear()
+    monkeypatch.setattr(boundary, "AT_ONCE", 1)
+    np.testing.assert_array_equal(first_exit(inside, count, steps), together)
+    assert calls < len(asked) / 4 if count == 1 and steps == 64 else calls <= len(asked)
 
 
 def test_everything_demanded_is_held_at_once(machine, rng):

@@ -20,6 +20,9 @@ __all__ = ["Outline", "Surface", "first_exit", "outline", "rays", "statics_along
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+# Points asked for in one call: below this a call costs more by itself than by what it is asked.
+AT_ONCE = 256
+
 
 def first_exit(
     inside: Callable[[NDArray[np.int64], Array], Flags], count: int, steps: int = 64, tolerance: float = 1e-12
@@ -33,23 +36,46 @@ def first_exit(
     every = np.arange(count)
     low, high = np.zeros(count), np.ones(count)
     started = inside(every, low)
-    going = every[started]
-    for step in range(1, steps + 1):
-        lam = np.full(len(going), step / steps)
-        ok = inside(going, lam)
-        low[going[ok]] = lam[ok]
-        high[going[~ok]] = lam[~ok]
-        going = going[ok]
-        if not len(going):
-            break
-    open_ = started & (low < 1.0)
-    for _ in range(int(np.ceil(np.log2(1.0 / (steps * tolerance))))):
-        rows = np.flatnonzero(open_)
-        middle = 0.5 * (low[rows] + high[rows])
-        ok = inside(rows, middle)
-        low[rows[ok]], high[rows[~ok]] = middle[ok], middle[~ok]
+    going, step = every[started], 0
+    while step < steps and len(going):
+        some = min(steps - step, max(1, AT_ONCE // len(going)))
+        lam = np.arange(step, step + some + 1) / steps
+        out = np.column_stack([~_ask(inside, going, np.tile(lam[1:], (len(going), 1))), np.ones(len(going), bool)])
+        first = out.argmax(axis=1)  # `some` where the ray is still inside
+        left = first < some
+        low[going] = lam[first]
+        high[going[left]] = lam[first[left] + 1]
+        going, step = going[~left], step + some
+    rows = np.flatnonzero(started & (low < 1.0))
+    halvings = int(np.ceil(np.log2(1.0 / (steps * tolerance)))) if len(rows) else 0
+    while halvings > 0:
+        depth = min(halvings, max(1, int(np.log2(AT_ONCE / len(rows) + 1.0))))
+        low[rows], high[rows] = _halve(inside, rows, low[rows], high[rows], depth)
+        halvings -= depth
     low[~started] = np.nan
     return low
+
+
+def _ask(inside: Callable[[NDArray[np.int64], Array], Flags], ray: NDArray[np.int64], lam: Array) -> Flags:
+    """`inside` at lam (n, k) of rays (n,), (n, k)."""
+    return inside(np.repeat(ray, lam.shape[1]), lam.reshape(-1)).reshape(lam.shape)
+
+
+def _halve(
+    inside: Callable[[NDArray[np.int64], Array], Flags], ray: NDArray[np.int64], low: Array, high: Array, depth: int
+) -> tuple[Array, Array]:
+    """Intervals (n,) halved `depth` times, the middles that may be needed asked for at once."""
+    points = np.stack([low, high], axis=1)
+    for _ in range(depth):
+        finer = np.empty((len(ray), 2 * points.shape[1] - 1))
+        finer[:, ::2], finer[:, 1::2] = points, 0.5 * (points[:, :-1] + points[:, 1:])
+        points = finer
+    ok = _ask(inside, ray, points[:, 1:-1])
+    every, at, width = np.arange(len(ray)), np.zeros(len(ray), np.int64), 1 << depth
+    while width > 1:
+        width //= 2
+        at += np.where(ok[every, at + width - 1], width, 0)
+    return points[every, at], points[every, at + 1]
 
 
 def rays(machine: CableRobot, demand: Demand, start: ArrayLike, ends: ArrayLike, steps: int = 64) -> Array:

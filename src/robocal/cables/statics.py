@@ -61,7 +61,8 @@ def structure_of(robot: CableRobot, pose: ArrayLike, strict: bool = True) -> Arr
         length, gradient, _ = straight(robot, pose)
         gradient[~(length > 0.0)] = np.nan
         out = -gradient.swapaxes(1, 2)
-    out = np.ascontiguousarray(out[:, rows])
+    if len(rows) < 6:
+        out = np.ascontiguousarray(out[:, rows])
     if strict:
         _whole(out, robot.cables)
     return out

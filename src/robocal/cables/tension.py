@@ -23,6 +23,7 @@ from .polytope._kernels import FOUND, STUCK
 __all__ = [
     "METHODS",
     "Distribution",
+    "ball",
     "capacity_margin",
     "distribute",
     "disturbance_margin",
@@ -107,45 +108,67 @@ def missing_wrench(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, l
     return out
 
 
-def capacity_margin(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, length: float = 1.0) -> Array:
+def capacity_margin(
+    structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, length: float = 1.0, taken: ArrayLike | None = None
+) -> Array:
     """Signed distance (k,) [N] of wrenches to the boundary of those that the cables can balance; negative: not feasible.
 
     Any disturbance smaller than the margin can be balanced too; moments are divided by `length` [m]. The boundary's
     hyperplanes are found by shifting (Bouchard, Gosselin and Moore 2010; Gouttefarde and Krut 2010); the margin is that of
-    Ruiz, Caro, Cardou and Guay (2015). wrench (d,), (k, d), or (k, v, d) for the least over v wrenches. See
-    `disturbance_margin`.
+    Ruiz, Caro, Cardou and Guay (2015). wrench (d,), (k, d), or (k, v, d) for the least over v wrenches. What is
+    `taken`, and the rest, as for `disturbance_margin`.
     """
     rows = np.asarray(structure).shape[-2] if np.ndim(structure) == 3 else 6
-    return disturbance_margin(structure, wrench, limits, np.diag(1.0 / _weights(rows, length)), length)
+    return disturbance_margin(structure, wrench, limits, ball(rows, length), length, taken)
+
+
+def ball(rows: int, length: float = 1.0) -> Array:
+    """The shape (d, d) of a disturbance of one newton in any direction, moments divided by `length` [m], for d `rows` of W."""
+    return np.diag(1.0 / _weights(rows, length))
 
 
 def disturbance_margin(
-    structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, shape: ArrayLike, length: float = 1.0
+    structure: ArrayLike,
+    wrench: ArrayLike,
+    limits: ArrayLike,
+    shape: ArrayLike,
+    length: float = 1.0,
+    taken: ArrayLike | None = None,
 ) -> Array:
-    """Greatest x (k,) such that every wrench w + shape e with |e| <= x can be balanced; negative: w itself cannot.
+    """Greatest x (k,) such that every wrench w + taken f + shape e with |f| <= 1 and |e| <= x can be balanced; negative: those
+    without e cannot.
 
     shape (d, q) or (k, d, q): what one unit of the disturbance does to the platform. For accelerations of the platform in
-    any direction, shape = -m [I; [R c]x] and x is in m/s^2. A positive margin is exact; a negative one is minus a lower
+    any direction, shape = -m [I; [R c]x] and x is in m/s^2. taken (d, p) or (k, d, p): disturbances that have to be balanced
+    anyhow, none unless given. A positive margin is exact; a negative one is minus a lower
     bound of the disturbance that would be needed to help. At a singular pose, where the balanceable wrenches have no
-    volume, it is zero if every wrench can be balanced, otherwise minus the size of the greatest missing one.
+    volume, it is zero if every wrench can be balanced and nothing is `taken`, otherwise minus the size of the greatest missing
+    one, or of what is taken.
     """
     given = np.asarray(wrench, dtype=float)
     several = given.ndim == 3
     w, load, bounds = _enter(structure, given[:, 0] if several and given.shape[1] else given, limits)
     if several and (given.shape[0] != len(w) or not np.isfinite(given).all()):
         raise ModelError("wrenches are an array (k, v, d) of finite numbers", found=given.shape)
-    stretch = np.asarray(shape, dtype=float)
-    stretch = door(stretch[None] if stretch.ndim == 2 else stretch)
-    if stretch.ndim != 3 or len(stretch) not in (1, len(w)) or stretch.shape[1] != w.shape[1]:
-        raise ModelError("a disturbance's shape is an array (d, q) or (k, d, q)", found=np.shape(shape))
+    stretch = _disturbance(shape, w)
+    gone = _disturbance(np.zeros((w.shape[1], 0)) if taken is None else taken, w)
     loads = door(given if several else load[:, None])
     margin, code = np.empty(len(w)), np.empty(len(w), np.int64)
-    margin_kernel(w, loads, stretch, door(bounds[:, 0]), door(bounds[:, 1]), margin, code)
-    for k in np.flatnonzero(code):  # singular poses, of which there are few
-        short = missing_wrench(np.repeat(w[k : k + 1], loads.shape[1], axis=0), loads[k], bounds, length)
-        size = float(np.linalg.norm(short * _weights(w.shape[1], length), axis=1).max())
-        margin[k] = -size if size > 1e-9 * float(np.abs(loads[k]).max() + bounds.max()) else 0.0
+    margin_kernel(w, loads, stretch, gone, door(bounds[:, 0]), door(bounds[:, 1]), margin, code)
+    odd = np.flatnonzero(code)  # singular poses: few, or all of them where the two sets of anchors are parallel
+    if len(odd):
+        anyhow = gone[odd] if len(gone) > 1 else gone
+        margin[odd] = _singular_margin(w[odd], loads[odd], anyhow, bounds, length)
     return margin
+
+
+def _singular_margin(w: Array, loads: Array, taken: Array, bounds: Array, length: float) -> Array:
+    """Minus the size of the greatest missing wrench of loads (k, v, d), or of what is taken; zero where there is none, (k,)."""
+    count, v, d = loads.shape
+    short = missing_wrench(np.repeat(w, v, axis=0), loads.reshape(-1, d), bounds, length).reshape(count, v, d)
+    size = np.linalg.norm(short * _weights(d, length), axis=2).max(axis=1)
+    size = np.maximum(size, np.linalg.norm(taken * _weights(d, length)[:, None], axis=(1, 2)))
+    return np.where(size > 1e-9 * (np.abs(loads).max(axis=(1, 2)) + bounds.max()), -size, 0.0)
 
 
 # Methods: each fills `tension` (k, m) and says where any tensions exist, and where it found its own.
@@ -232,6 +255,15 @@ def _enter(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike) -> tuple[
             "wrenches are an array (k, d) or (d,) of finite numbers", found=load.shape, expected=(count, d)
         )
     return w, door(np.broadcast_to(load, (count, d))), bounds
+
+
+def _disturbance(shape: ArrayLike, w: Array) -> Array:
+    """An array (1 or k, d, q), contiguous."""
+    stretch = np.asarray(shape, dtype=float)
+    stretch = door(stretch[None] if stretch.ndim == 2 else stretch)
+    if stretch.ndim != 3 or len(stretch) not in (1, len(w)) or stretch.shape[1] != w.shape[1]:
+        raise ModelError("a disturbance's shape is an array (d, q) or (k, d, q)", found=np.shape(shape))
+    return stretch
 
 
 def _weights(d: int, length: float) -> Array:

@@ -16,7 +16,7 @@ from robocal.errors import ModelError
 
 from .geometry import CableRobot
 from .statics import GRAVITY, gravity_wrench, structure_of
-from .tension import capacity_margin, disturbance_margin, is_feasible
+from .tension import ball, capacity_margin, disturbance_margin, is_feasible
 
 __all__ = ["Demand", "Grid", "accelerations", "as_box", "as_poses", "grid", "holds", "margins"]
 
@@ -43,31 +43,38 @@ class Demand:
 
 
 def margins(machine: CableRobot, demand: Demand, where: ArrayLike) -> Array:
-    """Least capacity margin (k,) [N] over everything demanded but accelerations; negative: outside.
+    """Least capacity margin (k,) [N] over everything demanded, whichever way it accelerates; negative: outside.
 
     `where`: positions (k, 3) m, or poses (k, 4, 4), after whose rotation come the demand's own.
     """
     pose, limits = as_poses(where), machine.need("limits")
     least = np.full(len(pose), np.inf)
-    for whole, w, loads, _ in _cases(machine, demand, pose):
-        least = np.minimum(least, capacity_margin(w, loads, limits, demand.length))
+    for whole, w, loads, turned in _cases(machine, demand, pose):
+        if demand.acceleration > 0.0:
+            push = _push(machine, turned)
+            for mass, own in _by_mass(demand, loads):
+                shaken = demand.acceleration * mass * push
+                least = np.minimum(least, capacity_margin(w, own, limits, demand.length, shaken))
+        else:
+            least = np.minimum(least, capacity_margin(w, loads, limits, demand.length))
         least[~whole] = -np.inf
     return least
 
 
 def accelerations(machine: CableRobot, demand: Demand, where: ArrayLike) -> Array:
-    """Greatest acceleration (k,) [m/s^2] of the centre of mass in any direction, without turning, over everything demanded.
-
-    `where` as for `margins`.
+    """Greatest acceleration (k,) [m/s^2] of the centre of mass in any direction, without turning, over everything demanded,
+    with the reserve left; infinite without mass. `where` as for `margins`.
     """
     pose, limits = as_poses(where), machine.need("limits")
     least = np.full(len(pose), np.inf)
-    for whole, w, loads, push in _cases(machine, demand, pose):
-        least[~whole] = -np.inf
-        for mass in np.unique(demand.masses):
+    for whole, w, loads, turned in _cases(machine, demand, pose):
+        push = _push(machine, turned)
+        kept = None if demand.reserve <= 0.0 else demand.reserve * ball(w.shape[1], demand.length)
+        for mass, own in _by_mass(demand, loads):
             if mass > 0.0:
-                own = loads[:, _of_mass(demand, mass)]
-                least = np.minimum(least, disturbance_margin(w, own, limits, mass * push, demand.length))
+                room = disturbance_margin(w, own, limits, mass * push, demand.length, kept)
+                least = np.minimum(least, room)
+        least[~whole] = -np.inf
     return least
 
 
@@ -75,10 +82,7 @@ def holds(machine: CableRobot, demand: Demand, where: ArrayLike) -> Flags:
     """Whether everything demanded can be held, (k,); `where` as for `margins`."""
     pose = as_poses(where)
     if demand.reserve > 0.0 or demand.acceleration > 0.0:
-        inside = margins(machine, demand, pose) >= demand.reserve
-        if demand.acceleration > 0.0:
-            inside[inside] = accelerations(machine, demand, pose[inside]) >= demand.acceleration
-        return inside
+        return margins(machine, demand, pose) >= demand.reserve
     inside, limits = np.ones(len(pose), bool), machine.need("limits")
     for whole, w, loads, _ in _cases(machine, demand, pose):
         inside &= whole
@@ -101,7 +105,7 @@ def as_poses(where: ArrayLike) -> Array:
 
 def _cases(machine: CableRobot, demand: Demand, pose: Array) -> Iterator[tuple[Flags, Array, Array, Array]]:
     """For each orientation: whether all cables have a length (k,); W (k, d, m); wrenches (k, v, d), masses slowest; and
-    what one m/s^2 does to one kg, (k, d, 3)."""
+    the poses (k, 4, 4) themselves."""
     masses, extra, rotations = _check(demand)
     rows = list(machine.axes)
     for rotation in rotations:
@@ -113,13 +117,20 @@ def _cases(machine: CableRobot, demand: Demand, pose: Array) -> Iterator[tuple[F
         w[~whole] = 0.0
         weight = [gravity_wrench(turned, float(m), machine.com, demand.gravity) for m in masses]
         loads = np.concatenate([(one[:, None] + extra)[..., rows] for one in weight], axis=1)
-        push = [gravity_wrench(turned, 1.0, machine.com, axis) for axis in np.eye(3)]
-        yield whole, w, loads, np.stack(push, axis=-1)[:, rows]
+        yield whole, w, loads, turned
 
 
-def _of_mass(demand: Demand, mass: float) -> Flags:
-    """Which of the wrenches of a case carry this mass."""
-    return np.repeat(np.asarray(demand.masses) == mass, len(demand.extra))
+def _push(machine: CableRobot, turned: Array) -> Array:
+    """What one m/s^2 along each axis does to one kg, (k, d, 3)."""
+    units = [gravity_wrench(turned, 1.0, machine.com, axis) for axis in np.eye(3)]
+    return np.stack(units, axis=-1)[:, list(machine.axes)]
+
+
+def _by_mass(demand: Demand, loads: Array) -> Iterator[tuple[float, Array]]:
+    """The wrenches of a case that carry each mass."""
+    carried = np.repeat(np.asarray(demand.masses), len(demand.extra))
+    for mass in np.unique(carried):
+        yield float(mass), loads[:, carried == mass]
 
 
 def _check(demand: Demand) -> tuple[Array, Array, Array]:
@@ -159,10 +170,7 @@ def grid(
     axes = tuple(sides[i, 0] + cell[i] * (np.arange(n) + 0.5) for i, n in enumerate(counts))
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     margin = margins(machine, demand, points) if with_margins else None
-    if margin is None or demand.acceleration > 0.0:
-        inside = holds(machine, demand, points)
-    else:
-        inside = margin >= max(demand.reserve, 0.0)
+    inside = holds(machine, demand, points) if margin is None else margin >= max(demand.reserve, 0.0)
     shaped = None if margin is None else margin.reshape(counts)
     return Grid((axes[0], axes[1], axes[2]), cell, inside.reshape(counts), shaped)
 

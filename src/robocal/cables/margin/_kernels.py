@@ -81,14 +81,42 @@ def _normals(h, diagonal, tau, rank, unit, out):
 
 
 @kernel
-def margin_kernel(w, load, shape, lo, hi, margin, code):
-    """margin (k,) <- greatest x with load + shape e balanced for all |e| <= x, over load (k, v, d); negative: not balanced.
+def _projected(shape, order, inverse, out):
+    """out (q, m) <- shape^T (W^T)^+: how far each disturbance reaches along a hyperplane's normal is |out s|."""
+    d, m = inverse.shape
+    for c in range(shape.shape[1]):
+        for j in range(m):
+            out[c, j] = 0.0
+        for i in range(d):
+            x = shape[order[i], c]
+            if x != 0.0:
+                for j in range(m):
+                    out[c, j] += x * inverse[i, j]
 
-    shape (k or 1, d, q). code 1: W has not full rank.
+
+@kernel
+def _reach(projected, r, chosen, s):
+    """|shape^T n| of the hyperplane of s."""
+    size = 0.0
+    for c in range(projected.shape[0]):
+        x = 0.0
+        for j in range(r + 1):
+            x += projected[c, chosen[j]] * s[j]
+        size += x * x
+    return math.sqrt(size)
+
+
+@kernel
+def margin_kernel(w, load, shape, taken, lo, hi, margin, code):
+    """margin (k,) <- greatest x with load + taken f + shape e balanced for all |f| <= 1, |e| <= x, over load (k, v, d); negative:
+    not balanced.
+
+    shape (k or 1, d, q), taken (k or 1, d, p). code 1: W has not full rank.
     """
     count, d, m = w.shape
-    many, width = shape.shape[0], shape.shape[2]
-    h, n, inverse, seen = np.empty((d, m)), np.empty((m, m)), np.empty((d, m)), np.empty((width, m))
+    many, width, often = shape.shape[0], shape.shape[2], taken.shape[0]
+    h, n, inverse = np.empty((d, m)), np.empty((m, m)), np.empty((d, m))
+    seen, lost = np.empty((width, m)), np.empty((taken.shape[2], m))
     diagonal, tau, order = np.empty(d), np.empty(d), np.empty(d, np.int64)
     r = m - d
     loads = load.shape[1]
@@ -111,15 +139,8 @@ def margin_kernel(w, load, shape, lo, hi, margin, code):
             solve(h, diagonal, tau, order, d, load[k, v], 0.0, t[v])
         null_rows(h, tau, d, n)
         _normals(h, diagonal, tau, d, unit, inverse)
-        stretch = shape[k if many > 1 else 0]
-        for c in range(width):  # seen s = shape^T n
-            for j in range(m):
-                seen[c, j] = 0.0
-            for i in range(d):
-                x = stretch[order[i], c]
-                if x != 0.0:
-                    for j in range(m):
-                        seen[c, j] += x * inverse[i, j]
+        _projected(shape[k if many > 1 else 0], order, inverse, seen)
+        _projected(taken[k if often > 1 else 0], order, inverse, lost)
         peak = np.abs(seen).max()
         least = np.inf
         for j in range(r + 1):
@@ -131,18 +152,12 @@ def margin_kernel(w, load, shape, lo, hi, margin, code):
                     a, b = s[j] * lo[chosen[j]], s[j] * hi[chosen[j]]
                     top += max(a, b)
                     bottom += min(a, b)
-                size = 0.0
-                for c in range(width):
-                    x = 0.0
-                    for j in range(r + 1):
-                        x += seen[c, chosen[j]] * s[j]
-                    size += x * x
-                size = math.sqrt(size)
+                size, gone = _reach(seen, r, chosen, s), _reach(lost, r, chosen, s)
                 for v in range(loads):
                     x = 0.0
                     for j in range(r + 1):
                         x += s[j] * t[v, chosen[j]]
-                    room = min(top - x, x - bottom)
+                    room = min(top - x, x - bottom) - gone
                     if size > 1e-13 * peak:
                         least = min(least, room / size)
                     elif room < -1e-9 * (top - bottom):  # no disturbance leads to this hyperplane, nor back over it
