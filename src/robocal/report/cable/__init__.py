@@ -1,0 +1,1 @@
+"""Pictures of cable robots, and the page that holds them."""

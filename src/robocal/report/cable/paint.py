@@ -1,0 +1,58 @@
+"""What the pictures of cable robots share: the frame of a figure with its own style, colours of tensions and margins,
+colour bars."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterable, Sequence
+from importlib.resources import files
+
+from robocal.report.svg import drawing, num
+
+__all__ = ["asset", "bar", "brief", "clean", "figure", "tint"]
+
+# Blue, teal, green, amber, orange, red: equally dark all the way, so that each stands out on white and on black.
+RAMP = ("#2b7bd6", "#17989a", "#5c9a3a", "#c98a10", "#dd5f1b", "#d0263e")
+
+
+def asset(name: str) -> str:
+    """A style sheet or script of this folder."""
+    return files("robocal.report.cable").joinpath(name).read_text(encoding="utf-8")
+
+
+def clean(text: str) -> str:
+    """Text without control characters and halves of surrogate pairs, which no XML may hold."""
+    kept = "".join(c if c >= " " or c in "\n\t" else "\ufffd" for c in text)
+    return kept.encode("utf-8", "replace").decode("utf-8")
+
+
+def figure(kind: str, width: float, height: float, parts: Iterable[str], *, title: str, text: str) -> str:
+    """A whole picture that stands alone, in light and dark; what it shows makes the identifiers that a page needs."""
+    body = "".join(parts)
+    key = f"{kind}-{zlib.crc32((title + text + body).encode('utf-8', 'replace')):08x}"
+    style = asset("cable.css").replace("\n", "")
+    return clean(drawing(width, height, [body], title=title, text=text, key=key, cls=f"cable {kind}", style=style))
+
+
+def brief(name: str, most: int = 14) -> str:
+    """A name that fits beside a mark."""
+    return name if len(name) <= most else name[: most - 1] + "…"
+
+
+def tint(share: float, ramp: Sequence[str] = RAMP) -> str:
+    """The colour at a share of the ramp, 0 to 1; what lies outside gets the end's."""
+    at = min(max(share, 0.0), 1.0) * (len(ramp) - 1)
+    i = min(int(at), len(ramp) - 2)
+    ends = [[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in ramp[i : i + 2]]
+    return "#" + "".join(f"{round(a + (at - i) * (b - a)):02x}" for a, b in zip(*ends, strict=True))
+
+
+def bar(x: float, top: float, bottom: float, width: float = 14.0, steps: int = 40) -> str:
+    """An upright bar with the colours of the ramp, low values at the bottom."""
+    high = (bottom - top) / steps
+    # A hair higher than a step, so that no seam shows.
+    return "".join(
+        f'<rect x="{num(x)}" y="{bottom - (i + 1) * high:.2f}" width="{num(width)}" height="{high + 0.6:.2f}" '
+        f'shape-rendering="crispEdges" fill="{tint((i + 0.5) / steps)}"/>'
+        for i in range(steps)
+    )

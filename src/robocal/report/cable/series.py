@@ -1,0 +1,139 @@
+"""Tensions over a list of poses: a strip per cable, the limits as a band, and where no tensions hold the platform."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.errors import ModelError
+from robocal.report.cable.paint import brief, figure
+from robocal.report.numbers import significant
+from robocal.report.svg import Scale, label, line, nice_ticks, num, path, tick_text
+
+__all__ = ["tensions"]
+
+Array = NDArray[np.float64]
+LEFT, RIGHT, TOP, STRIP, GAP = 92.0, 924.0, 44.0, 56.0, 12.0
+MOST = 1200  # poses that are drawn one by one; of more, each column of the picture shows the least and the most
+
+
+def tensions(names: Sequence[str], tension: ArrayLike, limits: ArrayLike, cables: Sequence[str]) -> str:
+    """The picture (SVG) of tension (k, m) N over the poses `names` (k,), with limits (m, 2) N; a row with NaN is a pose at which
+    nothing holds. Raises ModelError for shapes that do not fit."""
+    t, band = np.asarray(tension, float), np.asarray(limits, float)
+    if t.ndim != 2 or t.shape != (len(names), len(cables)) or band.shape != (len(cables), 2) or not len(names):
+        raise ModelError(
+            "tensions to be drawn",
+            expected=f"({len(names)}, {len(cables)}) and limits ({len(cables)}, 2)",
+            found=(t.shape, band.shape),
+        )
+    k = len(names)
+    bad = ~np.isfinite(t).all(axis=1)
+    x = Scale(0.5, k + 0.5, LEFT, RIGHT)
+    top = float(max(band[np.isfinite(band)].max(initial=0.0), t[np.isfinite(t)].max(initial=0.0))) or 1.0
+    low = float(min(0.0, t[np.isfinite(t)].min(initial=0.0)))
+    height = TOP + len(cables) * (STRIP + GAP) + 40
+    parts = [label(LEFT, 16, "tension, N", "strong"), _legend(bool(bad.any()))]
+    parts.append(_columns(bad, x, TOP, height - 40 - GAP))
+    for i, cable in enumerate(cables):
+        upper = TOP + i * (STRIP + GAP)
+        y = Scale(low, 1.06 * top, upper + STRIP, upper)
+        parts += [_strip(brief(cable), band[i], x, y), _values(t[:, i], x, y, band[i])]
+    parts.append(_poses(names, x, height - 40 - GAP))
+    said = f"{k} poses, {int(bad.sum())} of them without tensions that hold the platform."
+    if not bad.all():
+        said += f" Tensions from {significant(float(np.nanmin(t)))} to {significant(float(np.nanmax(t)))} N."
+    return figure("series", RIGHT + 16, height, parts, title="Tensions over the list of poses", text=said)
+
+
+def _strip(cable: str, band: Array, x: Scale, y: Scale) -> str:
+    parts = [label(LEFT - 44, (y.start + y.end) / 2 + 4, cable, "strong", "end")]
+    least, most = (min(max(v, y.low), y.high) for v in np.nan_to_num(band, nan=y.low, posinf=y.high).tolist())
+    parts.append(
+        f'<rect class="band" x="{num(x.start)}" y="{num(y(most))}" width="{num(x.end - x.start)}" height="{num(y(least) - y(most))}"/>'
+    )
+    parts += [line(x.start, y(v), x.end, y(v), "border") for v in (least, most)]
+    parts.append(line(x.start, y.start, x.end, y.start, "axis"))
+    for t in nice_ticks(0.0, y.high, 2):
+        parts.append(label(LEFT - 7, y(t) + 4, tick_text(t), "tick", "end"))
+    return "".join(parts)
+
+
+def _values(t: Array, x: Scale, y: Scale, band: Array) -> str:
+    """Dots, joined by a thin line wherever the pose before has tensions too."""
+    k = len(t)
+    if k > MOST:
+        return _envelope(t, x, y)
+    fine = np.isfinite(t)
+    at = [(x(i + 1), y(v)) if ok else None for i, (v, ok) in enumerate(zip(t.tolist(), fine.tolist(), strict=True))]
+    d, before = [], None
+    for p in at:
+        if p is not None:
+            d.append(f"{'L' if before else 'M'}{num(p[0])} {num(p[1])}")
+        before = p
+    air = 1e-6 * float(np.abs(band).max())
+    out = fine & ((np.nan_to_num(t) < band[0] - air) | (np.nan_to_num(t) > band[1] + air))
+    size = 2.4 if k <= 150 else 1.4
+    dots = ["", ""]
+    for p, bad in zip(at, out.tolist(), strict=True):
+        if p is not None:
+            dots[bad] += (
+                f"M{num(p[0] - size)} {num(p[1])}a{size} {size} 0 1 0 {2 * size} 0a{size} {size} 0 1 0 {-2 * size} 0z"
+            )
+    return path("".join(d), "join") + path(dots[0], "value") + path(dots[1], "value beyond")
+
+
+def _envelope(t: Array, x: Scale, y: Scale) -> str:
+    edges = np.linspace(0, len(t), 601).astype(int)
+    d = []
+    for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        part = t[a:b][np.isfinite(t[a:b])]
+        if len(part):
+            d.append(f"M{num(x((a + b + 1) / 2))} {num(y(float(part.min())) + 0.6)}V{num(y(float(part.max())) - 0.6)}")
+    return path("".join(d), "envelope")
+
+
+def _columns(bad: NDArray[np.bool_], x: Scale, top: float, bottom: float) -> str:
+    """A column through all strips for every run of poses at which nothing holds."""
+    edge = np.flatnonzero(np.diff(np.concatenate([[0], bad.astype(int), [0]])))
+    d = []
+    for a, b in zip(edge[::2].tolist(), edge[1::2].tolist(), strict=True):
+        left, right = x(a + 0.5), x(b + 0.5)
+        short = max(1.2 - (right - left), 0.0) / 2
+        left, right = max(left - short, x.start), min(right + short, x.end)
+        d.append(f"M{num(left)} {num(top)}H{num(right)}V{num(bottom)}H{num(left)}z")
+    return path("".join(d), "lost")
+
+
+def _poses(names: Sequence[str], x: Scale, y: float) -> str:
+    """Names of the poses where they fit, or their ordinals."""
+    k = len(names)
+    room = (x.end - x.start) / k
+    if max(len(n) for n in names) * 7 + 8 <= room:
+        return "".join(label(x(i + 1), y + 17, n, "tick", "middle") for i, n in enumerate(names)) + label(
+            (x.start + x.end) / 2, y + 36, "pose", "axis-title", "middle"
+        )
+    ticks = [t for t in nice_ticks(1, k, 8) if t >= 1 and abs(t - round(t)) < 1e-9]
+    return "".join(label(x(t), y + 17, tick_text(t), "tick", "middle") for t in ticks) + label(
+        (x.start + x.end) / 2,
+        y + 36,
+        f"pose, in the order of the list ({escape(brief(names[0]))} to {escape(brief(names[-1]))})",
+        "axis-title",
+        "middle",
+    )
+
+
+def _legend(lost: bool) -> str:
+    parts = [
+        f'<rect class="band" x="{num(LEFT + 110)}" y="6" width="16" height="11"/>',
+        label(LEFT + 132, 16, "within the limits", "name"),
+    ]
+    if lost:
+        parts += [
+            f'<rect class="lost" x="{num(LEFT + 260)}" y="6" width="16" height="11"/>',
+            label(LEFT + 282, 16, "no tensions hold the platform", "name"),
+        ]
+    return "".join(parts)

@@ -1,0 +1,67 @@
+"""Bodies as faces that can be drawn: the hull of anchors however flat it is, and a surface thinned to what a page can hold."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+from robocal.cables.boundary import Surface
+
+__all__ = ["hull_loops", "thinned"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def hull_loops(points: Array) -> list[Array]:
+    """The faces (k, 3) of the convex hull of points (n, 3), each in order: polygons of a body, one polygon of a plate, one
+    line of two ends, or one point."""
+    middle = points.mean(axis=0)
+    _, size, axes = np.linalg.svd(points - middle, full_matrices=False)
+    rank = int((size > 1e-6 * max(float(size[0]), 1e-12)).sum()) if size[0] > 1e-9 else 0
+    flat = (points - middle) @ axes.T
+    if rank == 0:
+        return [points[:1]]
+    if rank == 1:
+        return [points[[int(flat[:, 0].argmin()), int(flat[:, 0].argmax())]]]
+    if rank == 2:
+        return [points[ConvexHull(flat[:, :2]).vertices]]
+    found = ConvexHull(points)
+    # Triangles of one plane are one face.
+    planes: dict[tuple[float, ...], set[int]] = {}
+    for plane, corners in zip(found.equations, found.simplices, strict=True):
+        planes.setdefault(tuple(np.round(plane, 6)), set()).update(corners.tolist())
+    return [_around(points[sorted(corners)], np.array(plane[:3])) for plane, corners in planes.items()]
+
+
+def _around(corners: Array, normal: Array) -> Array:
+    """The corners of one plane face in order, turning left seen from where the normal points."""
+    arm = corners - corners.mean(axis=0)
+    u = arm[0] / np.linalg.norm(arm[0])
+    angle = np.arctan2(arm @ np.cross(normal, u), arm @ u)
+    return np.asarray(corners[np.argsort(angle)])
+
+
+def thinned(surface: Surface, most: int = 1500) -> tuple[Array, Ints]:
+    """Vertices and at most `most` faces of a surface: fewer rays from the same start, spread as evenly."""
+    if len(surface.faces) <= most:
+        return surface.vertices, surface.faces
+    arm = surface.vertices - surface.start
+    size = np.linalg.norm(arm, axis=1)
+    kept = np.flatnonzero(size > 0.0)
+    way = arm[kept] / size[kept, None]
+    count = (most + 4) // 2
+    i = np.arange(count) + 0.5
+    z, turn = 1.0 - 2.0 * i / count, i * np.pi * (3.0 - np.sqrt(5.0))
+    flat = np.sqrt(1.0 - z * z)
+    wanted = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
+    chosen = np.unique((wanted @ way.T).argmax(axis=1))
+    try:
+        faces = ConvexHull(way[chosen]).simplices.astype(np.int64)
+    except QhullError:  # a surface without volume has nothing to show
+        return surface.vertices, surface.faces[:0]
+    x = way[chosen][faces]
+    inwards = np.einsum("fi,fi->f", x[:, 0], np.cross(x[:, 1], x[:, 2])) < 0.0
+    faces[inwards] = faces[inwards][:, ::-1]
+    return surface.vertices[kept[chosen]], faces

@@ -1,0 +1,89 @@
+"""How a tension is shown: its colour, whether a cable is slack, over its limit or has none, and the scale beside a picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.report.cable.paint import bar, tint
+from robocal.report.numbers import significant
+from robocal.report.svg import Scale, label, num, tick_text
+
+__all__ = ["STATES", "Tensions", "tensions_of"]
+
+Array = NDArray[np.float64]
+STATES = {"held": "", "slack": "slack", "over": "over its limit", "none": "no tension"}
+
+
+@dataclass(frozen=True, eq=False)
+class Tensions:
+    """Tensions (m,) N, NaN where there are none, limits (m, 2) N where they are known, and the ends of the colour scale, N."""
+
+    values: Array
+    limits: Array | None
+    low: float
+    high: float
+
+    def colour(self, i: int) -> str:
+        """The colour of cable i; none without a tension."""
+        value = float(self.values[i])
+        if math.isnan(value):
+            return ""
+        return tint((value - self.low) / (self.high - self.low) if self.high > self.low else 0.5)
+
+    def state(self, i: int) -> str:
+        """A key of STATES: a solution may lie on a limit, so rounding is forgiven."""
+        value = float(self.values[i])
+        if math.isnan(value):
+            return "none"
+        low, high = (0.0, math.inf) if self.limits is None else self.limits[i].tolist()
+        air = 1e-6 * max(abs(low), 0.0 if math.isinf(high) else high, 1e-9)
+        if value < low - air or value <= 0.0:
+            return "slack"
+        return "over" if value > high + air else "held"
+
+    def said(self, i: int) -> str:
+        """A tension in words, such as `45.2 N` or `3.10 N, slack`."""
+        word = STATES[self.state(i)]
+        if math.isnan(float(self.values[i])):
+            return word
+        return f"{significant(float(self.values[i]))}\u00a0N" + (f", {word}" if word else "")
+
+    def scale(self, names: Sequence[str], x: float, top: float, bottom: float) -> str:
+        """The colour scale upright at x (px): ticks in N, the limits where all cables share them, and a notch per cable."""
+        y = Scale(self.low, self.high, bottom, top)
+        parts = [label(x, top - 12, "tension, N", "strong"), bar(x, top, bottom)]
+        taken = []
+        if self.limits is not None and np.ptp(self.limits, axis=0).max() <= 1e-9 * np.abs(self.limits).max():
+            for value, word in zip(self.limits[0].tolist(), ("min", "max"), strict=True):
+                if self.low <= value <= self.high:
+                    taken.append(y(value))
+                    parts.append(f'<path class="limit" d="M{num(x - 3)} {num(y(value))}h20"/>')
+                    parts.append(label(x + 22, y(value) + 4, f"{word} {tick_text(value)}", "name"))
+        for t in y.ticks:
+            if all(abs(y(t) - other) > 13 for other in taken):
+                parts.append(label(x + 22, y(t) + 4, tick_text(t), "tick"))
+        for value, name in zip(self.values.tolist(), names, strict=True):
+            if not math.isnan(value):
+                at = y(min(max(value, self.low), self.high))
+                parts.append(
+                    f'<path class="notch" d="M{num(x - 2)} {num(at)}l-7-3.5v7z"><title>{escape(name)}</title></path>'
+                )
+        return "".join(parts)
+
+
+def tensions_of(values: Array, limits: Array | None) -> Tensions:
+    """The scale reaches from the least limit to the greatest, or over the tensions where no limits are known."""
+    known = values[np.isfinite(values)]
+    ends = known if limits is None else limits[np.isfinite(limits)]
+    if not len(ends):
+        ends = np.array([0.0, 1.0])
+    low, high = float(ends.min()), float(ends.max())
+    if not high > low:
+        low, high = low - 0.5 * abs(low) - 0.5, high + 0.5 * abs(high) + 0.5
+    return Tensions(np.where(np.isfinite(values), values, np.nan), limits, low, high)
