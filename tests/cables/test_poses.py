@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from cables.motions import anchors, body_overlap, pair_distances, pose, sampled
 
-from robocal.cables.interference import box, first_contact
+from robocal.cables.geometry import cable_robot
+from robocal.cables.interference import box, first_contact, hull
 from robocal.cables.poses import LIMITS, PoseBox, default_box, home, reachable_poses
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
@@ -97,3 +98,73 @@ def test_bad_input(change, message):
     given = {"a": a, "b": b, "n": 10, "rng": np.random.default_rng(0)} | change
     with pytest.raises(ModelError, match=message):
         reachable_poses(**given)
+
+
+def test_a_start_away_from_the_middle_gets_a_box_that_holds_the_machine():
+    a, _ = anchors("cogiro")
+    start = pose(a.mean(axis=0) - [1.0, 0, 3.0])
+    z = default_box(a, start=start)
+    low, high = start[:3, 3] - z.translation, start[:3, 3] + z.translation
+    assert (low <= a.min(axis=0)).all() and (high >= a.max(axis=0)).all()
+    assert default_box(a, start=home(a)).translation == pytest.approx(default_box(a).translation)
+
+
+def test_a_box_of_ones_own_may_lie_anywhere():
+    a, b = anchors("ipanema_1")
+    z = PoseBox(np.array([0.2, 0.1, 0.3]), np.zeros(3), np.array([0.5, -0.2, 0.1]))
+    made = reachable_poses(a, b, 500, np.random.default_rng(3), box=z)
+    assert (np.abs(made.translation - z.offset) <= z.translation).all()
+    assert np.abs(made.translation.mean(axis=0) - z.offset).max() < 0.05 and not made.rotation.any()
+
+
+# A planar robot moves in its plane only, and its cables are where its file puts them.
+
+UPRIGHT = np.array([[-2, 0, 3], [2, 0, 3], [0, 0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("degrees", "plane", "axes"),
+    [("2T", "xz", (0, 2)), ("2T", "xy", (0, 1)), ("1R2T", "xz", (0, 2, 4)), ("1R2T", "xy", (0, 1, 5))],
+)
+def test_a_planar_robot_stays_in_its_plane(degrees, plane, axes):
+    a = UPRIGHT if plane == "xz" else UPRIGHT[:, [0, 2, 1]]
+    robot = cable_robot("planar", a, 0.05 * (a - a.mean(axis=0)), degrees=degrees, plane=plane)
+    assert robot.axes == axes
+    made = reachable_poses(robot.a, robot.b, 200, np.random.default_rng(4), axes=robot.axes)
+    twist = np.concatenate([made.translation, made.rotation], axis=1)
+    assert not np.delete(twist, axes, axis=1).any() and (twist[:, axes].std(axis=0) > 0.1).all()
+    across = 1 if plane == "xz" else 2
+    np.testing.assert_allclose(made.poses[:, across, 3], a[:, across].mean(), atol=1e-12)
+
+
+def test_cables_that_end_in_one_point_meet_only_where_one_lies_along_another():
+    """Behind its anchor, in line with the next one: outside the triangle of the anchors, where tensions hold nothing anyway."""
+    b = np.zeros((3, 3))
+    inside = reachable_poses(
+        UPRIGHT, b, 300, np.random.default_rng(5), diameter=D, body=hull(b), axes=(0, 2),
+        box=PoseBox(np.array([0.5, 0, 0.5]), np.zeros(3)),
+    )  # fmt: skip
+    assert inside.reached == 1.0
+    # Straight up through the line of the two upper anchors: there they point at each other, and do not touch.
+    up = first_contact(UPRIGHT, b, pose([0, 0, 2.0]), [[0, 0, 2.0]], diameter=D, body=hull(b))
+    assert up.free[0]
+    # Through that line beyond the right anchor: there the left cable lies on the right one.
+    beyond = first_contact(UPRIGHT, b, pose([3, 0, 2.0]), [[0, 0, 2.0]], diameter=D, body=hull(b))
+    assert beyond.names(["c1", "c2", "c3"]) == ["c1 meets c2"] and 0.4 < beyond.fraction[0] < 0.5
+    # Into the right anchor itself: the platform has arrived.
+    into = first_contact(UPRIGHT, b, pose([0, 0, 3.0]), [[4.0, 0, 0]], diameter=D, body=hull(b))
+    assert into.names(["c1", "c2", "c3"]) == ["c2 meets the platform"] and into.fraction[0] == pytest.approx(
+        0.5, abs=1e-3
+    )
+
+
+def test_cables_in_layers_pass_each_other():
+    """Crossed cables of a planar robot that turns: in one plane they touch from the start, in layers they do not."""
+    a = np.array([[-2, 0, 2], [2, 0, 2], [-2, 0, 0], [2, 0, 0.0]])
+    b = np.array([[0.2, 0, -0.2], [-0.2, 0, -0.2], [0.2, 0, 0.2], [-0.2, 0, 0.2]])
+    with pytest.raises(ModelError, match="at the start X_0 cable 1 meets cable 2"):
+        reachable_poses(a, b, 5, np.random.default_rng(6), diameter=D, axes=(0, 2, 4))
+    layer = np.zeros((4, 3))
+    layer[:, 1] = [-0.03, -0.01, 0.01, 0.03]
+    made = reachable_poses(a + layer, b + layer, 200, np.random.default_rng(6), diameter=D, axes=(0, 2, 4))
+    assert made.contacts.free.all()

@@ -2,14 +2,15 @@
 
     X_r random in a box Z about X_0,   lambda = mu min(lambda_s, lambda_c),   X = X_0 moved by lambda of the way to X_r
 
-lambda_s is how far statics allow, lambda_c the first contact (`interference.first_contact`).
+lambda_s is how far statics allow, lambda_c the first contact (`interference.first_contact`). A planar robot draws X_r among the
+motions that it has; its cables are where its file puts them: those in one plane touch where they cross.
 Source: (3.27) to (3.38) and section 3.4.5 of the thesis behind `examples/cable-laval`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,10 +29,12 @@ Feasible = Callable[[Array, Array, Array], Array]
 
 @dataclass(frozen=True)
 class PoseBox:
-    """The box Z about X_0 by its half sizes: `translation` (3,) in m and `rotation` (3,), of the rotation vector, in rad."""
+    """The box Z by its half sizes: `translation` (3,) in m and `rotation` (3,), of the rotation vector, in rad. Its centre is
+    `offset` (3,) m away from X_0."""
 
     translation: Array
     rotation: Array
+    offset: Array = field(default_factory=lambda: np.zeros(3))
 
 
 def home(a: ArrayLike) -> Array:
@@ -39,13 +42,16 @@ def home(a: ArrayLike) -> Array:
     return se3.compose(np.eye(3), np.asarray(a, float).mean(axis=0))
 
 
-def default_box(a: ArrayLike, scale: float = 1.1, turn: float = np.pi / 6) -> PoseBox:
+def default_box(a: ArrayLike, scale: float = 1.1, turn: float = np.pi / 6, start: ArrayLike | None = None) -> PoseBox:
     """Z of section 3.4.5: as large as the machine or a little larger (`scale`), and turns of at most `turn` rad about each axis.
 
-    The thesis gives no numbers: 1.1 and 30 degrees are this package's own. A direction in which all frame anchors a (m, 3)
-    agree has no room.
+    The thesis gives no numbers: 1.1 and 30 degrees are this package's own. About a `start` (4, 4) other than `home(a)`, Z is
+    larger by twice its distance from there, so that it still holds the machine; without one, a direction in which all frame
+    anchors a (m, 3) agree has no room.
     """
-    return PoseBox(0.5 * scale * np.ptp(np.asarray(a, float), axis=0), np.full(3, float(turn)))
+    frame = np.asarray(a, float)
+    away = 0.0 if start is None else np.abs(np.asarray(start, float)[:3, 3] - frame.mean(axis=0))
+    return PoseBox(scale * (0.5 * np.ptp(frame, axis=0) + away), np.full(3, float(turn)))
 
 
 @dataclass(frozen=True)
@@ -94,23 +100,27 @@ def reachable_poses(
     diameter: ArrayLike = 0.0,
     body: Body | None = None,
     relief: float | None = None,
+    axes: Sequence[int] = range(6),
 ) -> PoseList:
     """n poses, each on a straight motion from X_0 towards a random pose of Z, at `margin` (mu) of the way that is free.
 
-    a, b (m, 3) m: anchors on the frame and on the platform; `start` is `home(a)` and `box` `default_box(a)` unless given; without
-    `feasible` only contacts stop a motion; diameter, body and relief as for `first_contact`.
+    a, b (m, 3) m: anchors on the frame and on the platform; `start` is `home(a)` and `box` `default_box(a, start=start)` unless
+    given; without `feasible` only contacts stop a motion; diameter, body and relief as for `first_contact`. `axes` are the
+    components of the twist that the platform has (`CableRobot.axes`): Z has no room in the others.
     Raises ModelError where X_0 is in contact or not feasible, for a margin outside (0, 1], fewer than one pose, and a box that is none.
     """
     x0 = home(a) if start is None else np.asarray(start, float)
-    z = default_box(a) if box is None else box
+    z = default_box(a, start=start) if box is None else box
     if n < 1:
         raise ModelError("number of poses", expected="at least 1", found=n)
     if not 0 < margin <= 1:
         raise ModelError("margin", expected="a number above 0 and at most 1", found=margin)
     half = np.concatenate([np.asarray(z.translation, float), np.asarray(z.rotation, float)])
-    if half.shape != (6,) or not (np.isfinite(half).all() and (half >= 0).all()):
+    middle = np.concatenate([np.asarray(z.offset, float), np.zeros(3)])
+    if half.shape != (6,) or not (np.isfinite(half).all() and (half >= 0).all() and np.isfinite(middle).all()):
         raise ModelError("box of poses", expected="three half sizes in m and three in rad, at least 0", found=half)
-    twist = rng.uniform(-half, half, (n, 6))
+    twist = rng.uniform(middle - half, middle + half, (n, 6))
+    twist[:, [i for i in range(6) if i not in axes]] = 0.0
     v, w = twist[:, :3].copy(), twist[:, 3:].copy()
     contacts = first_contact(a, b, x0, v, w, diameter=diameter, body=body, relief=relief)
     _may_start(contacts, len(np.asarray(a)))

@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.calibrate.candidates import Template, observed
 from robocal.errors import ModelError
-from robocal.estimate.criteria import information
+from robocal.estimate.criteria import Criterion, criterion_of, information
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["Blocks", "blocks", "gathered", "predicted", "seen_directions", "within"]
+__all__ = ["Blocks", "blocks", "gathered", "posed", "predicted", "seen_directions", "within"]
 
 Array = NDArray[np.float64]
 DECIMETRE = 0.1
@@ -139,6 +139,19 @@ def within(b: Blocks, directions: Array) -> Blocks:
         tests=np.ascontiguousarray(b.tests @ directions),
         known=directions.T @ b.known @ directions,
     )
+
+
+def posed(b: Blocks, name: str, count: int) -> tuple[Criterion, Blocks]:
+    """The criterion and the blocks that it looks at: where the weakest direction decides, only those that can be
+    seen. Raises ModelError for an unknown one, and where nothing can be seen."""
+    criterion = criterion_of(name, len(b.names), b.tests)
+    if not criterion.weakest:
+        return criterion, b
+    directions = seen_directions(b, count)
+    if not directions.shape[1]:
+        raise ModelError("so few poses show nothing above the noise", found=f"{count} poses", expected="more poses")
+    seen = within(b, directions)
+    return criterion_of(name, len(seen.names), seen.tests), seen
 
 
 def gathered(b: Blocks, chosen: Sequence[int]) -> Array:

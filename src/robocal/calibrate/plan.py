@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.candidates import Region, Template, draw, margins
-from robocal.calibrate.design import Blocks, blocks, gathered, predicted, seen_directions, within
+from robocal.calibrate.design import Blocks, blocks, gathered, posed, predicted
 from robocal.calibrate.route import short_path, travel
 from robocal.errors import ModelError
-from robocal.estimate.criteria import Criterion, criterion_of
+from robocal.estimate.criteria import Criterion
 from robocal.estimate.selection import Design, greedy, limit, select
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
@@ -146,14 +146,14 @@ def plan(
         tests = draw(at, template, options.task or options.region, options.tests, rng, columns=columns)
     b = blocks(model, template, q, tests, measured=measured, values=values, columns=columns)
     count, path_to = _how_many(b, options, watch)
-    criterion, posed = _posed(b, options.criterion, count)
-    design = select(posed.candidates, count, criterion, posed.known, watch=watch)
-    ranked = design.chosen[greedy(posed.candidates[design.chosen], count, criterion, posed.known)]
-    forecast = _forecast(b, ranked, _further(posed, criterion, ranked), rng)
+    criterion, seen = posed(b, options.criterion, count)
+    design = select(seen.candidates, count, criterion, seen.known, watch=watch)
+    ranked = design.chosen[greedy(seen.candidates[design.chosen], count, criterion, seen.known)]
+    forecast = _forecast(b, ranked, _further(seen, criterion, ranked), rng)
     enough = (path_to or forecast).enough(options.worth, options.accuracy)
     if watch:
         watch({"stage": "asking how good it could be"})
-    best = limit(posed.candidates, count, criterion, posed.known, rounds=LIMIT_ROUNDS)
+    best = limit(seen.candidates, count, criterion, seen.known, rounds=LIMIT_ROUNDS)
     if watch:
         watch({"stage": "trying perturbed models"})
     doubts = _doubts(model, template, q[ranked], tests, measured, values, columns, rng)
@@ -184,26 +184,13 @@ def _plannable(template: Template, listed: bool) -> None:
             )
 
 
-def _posed(b: Blocks, name: str, count: int) -> tuple[Criterion, Blocks]:
-    """The criterion and the blocks that it looks at: where the weakest direction decides, only those that can be
-    seen."""
-    criterion = criterion_of(name, len(b.names), b.tests)
-    if not criterion.weakest:
-        return criterion, b
-    directions = seen_directions(b, count)
-    if not directions.shape[1]:
-        raise ModelError("so few poses show nothing above the noise", found=f"{count} poses", expected="more poses")
-    posed = within(b, directions)
-    return criterion_of(name, len(posed.names), posed.tests), posed
-
-
 def _how_many(b: Blocks, options: PlanOptions, watch: Watch | None) -> tuple[int, Forecast | None]:
     """As many poses as are asked for, or as are enough."""
     if options.count is not None:
         return options.count, None
     most = min(MOST, len(b.candidates))
-    criterion, posed = _posed(b, options.criterion, most)
-    chosen = np.array(greedy(posed.candidates, most, criterion, posed.known, watch=watch), dtype=np.int64)
+    criterion, seen = posed(b, options.criterion, most)
+    chosen = np.array(greedy(seen.candidates, most, criterion, seen.known, watch=watch), dtype=np.int64)
     forecast = _forecast(b, chosen, [], None)
     return forecast.enough(options.worth, options.accuracy) or most, forecast
 

@@ -1,0 +1,160 @@
+"""Which poses of a list to measure for the calibration of a cable robot, and what the choice is worth.
+
+At pose j an instrument says where the platform is, and every cable how long it is:
+
+    r_ij = |p_j + R_j b_i - a_i| - l0_i - l_ij,   dr_j = J_j dtheta + L_j dx_j + noise
+
+theta are the free parameters (a_i and l0_i unless the robot says otherwise, (3.16) to (3.25) of the thesis behind
+`examples/cable-laval`), dx_j the error of the measured pose. What pose j tells is J_j^T S_j^-1 J_j with
+S_j = sigma^2 I + L_j C L_j^T: nothing else of dx_j is known, so this is exact to first order. Criteria and search are those of
+every plan (`estimate.criteria`, `estimate.selection`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.geometry import SYMBOLS, CableRobot, lengths, straight
+from robocal.calibrate.design import Blocks, gathered, posed, predicted
+from robocal.errors import ModelError
+from robocal.estimate.selection import Design, greedy, limit, select
+
+__all__ = ["Choice", "Noise", "cable_blocks", "choose"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Watch = Callable[[dict[str, object]], None]
+# What a tape measure or radio beacons leave, by the thesis; four poses and more improve it a hundredfold.
+EXPECTED = 0.1  # m
+DEFAULT = ("ax", "ay", "az", "l0")
+DRAWS = 25
+LIMIT_ROUNDS = 80
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations: `length` of a cable in m, `position` per axis in m and `orientation` per axis in rad of a measured
+    pose."""
+
+    length: float = 1e-3
+    position: float = 0.0
+    orientation: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """Numbers of the poses chosen, the most telling first; the search; the value that no set of this size exceeds (None: not
+    known); names of the parameters; and what is expected to be left of their errors.
+
+    `expected` has "chosen", "random" (the median of DRAWS random sets of the same size) and "all"; each says the rms in m of
+    the parameters of each symbol together, "a" (3.39a), "b", "l0" (3.39b), and "position": of the platform where its
+    lengths say it is, over the whole list.
+    """
+
+    chosen: Ints
+    design: Design
+    limit: float | None
+    criterion: str
+    parameters: tuple[str, ...]
+    noise: Noise
+    expected: Mapping[str, Mapping[str, float]]
+
+
+def choose(
+    robot: CableRobot,
+    poses: Array,
+    count: int,
+    *,
+    noise: Noise | None = None,
+    criterion: str = "A",
+    rng: np.random.Generator | None = None,
+    watch: Watch | None = None,
+) -> Choice:
+    """The best `count` of the poses (k, 4, 4) by a criterion of `estimate.criteria`.
+
+    Raises ModelError when there are fewer poses than that, for an unknown criterion, and for noise that is none.
+    """
+    noise, rng = noise or Noise(), rng or np.random.default_rng(0)
+    if not 1 <= count <= len(poses):
+        raise ModelError(
+            "so many poses cannot be chosen", found=count, expected=f"1 to {len(poses)}, those of the list"
+        )
+    b = cable_blocks(robot, poses, noise)
+    measure, seen = posed(b, criterion, count)
+    design = select(seen.candidates, count, measure, seen.known, watch=watch)
+    ranked = design.chosen[greedy(seen.candidates[design.chosen], count, measure, seen.known)]
+    best = limit(seen.candidates, count, measure, seen.known, rounds=LIMIT_ROUNDS)
+    draws = [_errors(b, rng.permutation(len(poses))[:count]) for _ in range(DRAWS)]
+    expected = {
+        "chosen": _errors(b, ranked),
+        "random": {what: float(np.median([d[what] for d in draws])) for what in draws[0]},
+        "all": _errors(b, np.arange(len(poses))),
+    }
+    return Choice(np.asarray(ranked), design, best, criterion, b.names, noise, expected)
+
+
+def cable_blocks(robot: CableRobot, poses: Array, noise: Noise) -> Blocks:
+    """What every pose (k, 4, 4) tells about the free parameters, and how they move the platform there.
+
+    Candidates (k, m, n) are whitened, in units of EXPECTED; tests (k, 3, n) are the position in m that a controller without
+    redundancy checks reads from its lengths, -L^+ J dtheta. Raises ModelError for noise that is none.
+    """
+    for name, value, least in (
+        ("length", noise.length, np.finfo(float).tiny),
+        ("position", noise.position, 0.0),
+        ("orientation", noise.orientation, 0.0),
+    ):
+        if not (np.isfinite(value) and value >= least):
+            raise ModelError(f"noise of a {name}", found=value, expected="a standard deviation, above 0 for lengths")
+    names = _free(robot)
+    rows = list(robot.axes)
+    gradient = straight(robot, poses)[1][..., rows]
+    j = _by_parameters(robot, poses, names) * EXPECTED
+    spread = np.array([noise.position] * 3 + [noise.orientation] * 3)[rows]
+    m = len(robot.cables)
+    cover = noise.length**2 * np.eye(m) + (gradient * spread**2) @ gradient.swapaxes(1, 2)
+    moves = [i for i, axis in enumerate(rows) if axis < 3]
+    tests = -(np.linalg.pinv(gradient) @ j)[:, moves]
+    if len(moves) < 3:
+        tests = np.concatenate([tests, np.zeros((len(poses), 3 - len(moves), len(names)))], axis=1)
+    whitened: Array = np.linalg.solve(np.linalg.cholesky(cover), j)
+    return Blocks(names, whitened, tests, np.eye(len(names)))
+
+
+def _free(robot: CableRobot) -> tuple[str, ...]:
+    """What is to be identified; a planar robot's anchors have no third coordinate that could be seen."""
+    if robot.table.free:
+        return tuple(robot.table.free)
+    still = [f"a{'xyz'[i]}" for i in range(3) if i not in robot.axes]
+    return tuple(f"{cable}.{s}" for cable in robot.cables for s in DEFAULT if s not in still)
+
+
+def _by_parameters(robot: CableRobot, poses: Array, names: Sequence[str]) -> Array:
+    """J (k, m, n): gradient of the lengths with respect to the free parameters."""
+    out = np.zeros((len(poses), len(robot.cables), len(names)))
+    wheels = robot.pulleys
+    for i, cable in enumerate(robot.cables):
+        pulley = None if wheels is None else (float(wheels.radius[i]), wheels.axis[i])
+        _, _, own = lengths(poses[None], robot.numbers[i][None], pulley)
+        for s, symbol in enumerate(SYMBOLS):
+            if f"{cable}.{symbol}" in names:
+                out[:, i, names.index(f"{cable}.{symbol}")] = own[0, :, s]
+    return out
+
+
+def _errors(b: Blocks, chosen: Ints) -> dict[str, float]:
+    """Root mean squares of the expected errors, m, by symbol, and of the platform's position over all tests."""
+    m = gathered(b, [int(i) for i in chosen])
+    variance = np.diag(np.linalg.inv(m)) * EXPECTED**2
+    symbol = np.array([name.rpartition(".")[2] for name in b.names])
+    groups = {"a": ("ax", "ay", "az"), "b": ("bx", "by", "bz"), "l0": ("l0",)}
+    out = {
+        what: float(np.sqrt(variance[np.isin(symbol, letters)].mean()))
+        for what, letters in groups.items()
+        if np.isin(symbol, letters).any()
+    }
+    return out | {"position": float(np.sqrt((predicted(b.tests, m) ** 2).mean()))}
