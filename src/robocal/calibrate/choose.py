@@ -121,7 +121,7 @@ def cable_blocks(robot: CableRobot, poses: Array, noise: Noise) -> Blocks:
     tests = -(np.linalg.pinv(gradient) @ j)[:, moves]
     if len(moves) < 3:
         tests = np.concatenate([tests, np.zeros((len(poses), 3 - len(moves), len(names)))], axis=1)
-    whitened: Array = np.linalg.solve(np.linalg.cholesky(cover), j)
+    whitened = np.asarray(np.linalg.solve(np.linalg.cholesky(cover), j), dtype=np.float64)
     return Blocks(names, whitened, tests, np.eye(len(names)))
 
 
