@@ -33,7 +33,7 @@ Exit status: 0 done; 2 the input is wrong, nothing was written;
 3 it ran, but the result must not be trusted; 130 stopped.
 """
 
-CABLES = "Cable-driven parallel robots: lengths, poses."
+CABLES = "Cable-driven parallel robots: lengths, poses, tensions."
 
 
 def build() -> typer.Typer:

@@ -273,3 +273,36 @@ LengthNoise = Annotated[
     _option("--sigma", metavar="SIGMA", text="Standard deviation of a length, in the robot file's unit."),
 ]
 Starts = Annotated[int, typer.Option("--starts", metavar="N", min=0, help="Further starts that look for other poses.")]
+
+# cable tension
+TensionFolder = Annotated[
+    str | None,
+    _option("-o", "--output", metavar="DIR", text="Write tensions.csv, tension.json and report.html here."),
+]
+TensionMethod = Annotated[
+    str, typer.Option("--method", metavar="METHOD", help="norm (least), mid, closed, barycentre (continuous), p-norm.")
+]
+Power = Annotated[float, typer.Option("--power", metavar="P", help="Of --method p-norm, from 2 on.")]
+Payload = Annotated[
+    float, typer.Option("--payload", metavar="MASS", help="Hung at the centre of mass, in the robot file's unit.")
+]
+Wrench = Annotated[
+    str | None,
+    _option(
+        "--wrench",
+        metavar="FX,FY,FZ,MX,MY,MZ",
+        text="Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm.",
+    ),
+]
+TensionLimits = Annotated[
+    str | None,
+    _option("--limits", metavar="LEAST,GREATEST", text="Tension limits of every cable, not those of the robot file."),
+]
+MomentLength = Annotated[
+    float | None,
+    _option(
+        "--length",
+        metavar="LENGTH",
+        text="Divides moments to compare them with forces, in the robot file's unit  [default: 1 m]",
+    ),
+]

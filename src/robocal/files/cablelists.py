@@ -3,6 +3,7 @@
 id, x [m], y [m], z [m], rx [deg], ry [deg], rz [deg]       a pose: translation and rotation vector
 id, c1 [m], c2 [m], ...                                     lengths, one column per cable
 c1.tension [N], c2.tension [N], ...                         in either, where cables stretch or sag
+fx [N], fy, fz, mx [Nm], my, mz                             with poses: what else pulls at the platform, base axes
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import csv
 import io
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,31 +28,49 @@ from robocal.files.yamlio import Document
 from robocal.geometry import se3
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["CableList", "lengths_text", "platform_text", "read_cable_lengths", "read_platform_poses"]
+__all__ = [
+    "WRENCH",
+    "CableList",
+    "lengths_text",
+    "platform_text",
+    "read_cable_lengths",
+    "read_platform_poses",
+    "tension_columns",
+]
 
 Array = NDArray[np.float64]
+WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 
 
 @dataclass(frozen=True, eq=False)
 class CableList:
-    """Names of the rows, their values in SI (poses (k, 4, 4) or lengths (k, m)) and tensions (k, m) where given."""
+    """Names of the rows, their values in SI (poses (k, 4, 4) or lengths (k, m)), and where given tensions (k, m) and
+    wrenches (k, 6); `lines` are the rows as an editor numbers them, `sha256` is that of the file."""
 
     names: tuple[str, ...]
     values: Array
     tension: Array | None
+    wrench: Array | None = None
+    lines: tuple[int, ...] = ()
+    sha256: str = ""
 
 
 def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
     """Poses of the platform. Raises FileError or FormatError naming file, row and column."""
     table = read_csv(path)
     vectors = _columns(table, FRAME_SYMBOLS, ("m", "m", "m", "rad", "rad", "rad"))
-    return CableList(_names(table), se3.from_vector(vectors), _tensions(table, robot))
+    return replace(_list(table, se3.from_vector(vectors), robot), wrench=_wrenches(table))
 
 
 def read_cable_lengths(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
     """Measured lengths of all cables. Raises FileError or FormatError naming file, row and column."""
     table = read_csv(path)
-    return CableList(_names(table), _columns(table, robot.cables, ("m",) * len(robot.cables)), _tensions(table, robot))
+    return _list(table, _columns(table, robot.cables, ("m",) * len(robot.cables)), robot)
+
+
+def _list(table: CsvTable, values: Array, robot: CableRobot) -> CableList:
+    lines = tuple(int(line) for line in table.lines)
+    return CableList(_names(table), values, _tensions(table, robot), lines=lines, sha256=table.sha256)
 
 
 def _columns(table: CsvTable, names: Sequence[str], si: Sequence[str]) -> Array:
@@ -67,18 +86,41 @@ def _tensions(table: CsvTable, robot: CableRobot) -> Array | None:
     return _columns(table, names, ("N",) * len(names))
 
 
+def _wrenches(table: CsvTable) -> Array | None:
+    """Those of the six columns that are there; the others are zero."""
+    given = [i for i, name in enumerate(WRENCH) if name in table.names]
+    if not given:
+        return None
+    out = np.zeros((len(table), 6))
+    out[:, given] = _columns(table, [WRENCH[i] for i in given], ["N" if i < 3 else "N m" for i in given])
+    return out
+
+
 def _names(table: CsvTable) -> tuple[str, ...]:
     named = next((n for n in IDS if n in table.names), None)
     return table.texts(named) if named else tuple(f"{Path(table.path).name}:{line}" for line in table.lines)
 
 
-def lengths_text(robot: CableRobot, names: Sequence[str], lengths: Array, units: CableUnits) -> str:
-    """The CSV of lengths."""
+def lengths_text(
+    robot: CableRobot, names: Sequence[str], lengths: Array, units: CableUnits, tension: Array | None = None
+) -> str:
+    """The CSV of lengths; `tension` (k, m) in N goes along, so that the list says what its lengths were made with."""
     unit = units.length
-    header = ["id", *(f"{cable} [{unit.name}]" for cable in robot.cables)]
-    return _text(
-        header, [[n, *(number(unit.from_si(float(v))) for v in row)] for n, row in zip(names, lengths, strict=True)]
-    )
+    more = {} if tension is None else tension_columns(robot, tension, units)
+    header = ["id", *(f"{cable} [{unit.name}]" for cable in robot.cables), *more]
+    rows = []
+    for i, row in enumerate(lengths):
+        cells = [number(unit.from_si(float(v))) for v in row]
+        rows.append([names[i], *cells, *(column[i] for column in more.values())])
+    return _text(header, rows)
+
+
+def tension_columns(robot: CableRobot, tension: Array, units: CableUnits) -> dict[str, list[str]]:
+    """Columns of tensions (k, m) in N for `platform_text`, under the names that lists are read by; empty where there
+    are none."""
+    unit = units.force
+    shown = [["" if np.isnan(t) else number(float(f"{unit.from_si(float(t)):.10g}")) for t in row] for row in tension.T]
+    return {f"{cable}.tension [{unit.name}]": column for cable, column in zip(robot.cables, shown, strict=True)}
 
 
 def platform_text(names: Sequence[str], poses: Array, units: CableUnits, more: Mapping[str, Sequence[str]]) -> str:

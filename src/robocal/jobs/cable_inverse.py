@@ -52,7 +52,7 @@ def cable_inverse(
     except ModelError as error:
         facts = {"key": error.key, "found": error.found, "expected": error.expected}
         raise FormatError(error.message, file=poses, **facts) from None  # type: ignore[arg-type]
-    text = lengths_text(file.robot, rows.names, lengths, file.units)
+    text = lengths_text(file.robot, rows.names, lengths, file.units, rows.tension)
     return Lengths(file.robot, rows.names, lengths, text, written(output, text, force), file.warnings)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from robocal.cli import options as o
 from robocal.cli.verbs.task import Task, task
 
-__all__ = ["CABLE", "forward", "inverse"]
+__all__ = ["CABLE", "forward", "inverse", "tension"]
 
 
 def inverse(
@@ -51,7 +51,32 @@ def forward(
     return task("cable_forward", locals())
 
 
+def tension(
+    robot: o.CableRobot,
+    poses: o.PlatformPoses,
+    method: o.TensionMethod = "norm",
+    power: o.Power = 4.0,
+    payload: o.Payload = 0.0,
+    wrench: o.Wrench = None,
+    limits: o.TensionLimits = None,
+    length: o.MomentLength = None,
+    output: o.TensionFolder = None,
+    force: o.Force = False,
+    json: o.Json = False,
+) -> Task:
+    """Tensions that hold the platform at poses, their margins, and the wrench that is missing where none do.
+
+    Exit status 3 when a pose is not held. The list that it writes goes into cable inverse and cable forward as it is.
+
+    \b
+    robocal cable tension robot.yaml poses.csv -o held
+    robocal cable tension robot.yaml poses.csv --method barycentre --payload 5
+    """
+    return task("cable_tension", locals())
+
+
 CABLE: dict[Callable[..., Any], str] = {
     inverse: "Lengths from poses.",
     forward: "Poses from lengths.",
+    tension: "Tensions that hold poses.",
 }

@@ -1,0 +1,225 @@
+"""The verb `cable tension`: tensions that hold the platform at given poses, or the wrench that is missing."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal import __version__
+from robocal.cables.geometry import CableRobot
+from robocal.cables.statics import gravity_wrench, structure_of
+from robocal.cables.tension import Distribution, capacity_margin, distribute
+from robocal.errors import FormatError, ModelError
+from robocal.files.cable import CableFile, read_cable
+from robocal.files.cablelists import WRENCH, CableList, platform_text, read_platform_poses, tension_columns
+from robocal.files.dataset import InputFile
+from robocal.files.text import write_files
+from robocal.files.units import number
+from robocal.jobs.cable_load import limited, mass_of, wrench_of
+from robocal.jobs.plain import plain
+from robocal.jobs.simulate import refuse_existing
+
+__all__ = ["Tensions", "cable_tension"]
+
+Array = NDArray[np.float64]
+FILES = ("tensions.csv", "tension.json", "report.html")
+MOMENT = "Nm"
+LEANING = np.sin(np.radians(5.0))  # of a cable that leaves a planar robot's plane further than it should
+MOST = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Tensions:
+    """Tensions of k poses with what they hold: `spread` as `tension.distribute` gives it, in N and N m; capacity
+    margins (k,) in N; missing wrenches (k, d) along `robot.axes`; the CSV; and `doubts`: which poses are not held."""
+
+    robot: CableRobot
+    names: tuple[str, ...]
+    poses: Array
+    spread: Distribution
+    margin: Array
+    missing: Array
+    power: float
+    length: float
+    mass: float
+    text: str
+    warnings: tuple[str, ...]
+    doubts: tuple[str, ...]
+    inputs: tuple[InputFile, ...]
+    command: str = ""
+    written: tuple[Path, ...] = ()
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What tension.json holds."""
+        spread, axes = self.spread, [WRENCH[i] for i in self.robot.axes]
+        rows = zip(self.names, spread.tension, self.margin, self.missing, spread.wrench, strict=True)
+        return {
+            "robocal": 1,
+            "robot": self.robot.name,
+            "cables": list(self.robot.cables),
+            "method": spread.method,
+            "power": self.power if spread.method == "p-norm" else None,
+            "limits_N": spread.limits,
+            "mass_kg": self.mass,
+            "length_m": self.length,
+            "wrenches": {"axes": axes, "unit": "N, N m"},
+            "feasible": int(spread.feasible.sum()),
+            "poses": [
+                {
+                    "name": name,
+                    "T_base_platform": self.poses[i],
+                    "feasible": bool(spread.feasible[i]),
+                    "tension_N": tension if spread.found[i] else None,
+                    "margin_N": margin,
+                    "wrench": wrench,
+                    "missing": None if spread.feasible[i] else missing,
+                }
+                for i, (name, tension, margin, missing, wrench) in enumerate(rows)
+            ],
+            "warnings": [*self.warnings, *self.doubts],
+            "provenance": {
+                "version": __version__,
+                "command": self.command,
+                "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
+            },
+        }
+
+
+def cable_tension(
+    robot: str,
+    poses: str,
+    *,
+    method: str = "norm",
+    power: float = 4.0,
+    payload: float = 0.0,
+    wrench: str | None = None,
+    limits: str | None = None,
+    length: float | None = None,
+    output: Path | None = None,
+    force: bool = False,
+    command: str = "",
+) -> Tensions:
+    """Tensions at poses; `payload` (the file's unit of mass) hangs at the centre of mass, `wrench` and `limits` are
+    those of `cable_load`, `length` (the file's unit, one metre by default) compares moments with forces. `output` gets
+    FILES. Raises InputError."""
+    if output is not None:
+        refuse_existing(output, FILES, force)
+    file = read_cable(robot)
+    able, mass = limited(file, limits), mass_of(file, payload)
+    rows = read_platform_poses(poses, able)
+    lever = 1.0 if length is None else float(file.units.length.to_si(length))
+    structure = _structure(able, rows, poses)
+    extra = wrench_of(file, wrench) + (0.0 if rows.wrench is None else rows.wrench)
+    load = (gravity_wrench(rows.values, mass, able.com) + extra)[:, able.axes]
+    spread, margin = _spread(structure, load, able, file, method, power, lever)
+    missing = spread.missing(lever)
+    made = Tensions(
+        able, rows.names, rows.values, spread, margin, missing, power, lever, mass,
+        _text(able, rows, spread, margin, missing, file), (*file.warnings, *_leaning(able, rows)),
+        _doubts(able, rows.names, spread, missing), _inputs(file, robot, rows, poses), command,
+    )  # fmt: skip
+    return made if output is None else _save(made, output)
+
+
+def _structure(robot: CableRobot, rows: CableList, poses: str) -> Array:
+    """Structure matrices at all poses. Raises FormatError naming the row where a cable has no direction."""
+    out = structure_of(robot, rows.values, strict=False)
+    bad = ~np.isfinite(out).all(axis=1)
+    if bad.any():
+        row, cable = (int(v) for v in np.argwhere(bad)[0])
+        raise FormatError(
+            f"cable {robot.cables[cable]} has no direction at {rows.names[row]}: its anchors coincide there, or the "
+            "platform anchor lies in its pulley",
+            file=poses,
+            row=rows.lines[row],
+            key=robot.cables[cable],
+        )
+    return out
+
+
+def _spread(
+    structure: Array, load: Array, robot: CableRobot, file: CableFile, method: str, power: float, length: float
+) -> tuple[Distribution, Array]:
+    """Tensions and margins; what the model complains of is said of the option or the file that it comes from."""
+    limits = robot.need("limits")
+    try:
+        return (
+            distribute(structure, load, limits, method, power),
+            capacity_margin(structure, load, limits, length),
+        )
+    except ModelError as error:
+        facts: dict[str, Any] = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
+        if structure.shape[2] < structure.shape[1]:
+            raise FormatError(error.message, file=file.path, key="cables", **facts) from None
+        key = {"unknown tension method": "method"}.get(error.message, error.key)
+        raise ModelError(error.message, key=f"--{key}", **facts) from None
+
+
+def _text(
+    robot: CableRobot, rows: CableList, spread: Distribution, margin: Array, missing: Array, file: CableFile
+) -> str:
+    """The list: poses, tensions under the names that `cable inverse` and `forward` read, and what is missing."""
+    unit = file.units.force
+    more = dict(tension_columns(robot, spread.tension, file.units))
+    more["feasible"] = ["yes" if ok else "no" for ok in spread.feasible]
+    more[f"margin [{unit.name}]"] = [number(float(f"{unit.from_si(float(v)):.6g}")) for v in margin]
+    for i, axis in enumerate(robot.axes):
+        shown = unit.name if axis < 3 else MOMENT
+        values = unit.from_si(missing[:, i]) if axis < 3 else missing[:, i]
+        cells = ["" if ok else number(float(f"{v:.6g}")) for v, ok in zip(values, spread.feasible, strict=True)]
+        more[f"missing.{WRENCH[axis]} [{shown}]"] = cells
+    return platform_text(rows.names, rows.values, file.units, more)
+
+
+def _doubts(robot: CableRobot, names: tuple[str, ...], spread: Distribution, missing: Array) -> tuple[str, ...]:
+    """Poses that no tensions hold, and those that this method has none for."""
+    out = []
+    for i in np.flatnonzero(~spread.feasible):
+        parts = [
+            f"{WRENCH[axis]} {v:.4g} {'N' if axis < 3 else MOMENT}"
+            for axis, v in zip(robot.axes, missing[i], strict=True)
+            if abs(v) > 1e-6 * np.abs(missing[i]).max()
+        ]
+        out.append(f"{names[i]}: no tensions within the limits hold it; missing is {', '.join(parts)}")
+    for i in np.flatnonzero(spread.feasible & ~spread.found):
+        out.append(f"{names[i]}: the closed form leaves the limits where other tensions do not (--method mid)")
+    left = len(out) - MOST
+    return (*out[:MOST], f"... and {left} more") if left > 0 else tuple(out)
+
+
+def _leaning(robot: CableRobot, rows: CableList) -> tuple[str, ...]:
+    """Cables that leave the plane of a planar robot: what they pull across it is held by nothing."""
+    if robot.degrees == "3R3T":
+        return ()
+    across = 2 if robot.plane == "xy" else 1
+    whole = replace(robot, degrees="3R3T")
+    lean = np.abs(structure_of(whole, rows.values, strict=False)[:, across])
+    if not lean.max(initial=0.0) > LEANING:
+        return ()
+    row, cable = (int(v) for v in np.unravel_index(int(np.argmax(lean)), lean.shape))
+    angle = np.degrees(np.arcsin(min(float(lean[row, cable]), 1.0)))
+    return (
+        f"{rows.names[row]}: cable {robot.cables[cable]} leaves the plane {robot.plane} by {angle:.3g} deg; "
+        "nothing balances what it pulls across",
+    )
+
+
+def _inputs(file: CableFile, robot: str, rows: CableList, poses: str) -> tuple[InputFile, ...]:
+    return InputFile(file.path or Path(robot), file.sha256), InputFile(Path(poses), rows.sha256)
+
+
+def _save(made: Tensions, output: Path) -> Tensions:
+    """Writes the list, the document and the page."""
+    from robocal.jobs.cable_tension_page import tension_page
+
+    found = plain(made.document)
+    document = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    page = tension_page(made.robot, made.poses, made.spread, made.margin, found)
+    texts = dict(zip(FILES, (made.text, document, page), strict=True))
+    return replace(made, written=write_files(output, texts))
