@@ -24,9 +24,7 @@ def show_tension(terminal: Terminal, made: Tensions) -> None:
     terminal.show(Text.assemble((made.robot.name, "bold"), head))
     if spread.found.any():
         shown = table("tension [N]", "least", "mean", "greatest", "limits", right=(1, 2, 3, 4))
-        for cable, t, (low, high) in zip(
-            made.robot.cables, spread.tension[spread.found].T, spread.limits, strict=True
-        ):
+        for cable, t, (low, high) in zip(made.robot.cables, spread.tension[spread.found].T, spread.limits, strict=True):
             shown.add_row(cable, *(figure(float(v)) for v in (t.min(), t.mean(), t.max())), f"{low:g} to {high:g}")
         terminal.show(Text(""), shown)
     if k:

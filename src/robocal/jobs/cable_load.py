@@ -60,7 +60,7 @@ def mass_of(file: CableFile, payload: float = 0.0) -> float:
 
 
 def wrench_of(file: CableFile, wrench: str | None) -> Array:
-    """"FX,FY,FZ,MX,MY,MZ" (forces in the file's unit, moments in Nm, base axes) as (6,) in N and N m; zero for None.
+    """ "FX,FY,FZ,MX,MY,MZ" (forces in the file's unit, moments in Nm, base axes) as (6,) in N and N m; zero for None.
     Raises ModelError."""
     if wrench is None:
         return np.zeros(6)

@@ -36,7 +36,9 @@ def tension_page(robot: CableRobot, poses: Array, spread: Distribution, margin: 
     return page(
         f"{robot.name}: tensions",
         [
-            Block("What the cables bear", _summary(found), tensions(names, spread.tension, spread.limits, robot.cables)),
+            Block(
+                "What the cables bear", _summary(found), tensions(names, spread.tension, spread.limits, robot.cables)
+            ),
             Block(
                 "Where the least is left",
                 "The margin is the size of the smallest disturbance that the cables could not balance; negative: what is missing. "
