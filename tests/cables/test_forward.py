@@ -104,14 +104,16 @@ def test_two_poses_with_the_same_lengths_are_both_told(rng):
         np.testing.assert_allclose(forward(flat, inverse(flat, pose)[0], starts=starts).pose, pose, atol=1e-9)
 
 
-@pytest.mark.parametrize(("degrees", "plane"), [("2T", "xz"), ("2T", "xy"), ("1R2T", "xz"), ("1R2T", "xy")])
+@pytest.mark.parametrize(
+    ("degrees", "plane"), [("2T", "xz"), ("2T", "xy"), ("1R2T", "xz"), ("1R2T", "xy"), ("1R2T", "yz")]
+)
 def test_planar_robots_stay_in_their_plane(degrees, plane, rng):
-    up = 2 if plane == "xz" else 1
+    one, up = ("xyz".index(letter) for letter in plane)
     flat = np.array([[-2, 0], [2, 0], [2, 3], [-2, 3.0]])
     a, b = np.zeros((4, 3)), np.zeros((4, 3))
-    a[:, [0, up]] = flat
+    a[:, [one, up]] = flat
     if degrees == "1R2T":
-        b[:, [0, up]] = [[-0.2, 0.1], [0.2, 0.1], [0.2, -0.1], [-0.2, -0.1]]
+        b[:, [one, up]] = [[-0.2, 0.1], [0.2, 0.1], [0.2, -0.1], [-0.2, -0.1]]
     robot = replace(cable_robot("plane", a, b), degrees=degrees, plane=plane)
     twist = np.zeros((30, 6))
     twist[:, robot.axes] = rng.uniform(-0.3, 0.3, (30, len(robot.axes)))

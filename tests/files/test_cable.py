@@ -219,8 +219,9 @@ BODIES = """<?xml version="1.0" encoding="utf-8"?>
 """
 
 
-def caspr(folder, reference="joint", bodies=BODIES, change=("", "")):
+def caspr(folder, reference="joint", bodies=BODIES, change=("", ""), order=(0, 1, 2)):
     ends = [("-1 0 0", "-.1 0 0"), ("1 0 0", "0.1 0 0"), ("1 0 2", "1.0e-1 0 0.1"), ("-1 0 2", "-0.1 0 0.1")]
+    ends = [[" ".join(end.split()[k] for k in order) for end in both] for both in ends]
     rows = "".join(CABLE.format(name=f"cable {i}", reference=reference, a=a, b=b) for i, (a, b) in enumerate(ends))
     head = '<?xml version="1.0"?>\n<!DOCTYPE cables [\n<!ATTLIST cable_set id ID #REQUIRED>\n]>\n'
     text = f'{head}<cables default_cable_set="used"><cable_set id="spare"></cable_set><cable_set id="used">{rows}</cable_set></cables>'
@@ -249,6 +250,63 @@ def test_caspr(tmp_path):
     assert few.robot.degrees == "3R3T" and "4 cables do not determine 6 degrees of freedom" in few.warnings[0]
 
 
+def test_caspr_since_2017(tmp_path):
+    """Bodies one level down, a document type in another file, comments, a planar model with one moment of inertia."""
+    head = '<!DOCTYPE bodies_system SYSTEM "../../templates/bodies.dtd">\n<!-- <link_rigid num="1"/> --><bodies_system>'
+    bodies = BODIES.replace("<links>", head + "<links>").replace("</links>", "</links></bodies_system>")
+    bodies = bodies.replace("<Ixx>2</Ixx>", "<Ixx>0</Ixx>").replace("<Izz>1</Izz>", "<Izz>0</Izz>")
+    file = read_cable(caspr(tmp_path, bodies=bodies))
+    assert file.robot.inertia is None and "inertia (row 5 of flat_bodies.xml) is that of no body" in file.warnings[0]
+    for joint, axes in (("PLANAR_XZ", (0, 2, 4)), ("PLANAR_YZ", (1, 2, 3)), ("PLANAR_XY", (0, 1, 5)), ("P_XZ", (0, 2))):
+        order = {"PLANAR_YZ": (1, 0, 2), "PLANAR_XY": (0, 2, 1)}.get(joint, (0, 1, 2))
+        made = read_cable(caspr(tmp_path, bodies=BODIES.replace("PLANAR_XZ", joint), order=order)).robot
+        assert made.axes == axes and made.inertia is not None
+
+
+def test_caspr_cables_that_stretch_and_pulleys(tmp_path):
+    place = caspr(tmp_path)
+    text = place.read_text()
+    spring = "<K>13000</K><diameter>0.004</diameter><force_min>"
+    place.write_text(text.replace("cable_ideal", "cable_linear_spring").replace("<force_min>", spring))
+    robot = read_cable(place).robot
+    np.testing.assert_allclose(robot.elasticity, 1 / 13000)
+    np.testing.assert_allclose(robot.diameter, 0.004)
+    one = text.partition("</cable_ideal>")
+    place.write_text(one[0].replace("cable_ideal", "cable_linear_spring").replace("<force_min>", spring)
+                     + "</cable_linear_spring>" + one[2])  # fmt: skip
+    file = read_cable(place)
+    assert file.robot.elasticity is None and "elasticity is said of some cables only" in " ".join(file.warnings)
+    eyelet = "<attachment><link>0</link><location>1 0 2</location></attachment>"
+    assert eyelet in text
+    wheel = (
+        "<base_rotating_pulley><fixed_location>1 0 2</fixed_location><pulley_radius>0.05</pulley_radius>"
+        "<cable_entry_vector>0 0 2</cable_entry_vector></base_rotating_pulley>"
+    )
+    place.write_text(text.replace(eyelet, wheel))
+    pulleys = read_cable(place).robot.pulleys
+    np.testing.assert_array_equal(pulleys.radius, [0, 0, 0.05, 0])
+    np.testing.assert_array_equal(pulleys.axis[2], [0, 0, 1])
+    place.write_text(text.replace(eyelet, wheel.replace("0 0 2</cable", "0 0 0</cable")))
+    with pytest.raises(FormatError, match=r"<cable_entry_vector>: a direction is not zero"):
+        read_cable(place)
+    place.write_text(text.replace(eyelet, wheel.replace("base_rot", "screw_base_rot")))
+    with pytest.raises(
+        FormatError, match=r"runs from the base straight to the body; found '<screw_base_rotating_pulley>"
+    ):
+        read_cable(place)
+
+
+def test_caspr_of_old(tmp_path):
+    """One cable set that is not called the default; attachments without a reference, where it makes no difference."""
+    place = caspr(tmp_path, bodies=BODIES.replace("0 0 0.25", "0 0 0"))
+    text = place.read_text().replace(' default_cable_set="used"', "").replace('<cable_set id="spare"></cable_set>', "")
+    place.write_text(text.replace(' attachment_reference="joint"', ""))
+    np.testing.assert_array_equal(read_cable(place).robot.b[2], [0.1, 0, 0.1])
+    (tmp_path / "flat_bodies.xml").write_text(BODIES)
+    with pytest.raises(FormatError, match=r"row 5.*not said which point the attachments are measured from"):
+        read_cable(place)
+
+
 @pytest.mark.parametrize(
     ("change", "bodies", "words"),
     [
@@ -260,6 +318,24 @@ def test_caspr(tmp_path):
         (("", ""), BODIES.replace("PLANAR_XZ", "REVOLUTE_XY"), ["flat_bodies.xml", "'REVOLUTE_XY'", "PLANAR_XY"]),
         (("", ""), BODIES.replace("<mass>2.5</mass>", ""), ["<physical> has no <mass>"]),
         (("", ""), "<cables></cables>", ["flat_bodies.xml", "not that file"]),
+        (("", ""), BODIES.replace("PLANAR_XZ", "T_XYZ"), ["'T_XYZ'", "not that of a cable robot's platform"]),
+        (("", ""), BODIES.replace("</links>", '<link_rigid num="2"></link_rigid></links>'), ["arms", "2 <link_rigid>"]),
+        (
+            ("", ""),
+            BODIES.replace("<location>0 0 0", "<location>0 .2 0"),
+            ["plane of its frame anchors", "0.2 m beside"],
+        ),
+        (("<link>1<", "<link>2<"), BODIES, ["row 5", "links [0, 2]"]),
+        (("cable_ideal", "muscle_hill_type"), BODIES, ["row 5", "<muscle_hill_type>", "this kind of actuator"]),
+        (("cable_ideal", "cable_passive_linear_spring"), BODIES, ["row 5", "nobody drives this one"]),
+        (
+            (
+                "<attachment><link>0</link>",
+                "<attachment><link>0</link><location>0 0 0</location></attachment><attachment><link>0</link>",
+            ),
+            BODIES,
+            ["row 5", "straight to the body", "<attachment>, <attachment>, <attachment>"],
+        ),
     ],
 )
 def test_bad_caspr(tmp_path, change, bodies, words):

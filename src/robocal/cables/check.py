@@ -12,6 +12,7 @@ __all__ = ["check"]
 
 FEWEST, MOST = 3, 12
 SAME = 1e-6  # m; anchors closer than this are one
+PRINTED = 1e-6  # of a moment of inertia: a thin plate's, printed with seven digits, is still a plate's
 LOST = 1e-9  # smallest singular value of L over the largest below which a direction of motion is not held
 
 
@@ -76,7 +77,7 @@ def _numbers(robot: CableRobot) -> None:
 def _inertia(inertia: np.ndarray) -> None:
     moments = np.linalg.eigvalsh(inertia)
     symmetric = np.allclose(inertia, inertia.T, rtol=0, atol=1e-9 * max(np.abs(inertia).max(), 1e-300))
-    if not symmetric or moments[0] < -1e-9 * moments[-1] or moments[2] > (moments[0] + moments[1]) * (1 + 1e-9):
+    if not symmetric or moments[0] < -1e-9 * moments[-1] or moments[2] > (moments[0] + moments[1]) * (1 + PRINTED):
         raise ModelError(
             "no body has this inertia",
             key="inertia",

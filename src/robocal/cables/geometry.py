@@ -24,12 +24,13 @@ __all__ = ["DEGREES", "SYMBOLS", "CableRobot", "cable_robot", "lengths", "straig
 
 Array = NDArray[np.float64]
 SYMBOLS = ("ax", "ay", "az", "bx", "by", "bz", "l0")
+SPATIAL = (0, 1, 2, 3, 4, 5)
 
 # What a robot can do, by plane (`plane` is that of a planar robot): the components of the twist (v, w) that it has.
 DEGREES: Mapping[str, Mapping[str, tuple[int, ...]]] = {
-    "3R3T": {"xy": (0, 1, 2, 3, 4, 5), "xz": (0, 1, 2, 3, 4, 5)},
-    "1R2T": {"xy": (0, 1, 5), "xz": (0, 2, 4)},
-    "2T": {"xy": (0, 1), "xz": (0, 2)},
+    "3R3T": {"xy": SPATIAL, "xz": SPATIAL, "yz": SPATIAL},
+    "1R2T": {"xy": (0, 1, 5), "xz": (0, 2, 4), "yz": (1, 2, 3)},
+    "2T": {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)},
 }
 
 
@@ -41,7 +42,7 @@ class CableRobot:
     mass in kg, com (3,) in m and inertia (3, 3) in kg m2 about com, all in platform axes; limits (m, 2): least and
     greatest tension in N; elasticity (m,) in 1/N: strain per tension; density (m,): weight per unstretched length in
     N/m; diameter (m,) in m. None: not known. `degrees` is a key of DEGREES; a planar robot moves in `plane` of the
-    base (xz stands upright). `sources` says where values come from, `assumed` names those that were chosen:
+    base (xz and yz stand upright). `sources` says where values come from, `assumed` names those that were chosen:
     c1.a, c1.b, c1.zero, c1.tension, c1.pulley, ..., mass, com, inertia; the source of them all is under "".
     """
 

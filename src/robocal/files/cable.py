@@ -1,6 +1,7 @@
 """A cable robot as a file describes it: robot.yaml with `kind: cable`, to a CableRobot in SI and back.
 
-Other descriptions (CASPR's XML, the YAML of published robots) are read by `files/cableimport.py` and written as this.
+Other descriptions (CASPR's XML, the YAML of published robots) are read by `files/caspr.py` and `files/cableimport.py`
+and written as this.
 """
 
 from __future__ import annotations
@@ -47,7 +48,8 @@ class CableFile:
 def read_cable(path: str | os.PathLike[str]) -> CableFile:
     """Reads a cable robot: robot.yaml, CASPR's `X_cables.xml` (with `X_bodies.xml` beside it), or the YAML of a
     published robot. Raises FileError or FormatError."""
-    from robocal.files.cableimport import read_caspr, read_published
+    from robocal.files.cableimport import read_published
+    from robocal.files.caspr import read_caspr
 
     source = read_text(path)
     if source.path.suffix.lower() == ".xml" or source.text.lstrip().startswith("<"):

@@ -66,7 +66,7 @@ class CableRobotModel(Model):
     kind: Literal["cable"]
     units: UnitsModel
     degrees: Literal["2T", "1R2T", "3R3T"] = "3R3T"
-    plane: Literal["xy", "xz"] = "xz"
+    plane: Literal["xy", "xz", "yz"] = "xz"
     frame_anchors: Any
     platform_anchors: Any
     cables: list[CableModel] | None = None
