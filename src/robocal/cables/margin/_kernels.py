@@ -16,18 +16,7 @@ from robocal.cables.balance._kernels import factor, null_rows, reflect, solve
 
 @kernel
 def _dependency(n, r, chosen, work, column, s):
-    """s (r + 1,) <- unit vector with sum_j N[:, chosen_j] s_j = 0; False when there is more than one."""
-    if r == 2:
-        a, b, c = chosen[0], chosen[1], chosen[2]
-        s[0] = n[0, b] * n[1, c] - n[0, c] * n[1, b]
-        s[1] = n[0, c] * n[1, a] - n[0, a] * n[1, c]
-        s[2] = n[0, a] * n[1, b] - n[0, b] * n[1, a]
-        size = math.sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2])
-        if size < 1e-12:
-            return False
-        for j in range(3):
-            s[j] /= size
-        return True
+    """s (r + 1,) <- a vector with sum_j N[:, chosen_j] s_j = 0; returns |s|^2, zero when there is more than one such line."""
     for i in range(r):
         for j in range(r + 1):
             work[i, j] = n[i, chosen[j]]
@@ -40,7 +29,7 @@ def _dependency(n, r, chosen, work, column, s):
                 if abs(work[i, column[j]]) > best:
                     best, pi, pj = abs(work[i, column[j]]), i, j
         if best < 1e-12:
-            return False
+            return 0.0
         column[k], column[pj] = column[pj], column[k]
         for j in range(r + 1):
             work[k, j], work[pi, j] = work[pi, j], work[k, j]
@@ -56,9 +45,7 @@ def _dependency(n, r, chosen, work, column, s):
             v -= work[k, column[j]] * s[column[j]]
         s[column[k]] = v / work[k, column[k]]
         size += s[column[k]] * s[column[k]]
-    for j in range(r + 1):
-        s[j] /= math.sqrt(size)
-    return True
+    return size
 
 
 @kernel
@@ -82,28 +69,101 @@ def _normals(h, diagonal, tau, rank, unit, out):
 
 @kernel
 def _projected(shape, order, inverse, out):
-    """out (q, m) <- shape^T (W^T)^+: how far each disturbance reaches along a hyperplane's normal is |out s|."""
+    """out (m, q) <- (shape^T (W^T)^+)^T: how far each disturbance reaches along a hyperplane's normal is |out^T s|."""
     d, m = inverse.shape
-    for c in range(shape.shape[1]):
-        for j in range(m):
-            out[c, j] = 0.0
+    for j in range(m):
+        for c in range(shape.shape[1]):
+            out[j, c] = 0.0
         for i in range(d):
-            x = shape[order[i], c]
-            if x != 0.0:
-                for j in range(m):
-                    out[c, j] += x * inverse[i, j]
+            for c in range(shape.shape[1]):
+                out[j, c] += shape[order[i], c] * inverse[i, j]
 
 
 @kernel
-def _reach(projected, r, chosen, s):
-    """|shape^T n| of the hyperplane of s."""
+def _room(top, bottom, x, size, gone, small):
+    """y |y| for the greatest y that keeps x +- (sqrt(gone) + y sqrt(size)) between bottom and top: one root for all hyperplanes."""
+    room = min(top - x, x - bottom)
+    if gone > 0.0:
+        room -= math.sqrt(gone)
+    if size > small:
+        return room * abs(room) / size
+    return -np.inf if room < -1e-9 * (top - bottom) else np.inf  # no disturbance leads to this hyperplane, nor back over it
+
+
+@kernel
+def _reach3(seen, a, b, c, sa, sb, sc):
+    """|shape^T n|^2 of the hyperplane of s = (sa, sb, sc) on the cables a, b, c."""
     size = 0.0
-    for c in range(projected.shape[0]):
+    for i in range(seen.shape[1]):
+        x = sa * seen[a, i] + sb * seen[b, i] + sc * seen[c, i]
+        size += x * x
+    return size
+
+
+@kernel
+def _nearest3(n, seen, lost, t, lo, hi):
+    """Least y |y| over all hyperplanes, for two redundant cables: each s is a cross product."""
+    m = n.shape[1]
+    least, peak = np.inf, 1e-13 * np.abs(seen).max()
+    for a in range(m):
+        for b in range(a + 1, m):
+            sc = n[0, a] * n[1, b] - n[0, b] * n[1, a]
+            for c in range(b + 1, m):
+                sa = n[0, b] * n[1, c] - n[0, c] * n[1, b]
+                sb = n[0, c] * n[1, a] - n[0, a] * n[1, c]
+                long = sa * sa + sb * sb + sc * sc
+                if long <= 1e-24:
+                    continue
+                size, gone = _reach3(seen, a, b, c, sa, sb, sc), _reach3(lost, a, b, c, sa, sb, sc)
+                top = max(sa * lo[a], sa * hi[a]) + max(sb * lo[b], sb * hi[b]) + max(sc * lo[c], sc * hi[c])
+                bottom = min(sa * lo[a], sa * hi[a]) + min(sb * lo[b], sb * hi[b]) + min(sc * lo[c], sc * hi[c])
+                for v in range(t.shape[0]):
+                    x = sa * t[v, a] + sb * t[v, b] + sc * t[v, c]
+                    least = min(least, _room(top, bottom, x, size, gone, peak * peak * long))
+    return least
+
+
+@kernel
+def _reach(seen, r, chosen, s):
+    """|shape^T n|^2 of the hyperplane of s."""
+    size = 0.0
+    for c in range(seen.shape[1]):
         x = 0.0
         for j in range(r + 1):
-            x += projected[c, chosen[j]] * s[j]
+            x += seen[chosen[j], c] * s[j]
         size += x * x
-    return math.sqrt(size)
+    return size
+
+
+@kernel
+def _nearest(n, r, seen, lost, t, lo, hi, chosen, column, s, work):
+    """Least y |y| over all hyperplanes, for any number of redundant cables."""
+    m = n.shape[1]
+    least, peak = np.inf, 1e-13 * np.abs(seen).max()
+    for j in range(r + 1):
+        chosen[j] = j
+    while True:
+        long = _dependency(n, r, chosen, work, column, s)
+        if long > 0.0:
+            top, bottom = 0.0, 0.0
+            for j in range(r + 1):
+                a, b = s[j] * lo[chosen[j]], s[j] * hi[chosen[j]]
+                top += max(a, b)
+                bottom += min(a, b)
+            size, gone = _reach(seen, r, chosen, s), _reach(lost, r, chosen, s)
+            for v in range(t.shape[0]):
+                x = 0.0
+                for j in range(r + 1):
+                    x += s[j] * t[v, chosen[j]]
+                least = min(least, _room(top, bottom, x, size, gone, peak * peak * long))
+        j = r
+        while j >= 0 and chosen[j] == m - r - 1 + j:
+            j -= 1
+        if j < 0:
+            return least
+        chosen[j] += 1
+        for i in range(j + 1, r + 1):
+            chosen[i] = chosen[i - 1] + 1
 
 
 @kernel
@@ -116,7 +176,7 @@ def margin_kernel(w, load, shape, taken, lo, hi, margin, code):
     count, d, m = w.shape
     many, width, often = shape.shape[0], shape.shape[2], taken.shape[0]
     h, n, inverse = np.empty((d, m)), np.empty((m, m)), np.empty((d, m))
-    seen, lost = np.empty((width, m)), np.empty((taken.shape[2], m))
+    seen, lost = np.empty((m, width)), np.empty((m, taken.shape[2]))
     diagonal, tau, order = np.empty(d), np.empty(d), np.empty(d, np.int64)
     r = m - d
     loads = load.shape[1]
@@ -141,36 +201,11 @@ def margin_kernel(w, load, shape, taken, lo, hi, margin, code):
         _normals(h, diagonal, tau, d, unit, inverse)
         _projected(shape[k if many > 1 else 0], order, inverse, seen)
         _projected(taken[k if often > 1 else 0], order, inverse, lost)
-        peak = np.abs(seen).max()
-        least = np.inf
-        for j in range(r + 1):
-            chosen[j] = j
-        while True:
-            if _dependency(n, r, chosen, work, column, s):
-                top, bottom = 0.0, 0.0
-                for j in range(r + 1):
-                    a, b = s[j] * lo[chosen[j]], s[j] * hi[chosen[j]]
-                    top += max(a, b)
-                    bottom += min(a, b)
-                size, gone = _reach(seen, r, chosen, s), _reach(lost, r, chosen, s)
-                for v in range(loads):
-                    x = 0.0
-                    for j in range(r + 1):
-                        x += s[j] * t[v, chosen[j]]
-                    room = min(top - x, x - bottom) - gone
-                    if size > 1e-13 * peak:
-                        least = min(least, room / size)
-                    elif room < -1e-9 * (top - bottom):  # no disturbance leads to this hyperplane, nor back over it
-                        least = -np.inf
-            j = r
-            while j >= 0 and chosen[j] == m - r - 1 + j:
-                j -= 1
-            if j < 0:
-                break
-            chosen[j] += 1
-            for i in range(j + 1, r + 1):
-                chosen[i] = chosen[i - 1] + 1
-        margin[k] = least
+        if r == 2:
+            least = _nearest3(n, seen, lost, t, lo, hi)
+        else:
+            least = _nearest(n, r, seen, lost, t, lo, hi, chosen, column, s, work)
+        margin[k] = math.copysign(math.sqrt(abs(least)), least)
 
 
 @kernel
