@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-PEERS = ("scipy", "pyceres", "pybotics", "figaroh")
+PEERS = ("scipy", "pyceres", "pybotics", "figaroh", "cables")
 # the pins exist as wheels for these: numpy 1.26 ends with 3.12, numpy 2.4 begins with 3.11
 PYTHONS = ((3, 11), (3, 12))
 INSTALL_LIMIT = 1200  # seconds

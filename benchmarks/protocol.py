@@ -32,12 +32,12 @@ import numpy as np
 
 
 def load(path) -> SimpleNamespace:
-    """The job file as a namespace of arrays; scalars become floats."""
+    """The job file as a namespace of arrays; a single number becomes a float or an int, names a list of str."""
     with np.load(path, allow_pickle=False) as data:
-        job = SimpleNamespace(**{key: data[key] for key in data.files})
-    job.sigma = float(job.sigma)
-    job.names = [str(name) for name in job.names]
-    return job
+        entries = {key: data[key] for key in data.files}
+    return SimpleNamespace(
+        **{key: v.tolist() if v.ndim == 0 or v.dtype.kind == "U" else v for key, v in entries.items()}
+    )
 
 
 def full_vector(job, free_values) -> list[float]:
