@@ -14,7 +14,9 @@ SIDES = np.array([[-3.0, 3.0], [-2.0, 2.0], [0.0, 3.0]])  # the frame
 A = np.array([(x, y, z) for z in SIDES[2] for y in SIDES[1] for x in SIDES[0]])
 HALF = np.array([0.25, 0.2, 0.15])  # the platform is a box
 # The lower four cables run to the platform's top and the upper four to its bottom, beside each other.
-B = np.array([(0.10 * x, 0.20 * y, 0.15) if z < 0 else (0.25 * x, 0.06 * y, -0.15) for x, y, z in np.sign(A - [0, 0, 1.5])])
+B = np.array(
+    [(0.10 * x, 0.20 * y, 0.15) if z < 0 else (0.25 * x, 0.06 * y, -0.15) for x, y, z in np.sign(A - [0, 0, 1.5])]
+)
 CABLES = len(A)
 LIMITS = np.tile([20.0, 2000.0], (CABLES, 1))
 MASS, GRAVITY = 40.0, 9.81
@@ -63,7 +65,11 @@ def tension_jobs(count=2000, seed=0):
     while min(map(len, kept.values())) < count:
         position = rng.uniform(SIDES[:, 0], SIDES[:, 1])
         rotation = Rotation.from_rotvec(rng.uniform(-TILT, TILT, 3)).as_matrix()
-        kind = "feasible" if (room := slack(structure(rotation[None], position[None])[0], weight(1)[0])) < 0 else "infeasible"
+        kind = (
+            "feasible"
+            if (room := slack(structure(rotation[None], position[None])[0], weight(1)[0])) < 0
+            else "infeasible"
+        )
         if abs(room) > SURE and len(kept[kind]) < count:
             kept[kind].append((rotation, position))
     jobs = {}

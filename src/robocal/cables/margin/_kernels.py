@@ -87,7 +87,9 @@ def _room(top, bottom, x, size, gone, small):
         room -= math.sqrt(gone)
     if size > small:
         return room * abs(room) / size
-    return -np.inf if room < -1e-9 * (top - bottom) else np.inf  # no disturbance leads to this hyperplane, nor back over it
+    return (
+        -np.inf if room < -1e-9 * (top - bottom) else np.inf
+    )  # no disturbance leads to this hyperplane, nor back over it
 
 
 @kernel
