@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from cables.cable_robots import box
+from laws import check_jacobian
 
 from robocal.cables.geometry import cable_robot, lengths, straight
-from robocal.cables.pulley import Pulleys
+from robocal.cables.inverse import inverse
+from robocal.cables.pulley import Pulleys, curvature, run
 from robocal.cables.statics import gravity_wrench, null_vector, stiffness, structure, structure_of
+from robocal.cables.tension import distribute
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
@@ -80,27 +86,45 @@ def test_weight_is_the_gradient_of_the_potential(rig, rng):
     np.testing.assert_allclose(gravity_wrench(pose, mass, com), -np.stack(slope, axis=1), atol=1e-6)
 
 
-def test_stiffness_is_the_difference_of_wrenches(rig, rng):
+@pytest.mark.parametrize("degrees", ["3R3T", "1R2T", "2T"])
+@pytest.mark.parametrize("wheels", [False, True])
+def test_stiffness_is_the_difference_of_wrenches(rig, rng, wheels, degrees):
+    """At locked winches: unstretched lengths stay what they are, tensions follow from the length model, and pull where
+    the cables arrive."""
     pose, a, b = rig
-    tension, elasticity, com, h = rng.uniform(50, 500, (20, 8)), 2e-5, np.array([0.1, -0.05, 0.2]), 1e-6
-    load = np.array([3.0, -5.0, -90.0])
-
-    def length(p):
-        return np.linalg.norm(a - p[:, None, :3, 3] - np.einsum("kij,mj->kmi", p[:, :3, :3], b), axis=-1)
-
-    start = length(pose)
+    known = {"elasticity": rng.uniform(1e-5, 1e-4, 8), "com": np.array([0.1, -0.05, 0.2]), "degrees": degrees}
+    robot = wheeled(a, b, **known) if wheels else cable_robot("plain", a, b, **known)
+    tension, h, rows = rng.uniform(50, 500, (20, 8)), 1e-6, list(robot.axes)
+    load, (locked, _) = np.array([3.0, -5.0, -90.0]), inverse(robot, pose, tension)
 
     def wrench(p):
-        t = tension + (length(p) - start) / (elasticity * start)
-        pull = np.einsum("kdm,km->kd", structure(p, a, b), t)
+        t = (inverse(robot, p)[0] / locked - 1) / robot.elasticity
+        pull = np.einsum("kdm,km->kd", structure_of(replace(robot, degrees="3R3T"), p), t)
         force = np.broadcast_to(load, (len(p), 3))
-        return pull + np.concatenate([force, np.cross(p[:, :3, :3] @ com, force)], axis=1)
+        return pull + np.concatenate([force, np.cross(p[:, :3, :3] @ robot.com, force)], axis=1)
 
     columns = [
         (wrench(moved(pose, s[:3], s[3:])) - wrench(moved(pose, -s[:3], -s[3:]))) / (2 * h) for s in np.eye(6) * h
     ]
-    k = stiffness(pose, a, b, tension, elasticity, load, com)
-    np.testing.assert_allclose(k, -np.stack(columns, axis=2), rtol=1e-6, atol=1e-6 * np.abs(k).max())
+    k = stiffness(robot, pose, tension, load)
+    expected = -np.stack(columns, axis=2)[:, rows][:, :, rows]
+    np.testing.assert_allclose(k, expected, rtol=1e-6, atol=1e-6 * np.abs(k).max())
+    if wheels:
+        assert np.abs(k - stiffness(replace(robot, pulleys=None), pose, tension, load)).max() > 1e-3 * np.abs(k).max()
+
+
+def test_curvature_over_a_pulley(rng):
+    for _ in range(5):
+        axis, radius, d = rng.normal(size=3), rng.uniform(0.05, 0.2), rng.normal(size=3) * 2
+        for pulley in (None, (radius, axis / np.linalg.norm(axis)), (0.0, axis / np.linalg.norm(axis))):
+            check_jacobian(
+                lambda x, pulley=pulley: run(x, pulley)[1],
+                lambda x, pulley=pulley: curvature(x, pulley),
+                d,
+                tolerance=1e-7,
+            )
+    mixed = curvature(np.array([[0, 0, -1.0], [1.0, 0, 0.2]]), (np.array([0.0, 0.1]), np.tile([0.0, 0, 1], (2, 1))))
+    np.testing.assert_allclose(mixed[0], np.diag([1.0, 1, 0]))
 
 
 def test_stiffness_is_symmetric_but_for_the_moment_that_is_not_balanced(rig, rng):
@@ -111,9 +135,39 @@ def test_stiffness_is_symmetric_but_for_the_moment_that_is_not_balanced(rig, rng
     force = -pull[:3]
     lever = np.cross(force, -pull[3:]) / (force @ force)
     rest = pull[3:] + np.cross(lever, force)
-    k = stiffness(pose[:1], a, b, tension, 2e-5, force, pose[0, :3, :3].T @ lever)[0]
+    robot = cable_robot("plain", a, b, elasticity=np.full(8, 2e-5), com=pose[0, :3, :3].T @ lever)
+    k = stiffness(robot, pose[:1], tension, force)[0]
     skew = k[3:, 3:] - k[3:, 3:].T
     np.testing.assert_allclose(skew, so3.skew(rest), atol=1e-9 * np.abs(k).max())
+
+
+@pytest.mark.parametrize(("degrees", "plane"), [("3R3T", "xz"), ("1R2T", "xz"), ("1R2T", "yz"), ("2T", "xy")])
+def test_structure_matrix_over_pulleys_by_differences_of_lengths(rig, degrees, plane):
+    """W = -L^T where L is measured on the lengths themselves."""
+    pose, a, b = rig
+    robot = wheeled(a, b, degrees=degrees, plane=plane)
+    w, h = structure_of(robot, pose), 1e-5
+    for row, axis in enumerate(robot.axes):
+        step = np.eye(6)[axis] * h
+        ends = [inverse(robot, moved(pose, sign * step[:3], sign * step[3:]))[0] for sign in (1, -1)]
+        np.testing.assert_allclose(w[:, row], -(ends[0] - ends[1]) / (2 * h), rtol=1e-6, atol=1e-8)
+
+
+def test_cables_over_pulleys_hold_a_weight_from_above(rng):
+    """The sign of it all: the weight pulls down, so that what the cables add up to points up, and is m g."""
+    robot = replace(box(), mass=7.0, com=np.array([0.02, 0, 0.05]), limits=np.tile([20.0, 800.0], (8, 1)))
+    wheel = Pulleys(np.full(8, 0.05), np.tile([0.0, 0, 1], (8, 1)))
+    for machine in (robot, replace(robot, pulleys=wheel)):
+        pose = machine.home[None]
+        w, load = structure_of(machine, pose), gravity_wrench(pose, machine.mass, machine.com)
+        found = distribute(w, load, machine.limits)
+        assert found.feasible.all() and load[0, 2] < 0
+        sum_ = np.einsum("kdm,km->kd", w, found.tension)[0]
+        np.testing.assert_allclose(sum_[:3], [0, 0, 7 * 9.81], atol=1e-9)
+        d = pose[:, :3, 3] + machine.b - machine.a
+        _, arrives = run(d, None if machine.pulleys is None else (wheel.radius, wheel.axis))
+        forces = -found.tension[0][:, None] * arrives  # each cable pulls back along itself
+        np.testing.assert_allclose(np.cross(machine.b, forces).sum(axis=0), -load[0, 3:], atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Pulleys", "run"]
+__all__ = ["Pulleys", "curvature", "run"]
 
 Array = NDArray[np.float64]
 
@@ -43,6 +43,32 @@ def run(d: Array, pulley: tuple[ArrayLike, Array] | None) -> tuple[Array, Array]
         full = np.linalg.norm(d, axis=-1)
         return full, d / np.where(full > 0, full, np.inf)[..., None]
     radius, n = np.asarray(pulley[0], float), np.asarray(pulley[1], float)
+    free, beta, _, side = _taut(d, radius, n)
+    return radius * beta + free, np.sin(beta)[..., None] * side + np.cos(beta)[..., None] * n
+
+
+def curvature(d: Array, pulley: tuple[ArrayLike, Array] | None) -> Array:
+    """Second derivative (..., 3, 3) of the length by the end d (..., 3): how the direction in which the cable arrives
+    turns with it.
+
+    It is m m^T / f + sin(beta) q q^T / s, with q across the wheel's plane (the swivel follows) and m in it, square to
+    the cable (the tangent rolls on); (I - u u^T) / l for straight cables. Not finite where the swivel is undetermined.
+    """
+    if pulley is None:
+        full, u = run(d, None)
+        return np.asarray((np.eye(3) - u[..., :, None] * u[..., None, :]) / full[..., None, None])
+    radius, n = np.asarray(pulley[0], float), np.asarray(pulley[1], float)
+    free, beta, s, side = _taut(d, radius, n)
+    q, m = np.cross(n, side), np.cos(beta)[..., None] * side - np.sin(beta)[..., None] * n
+    with np.errstate(divide="ignore", invalid="ignore"):
+        swivels, rolls = (np.sin(beta) / s)[..., None, None], (1 / free)[..., None, None]
+        out = rolls * m[..., :, None] * m[..., None, :] + swivels * q[..., :, None] * q[..., None, :]
+    # An eyelet has no wheel whose plane could be undetermined.
+    return np.where((radius > 0)[..., None, None], out, curvature(d, None))
+
+
+def _taut(d: Array, radius: Array, n: Array) -> tuple[Array, Array, Array, Array]:
+    """Free segment (...), wrap angle (...), distance s from the swivel axis (...) and the unit vector (..., 3) to it."""
     h = (d * n).sum(axis=-1)
     across = d - h[..., None] * n
     s = np.linalg.norm(across, axis=-1)
@@ -52,5 +78,4 @@ def run(d: Array, pulley: tuple[ArrayLike, Array] | None) -> tuple[Array, Array]
     # Straight ahead the wrap is zero; rounding must not make a whole turn of it.
     beta = np.where(beta < -1e-9, beta + 2 * np.pi, beta)
     # Radius zero is a plain distance; beta is then the angle between n and d by the same formula.
-    side = across / np.where(s > 0, s, np.inf)[..., None]
-    return radius * beta + free, np.sin(beta)[..., None] * side + np.cos(beta)[..., None] * n
+    return free, beta, s, across / np.where(s > 0, s, np.inf)[..., None]

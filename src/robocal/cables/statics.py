@@ -1,4 +1,4 @@
-"""Statics of a platform on straight cables: structure matrix, null vector, gravity, stiffness.
+"""Statics of a platform on taut cables, straight or over pulleys: structure matrix, null vector, gravity, stiffness.
 
     W t + w = 0
 
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import door
 from robocal.cables.geometry import CableRobot, straight
+from robocal.cables.pulley import curvature
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
@@ -105,36 +106,30 @@ def gravity_wrench(pose: ArrayLike, mass: float, com: ArrayLike, gravity: ArrayL
     return np.concatenate([force, np.cross(poses[:, :3, :3] @ c, force)], axis=1)
 
 
-def stiffness(
-    pose: Array,
-    a: Array,
-    b: Array,
-    tension: Array,
-    elasticity: ArrayLike,
-    force: ArrayLike = (0, 0, 0),
-    at: ArrayLike = (0, 0, 0),
-) -> Array:
-    """Stiffness K (k, 6, 6) = -d(wrench on the platform)/d(v, w) at constant winch positions [N/m, N, N m].
+def stiffness(robot: CableRobot, pose: ArrayLike, tension: ArrayLike, force: ArrayLike = (0, 0, 0)) -> Array:
+    """Stiffness K (k, d, d) = -d(wrench on the platform)/d(v, w) at locked winches [N/m, N, N m], rows and columns those
+    of the twist that the robot has.
 
-    K = sum_i [A, -A S; S A, -S A S - [f]x S], A = k u u^T + (t / l)(I - u u^T), S = [R b]x, f = t u: the cables' own
-    stiffness k = 1 / (elasticity l) and that of their tension. tension (k, m) N, elasticity [1/N], scalar or (m,);
-    `force` (3,) N, constant in base axes, acts at the platform point `at` (3,) m. K is symmetric in equilibrium only.
-    After Behzadipour and Khajepour (2006).
+    K = sum_i [A, -A S; S A, -S A S - [f]x S], A = k u u^T + t C, S = [R b]x, f = t u: the cables' own stiffness
+    k = (1 + e t) / (e l), e the elasticity and l the length from the frame anchor, over the pulley where there is one,
+    and that of their tension t by the curvature C of the length (I - u u^T over l where it is straight).
+    pose (k, 4, 4), tension (k, m) or (m,) N; `force` (3,) N, constant in base axes, acts at the centre of mass. K is
+    symmetric in equilibrium only. Neglected are sag, the cable behind the frame anchor, and friction in the pulleys.
+    Raises ModelError for unknown elasticity. After Behzadipour and Khajepour (2006), who have straight cables.
     """
-    rotation = pose[:, None, :3, :3]
-    lever = (rotation @ b[None, :, :, None])[..., 0]
-    c = a - pose[:, None, :3, 3] - lever
-    length = np.linalg.norm(c, axis=-1)
-    u = c / length[..., None]
-    along = 1.0 / (np.asarray(elasticity, dtype=float) * length)
-    across = tension / length
-    dyad = u[..., :, None] * u[..., None, :]
-    cable = along[..., None, None] * dyad + across[..., None, None] * (np.eye(3) - dyad)
+    t = np.asarray(pose, dtype=float).reshape(-1, 4, 4)
+    e, pulleys, rows = robot.need("elasticity"), robot.pulleys, list(robot.axes)
+    pull = np.broadcast_to(np.asarray(tension, dtype=float), (len(t), len(robot.cables)))
+    full, gradient, lever = straight(robot, t)
+    u = -gradient[..., :3]
+    curved = curvature(t[:, None, :3, 3] + lever - robot.a, None if pulleys is None else (pulleys.radius, pulleys.axis))
+    along = (1.0 + e * pull) / (e * full)
+    cable = along[..., None, None] * u[..., :, None] * u[..., None, :] + pull[..., None, None] * curved
     s = so3.skew(lever)
-    k = np.empty((len(pose), 6, 6))
+    k = np.empty((len(t), 6, 6))
     k[:, :3, :3] = cable.sum(axis=1)
     k[:, :3, 3:] = -(cable @ s).sum(axis=1)
     k[:, 3:, :3] = (s @ cable).sum(axis=1)
-    k[:, 3:, 3:] = -(s @ cable @ s + so3.skew(tension[..., None] * u) @ s).sum(axis=1)
-    k[:, 3:, 3:] -= so3.skew(np.asarray(force, dtype=float)) @ so3.skew(pose[:, :3, :3] @ np.asarray(at, dtype=float))
-    return k
+    k[:, 3:, 3:] = -(s @ cable @ s + so3.skew(pull[..., None] * u) @ s).sum(axis=1)
+    k[:, 3:, 3:] -= so3.skew(np.asarray(force, dtype=float)) @ so3.skew(t[:, :3, :3] @ robot.com)
+    return k[:, rows][:, :, rows]
