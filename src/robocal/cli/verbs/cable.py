@@ -6,9 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 from robocal.cli import options as o
+from robocal.cli import workspace as w
 from robocal.cli.verbs.task import Task, task
 
-__all__ = ["CABLE", "forward", "inverse", "tension"]
+__all__ = ["CABLE", "forward", "inverse", "tension", "workspace"]
 
 
 def inverse(
@@ -75,8 +76,39 @@ def tension(
     return task("cable_tension", locals())
 
 
+def workspace(
+    robot: o.CableRobot,
+    orientation: w.Orientation = [],  # noqa: B006
+    tilt: w.Tilt = None,
+    payload: w.Payloads = None,
+    mass: w.Masses = None,
+    wrench: w.Wrenches = [],  # noqa: B006
+    acceleration: w.Acceleration = 0.0,
+    reserve: w.Reserve = 0.0,
+    limits: o.TensionLimits = None,
+    length: o.MomentLength = None,
+    box: w.Box = None,
+    cells: w.Cells = 41,
+    rays: w.Rays = 4000,
+    start: w.RayStart = None,
+    output: w.Folder = None,
+    force: o.Force = False,
+    json: o.Json = False,
+) -> Task:
+    """Where the platform can be held: volume by a grid and by rays to the exact boundary, margins, sections, a mesh.
+
+    Exit status 3 when it can be held nowhere.
+
+    \b
+    robocal cable workspace robot.yaml -o held
+    robocal cable workspace robot.yaml --payload 0,20 --tilt 10 --acceleration 2
+    """
+    return task("cable_workspace", locals())
+
+
 CABLE: dict[Callable[..., Any], str] = {
     inverse: "Lengths from poses.",
     forward: "Poses from lengths.",
     tension: "Tensions that hold poses.",
+    workspace: "Where the platform can be held.",
 }

@@ -1,0 +1,109 @@
+"""What a cable robot is to hold wherever it goes: a `Demand` from options in its file's units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.geometry import CableRobot
+from robocal.cables.workspace import Demand
+from robocal.errors import ModelError
+from robocal.files.cable import CableFile
+from robocal.geometry import so3
+from robocal.jobs.cable_load import mass_of, numbers_of, wrench_of
+
+__all__ = ["demand_of"]
+
+Array = NDArray[np.float64]
+AROUND = 8  # directions in which a platform is tilted, by half the angle and by all of it
+TURNS = ("RX", "RY", "RZ")
+
+
+def demand_of(
+    file: CableFile,
+    *,
+    orientation: Sequence[str] = (),
+    tilt: float | None = None,
+    payload: str | None = None,
+    mass: str | None = None,
+    wrench: Sequence[str] = (),
+    acceleration: float = 0.0,
+    reserve: float = 0.0,
+    length: float | None = None,
+) -> Demand:
+    """Everything that is asked for, in SI. Raises FormatError naming the file where the mass is missing, ModelError naming an
+    option that makes no sense.
+
+    orientation "RX,RY,RZ" each (rotation vectors), upright without any; tilt: from each of them to all sides; payload and mass
+    "LO,HI" or one number: mass stands for the platform's own, payload hangs at its centre of mass; wrench as for `wrench_of`,
+    every one of them; acceleration m/s^2; reserve in the unit of force.
+    """
+    masses = _range(mass, "--mass", file) if mass is not None else (mass_of(file),)
+    masses = tuple(sorted({m + more for m, more in zip(*_paired(masses, _range(payload, "--payload", file)), strict=True)}))
+    extra = np.array([wrench_of(file, text) for text in wrench]) if wrench else np.zeros((1, 6))
+    return Demand(
+        np.array(masses),
+        _orientations(file, orientation, tilt),
+        extra,
+        _least("--acceleration", acceleration),
+        float(file.units.force.to_si(_least("--reserve", reserve))),
+        1.0 if length is None else float(file.units.length.to_si(length)),
+    )
+
+
+def _range(text: str | None, option: str, file: CableFile) -> tuple[float, ...]:
+    """One mass or the ends of a range, in kg; nothing is no mass at all."""
+    if text is None:
+        return (0.0,)
+    values = numbers_of(text, option, ("LO", "HI")) if "," in text else numbers_of(text, option, ("MASS",))
+    if values[0] < 0 or values[-1] < values[0]:
+        raise ModelError("a mass is 0 or more, a range rises", key=option, found=text, expected="0 <= LO <= HI")
+    return tuple(float(file.units.mass.to_si(v)) for v in values)
+
+
+def _paired(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Two ranges as two lists of ends: least with least, greatest with greatest."""
+    return (a[0], a[-1]), (b[0], b[-1])
+
+
+def _least(option: str, value: float) -> float:
+    if not 0 <= value < math.inf:
+        raise ModelError("out of range", key=option, found=value, expected="a finite number, 0 or more")
+    return value
+
+
+def _orientations(file: CableFile, given: Sequence[str], tilt: float | None) -> Array:
+    """Rotations (n, 3, 3): each of those given, and where tilts are asked for, tilted to all sides about horizontal axes."""
+    robot, angle = file.robot, file.units.angle
+    vectors = np.array([angle.to_si(np.array(numbers_of(t, "--orientation", TURNS))) for t in given] or [np.zeros(3)])
+    lost = [i for i in range(3) if i + 3 not in robot.axes]
+    if vectors[:, lost].any():
+        raise ModelError(
+            f"{robot.name} does not turn that way",
+            key="--orientation",
+            found=given[int(np.argmax(vectors[:, lost].any(axis=1)))],
+            expected=f"0 for {', '.join(TURNS[i] for i in lost)}: it is {robot.degrees} in {robot.plane}",
+        )
+    upright = so3.exp(vectors)
+    if tilt is None:
+        return upright
+    most = float(angle.to_si(tilt))
+    if not 0 < most < math.pi:
+        raise ModelError("out of range", key="--tilt", found=tilt, expected="above 0 and below half a turn")
+    leans = so3.exp(most * _sides(robot))
+    turned: Array = (leans[:, None] @ upright).reshape(-1, 3, 3)
+    return turned
+
+
+def _sides(robot: CableRobot) -> Array:
+    """Upright, and half and whole tilts about the horizontal axes that the robot has, (n, 3)."""
+    if 4 not in robot.axes:
+        raise ModelError("this robot cannot tilt", key="--tilt", found=f"{robot.degrees} in {robot.plane}")
+    turn = 2 * np.pi * np.arange(AROUND) / AROUND if 3 in robot.axes else np.array([0.5, 1.5]) * np.pi
+    ring = np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=1)
+    if 3 not in robot.axes:
+        ring[:, 0] = 0.0
+    return np.concatenate([np.zeros((1, 3)), 0.5 * ring, ring])

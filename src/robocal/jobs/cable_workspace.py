@@ -1,0 +1,231 @@
+"""The verb `cable workspace`: where a cable robot can hold everything that is demanded, by a grid and by rays."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.boundary import Outline, Surface, outline, surface
+from robocal.cables.geometry import CableRobot
+from robocal.cables.room import Regions, frame_box, regions, seen_from
+from robocal.cables.workspace import Demand, Grid, accelerations, as_box, grid, holds
+from robocal.errors import FormatError, ModelError
+from robocal.files.cable import CableFile, read_cable
+from robocal.files.cablegrid import cells_text, outlines_text
+from robocal.files.mesh import ply_text, stl_bytes
+from robocal.files.text import write_files
+from robocal.jobs.cable_demand import demand_of
+from robocal.jobs.cable_load import limited, numbers_of
+from robocal.jobs.cable_workspace_result import PLANES, Start, Workspace
+from robocal.jobs.inputs import Watch
+from robocal.jobs.plain import plain
+from robocal.jobs.simulate import refuse_existing
+
+__all__ = ["cable_workspace"]
+
+Array = NDArray[np.float64]
+FILES = ("workspace.json", "workspace.csv", "outlines.csv", "report.html")
+MESHES = ("surface.ply", "surface.stl")
+CORNERS = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
+NEAR = 0.02  # by how much volumes may differ without a remark
+SEEN = 0.99  # the share of the held cells that the start has to see without one
+
+
+def cable_workspace(
+    robot: str,
+    *,
+    orientation: Sequence[str] = (),
+    tilt: float | None = None,
+    payload: str | None = None,
+    mass: str | None = None,
+    wrench: Sequence[str] = (),
+    acceleration: float = 0.0,
+    reserve: float = 0.0,
+    limits: str | None = None,
+    length: float | None = None,
+    box: str | None = None,
+    cells: int = 41,
+    rays: int = 4000,
+    start: str | None = None,
+    output: Path | None = None,
+    force: bool = False,
+    command: str = "",
+    watch: Watch | None = None,
+) -> Workspace:
+    """The workspace of a robot for what is demanded (see `demand_of`), all options in the file's units; box "X0,Y0,Z0,X1,Y1,Z1"
+    and start "X,Y,Z" are positions of the platform's origin. A folder gets FILES, and MESHES of a spatial robot.
+    Raises InputError."""
+    if output is not None:
+        refuse_existing(output, (*FILES, *MESHES), force)
+    file = read_cable(robot)
+    able = limited(file, limits)
+    if len(able.cables) < len(able.axes):
+        raise FormatError(
+            "fewer cables than degrees of freedom: such a platform is not held by its cables", file=file.path,
+            key="cables", found=len(able.cables), expected=f"{len(able.axes)} or more for {able.degrees}",
+        )  # fmt: skip
+    demand = demand_of(
+        file, orientation=orientation, tilt=tilt, payload=payload, mass=mass, wrench=wrench,
+        acceleration=acceleration, reserve=reserve, length=length,
+    )  # fmt: skip
+    sides, how = frame_box(able, demand.rotations) if box is None else (_box(box, able, file), "--box")
+    made = _grid(able, demand, sides, tuple(cells if high > low else 1 for low, high in sides), watch)
+    found = regions(made) if made.inside.any() else None
+    begin = _start(able, demand, made, found, sides, start, file)
+    edge, cuts = _boundary(able, demand, begin, sides, rays, watch)
+    room = np.full(made.inside.shape, np.nan)
+    room[made.inside] = accelerations(able, demand, _centres(made)[made.inside])
+    remarks = () if found is None or begin is None else _remarks(made, found, begin, edge)
+    result = Workspace(
+        able, demand, file.units, sides, how, made, room, found, begin, edge, cuts, rays,
+        bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *remarks),
+        _doubts(made, file), (file.path or Path(robot), file.sha256), command,
+    )  # fmt: skip
+    return result if output is None else _save(result, output, watch)
+
+
+def _box(text: str, robot: CableRobot, file: CableFile) -> Array:
+    """--box, m. Raises ModelError when it is inverted, or a planar robot's is not flat."""
+    values = np.array(numbers_of(text, "--box", CORNERS))
+    sides: Array = file.units.length.to_si(values.reshape(2, 3).T)
+    flat = np.array([i not in robot.axes for i in range(3)])
+    if (sides[~flat, 0] >= sides[~flat, 1]).any() or (sides[flat, 0] != sides[flat, 1]).any():
+        lies = "".join(f", {'XYZ'[i]}0 = {'XYZ'[i]}1 for this planar robot" for i in np.flatnonzero(flat))
+        expected = "X0 < X1, Y0 < Y1, Z0 < Z1" if not flat.any() else f"lower before upper{lies}"
+        raise ModelError("an empty or inverted box", key="--box", found=text, expected=expected)
+    return as_box(sides)
+
+
+def _grid(
+    robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None
+) -> Grid:
+    """The grid with margins, slab by slab along x, so that somebody may watch, and stop it."""
+    edges = np.linspace(sides[0, 0], sides[0, 1], counts[0] + 1)
+    slabs = []
+    for i in range(counts[0]):
+        if watch is not None:
+            watch({"stage": "filling the grid", "done": i, "total": counts[0]})
+        slab = np.stack([edges[i : i + 2], sides[1], sides[2]])
+        slabs.append(grid(robot, demand, slab, (1, counts[1], counts[2]), with_margins=True))
+    x = np.concatenate([slab.axes[0] for slab in slabs])
+    inside, margin = (np.concatenate(parts) for parts in ([s.inside for s in slabs], [s.margin for s in slabs]))
+    return Grid((x, slabs[0].axes[1], slabs[0].axes[2]), slabs[0].cell, inside, margin)
+
+
+def _centres(made: Grid) -> Array:
+    return np.stack(np.meshgrid(*made.axes, indexing="ij"), axis=-1)
+
+
+def _start(
+    robot: CableRobot, demand: Demand, made: Grid, found: Regions | None, sides: Array, text: str | None, file: CableFile
+) -> Start | None:
+    """Where rays start: as told, else X_0 if it is held, else in the middle of the greatest part; None if nothing is held."""
+    if text is not None:
+        at: Array = file.units.length.to_si(np.array(numbers_of(text, "--start", ("X", "Y", "Z"))))
+        if ((at < sides[:, 0]) | (at > sides[:, 1])).any():
+            expected = f"x, y and z of {np.round(file.units.length.from_si(sides), 4).tolist()} {file.units.length.name}"
+            raise ModelError("the start lies outside the box", key="--start", found=text, expected=expected)
+        if not holds(robot, demand, at[None])[0]:
+            raise ModelError(
+                "the start cannot be held", key="--start", found=text, expected="a position inside the workspace"
+            )
+        return Start(at, "--start", seen_from(made, at))
+    if found is None:
+        return None
+    home = robot.home[:3, 3]
+    if (home >= sides[:, 0]).all() and (home <= sides[:, 1]).all() and holds(robot, demand, home[None])[0]:
+        return Start(home, "X_0", seen_from(made, home))
+    heart = _centres(made)[found.heart]
+    return Start(heart, "the middle of the greatest part, since X_0 is not held", seen_from(made, heart))
+
+
+def _boundary(
+    robot: CableRobot, demand: Demand, start: Start | None, sides: Array, rays: int, watch: Watch | None
+) -> tuple[Surface | Outline | None, dict[str, Outline]]:
+    """The boundary seen from the start, and its sections by the names of their planes."""
+    if start is None:
+        return None, {}
+    planes = {n: ax for n, ax in PLANES.items() if set(ax) <= set(robot.axes)}
+    if watch is not None:
+        watch({"stage": "following rays to the boundary"})
+    cuts = {n: outline(robot, demand, start.at, sides, ax) for n, ax in planes.items()}
+    if len(planes) == 1:
+        (ax,) = planes.values()
+        return outline(robot, demand, start.at, sides, ax, rays), cuts
+    return surface(robot, demand, start.at, sides, rays), cuts
+
+
+def _remarks(made: Grid, found: Regions, start: Start, edge: Surface | Outline | None) -> tuple[str, ...]:
+    """What the grid knows and the rays do not: other parts, holes, what the start does not see; and when the two disagree."""
+    flat = isinstance(edge, Outline)
+    unit, size = ("m2", edge.area) if isinstance(edge, Outline) else ("m3", edge.volume if edge else 0.0)
+    one = made.volume / made.inside.sum()
+    out = []
+    if (len(found.parts) > 1) and sum(found.parts[1:]) > 1e-3 * sum(found.parts):
+        shown = ", ".join(f"{n * one:.3g}" for n in found.parts[:5])
+        out.append(f"{len(found.parts)} parts that do not touch ({shown} {unit}): rays see the one around their start")
+    if found.holes:
+        out.append(f"{len(found.holes)} holes ({sum(found.holes) * one:.3g} {unit}) inside: rays end at the first they meet")
+    if start.seen < SEEN:
+        out.append(
+            f"the start does not see {100 * (1 - start.seen):.2g} % of the held cells: the {'outline' if flat else 'surface'} leaves "
+            "them out (--start X,Y,Z chooses another)"
+        )
+    if abs(size / made.volume - 1) > NEAR:
+        why = "" if start.seen < SEEN else ": more --cells or --rays bring them together"
+        out.append(f"rays and grid differ by {100 * (size / made.volume - 1):+.1f} %{why}")
+    return tuple(out)
+
+
+def _doubts(made: Grid, file: CableFile) -> tuple[str, ...]:
+    """Nothing can be held: the cell that comes closest."""
+    if made.inside.any() or made.margin is None:
+        return ()
+    k = np.unravel_index(int(np.argmax(made.margin)), made.margin.shape)
+    at = [f"{file.units.length.from_si(float(made.axes[i][k[i]])):.4g}" for i in range(3)]
+    short = file.units.force.from_si(-float(made.margin[k]))
+    return (
+        f"no cell of the grid can be held: the one that comes closest, at {', '.join(at)} {file.units.length.name}, lacks "
+        f"{short:.3g} {file.units.force.name} or more",
+    )
+
+
+def _save(made: Workspace, output: Path, watch: Watch | None) -> Workspace:
+    """Writes the folder."""
+    from robocal.report.cable.workspace import workspace_page
+
+    if watch is not None:
+        watch({"stage": "write"})
+    document: dict[str, Any] = plain(made.document)
+    sheets = {
+        name: grid(made.robot, made.demand, *_sheet(made, PLANES[name]), with_margins=True) for name in made.sections
+    }
+    texts: dict[str, str | bytes] = {
+        "workspace.json": json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
+        "workspace.csv": cells_text(made.grid, made.room, made.units),
+        "report.html": workspace_page(
+            made.robot, made.demand, document, made.boundary, made.sections, sheets, made.grid
+        ),
+    }
+    if made.sections:
+        texts["outlines.csv"] = outlines_text(made.sections, made.units)
+    if isinstance(made.boundary, Surface):
+        texts["surface.ply"] = ply_text(made.boundary.vertices, made.boundary.faces)
+        texts["surface.stl"] = stl_bytes(made.boundary.vertices, made.boundary.faces)
+    return replace(made, written=write_files(output, texts))
+
+
+def _sheet(made: Workspace, axes: tuple[int, int]) -> tuple[Array, tuple[int, int, int]]:
+    """The box without thickness, and its cells, in which a section through the start is filled."""
+    sides, across = made.box.copy(), 3 - sum(axes)
+    assert made.start is not None
+    sides[across] = made.start.at[across]
+    counts = [max(n, 61) for n in made.grid.inside.shape]
+    counts[across] = 1
+    return sides, (counts[0], counts[1], counts[2])

@@ -1,0 +1,138 @@
+"""What `cable workspace` found, and the document that says it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal import __version__
+from robocal.cables.boundary import Outline, Surface
+from robocal.cables.geometry import CableRobot
+from robocal.cables.room import Regions
+from robocal.cables.workspace import Demand, Grid, margins
+from robocal.files.cablevalues import CableUnits
+from robocal.geometry import so3
+
+__all__ = ["PLANES", "Start", "Workspace"]
+
+Array = NDArray[np.float64]
+PLANES: Mapping[str, tuple[int, int]] = MappingProxyType({"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)})
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where rays start, (3,) m, in words why there, and which share of the grid's held cells is seen from it."""
+
+    at: Array
+    why: str
+    seen: float
+
+
+@dataclass(frozen=True, eq=False)
+class Workspace:
+    """A workspace: what was demanded, in which box (3, 2) m and `how` that was chosen, the grid with margins and the possible
+    accelerations (nx, ny, nz) m/s^2 (NaN outside), what its cells make up (None: nothing is held), the boundary by `rays` and its
+    sections, whether X_0 is in it; remarks; and `doubts`: why it must not be trusted."""
+
+    robot: CableRobot
+    demand: Demand
+    units: CableUnits
+    box: Array
+    how: str
+    grid: Grid
+    room: Array
+    regions: Regions | None
+    start: Start | None
+    boundary: Surface | Outline | None
+    sections: Mapping[str, Outline]
+    rays: int
+    home_held: bool
+    warnings: tuple[str, ...]
+    doubts: tuple[str, ...]
+    source: tuple[Path, str]
+    command: str = ""
+    written: tuple[Path, ...] = field(default=())
+
+    @property
+    def size(self) -> float | None:
+        """Volume (m^3) or, of a planar robot, area (m^2) within the boundary."""
+        if self.boundary is None:
+            return None
+        return self.boundary.area if isinstance(self.boundary, Outline) else self.boundary.volume
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What workspace.json holds."""
+        made, size = self.grid, self.size
+        wide = float(np.prod(np.where(made.cell > 0, self.box[:, 1] - self.box[:, 0], 1.0)))
+        what = "volume_m3" if (made.cell > 0).all() else "area_m2"
+        home = self.robot.home[:3, 3]
+        return {
+            "robocal": 1,
+            "robot": self.robot.name,
+            "verdict": {"status": "empty" if self.regions is None else "found", "reasons": list(self.doubts)},
+            "demand": self._demanded(),
+            "box": {"m": self.box, "chosen": self.how},
+            "grid": {
+                "cells": list(made.inside.shape), "held": int(made.inside.sum()), what: made.volume, "share_of_box": made.volume / wide,
+            },
+            "rays": None if self.start is None or size is None else {
+                "count": self.rays, "start_m": self.start.at, "start": self.start.why, what: size,
+                "difference": size / made.volume - 1.0, "seen_share": self.start.seen,
+            },
+            **self._shape(what),
+            "home": {"position_m": home, "held": self.home_held,
+                     "margin_N": float(margins(self.robot, self.demand, home[None])[0])},
+            "sections": {name: {"area_m2": line.area} for name, line in self.sections.items()},
+            "warnings": [*self.warnings, *self.doubts],
+            "provenance": {
+                "version": __version__, "command": self.command,
+                "inputs": [{"file": str(self.source[0]), "sha256": self.source[1]}],
+            },
+        }  # fmt: skip
+
+    def _demanded(self) -> dict[str, Any]:
+        demand = self.demand
+        return {
+            "masses_kg": demand.masses,
+            "orientations_rad": so3.log(demand.rotations),
+            "wrenches": demand.extra,
+            "acceleration_m_s2": demand.acceleration,
+            "reserve_N": demand.reserve,
+            "length_m": demand.length,
+            "gravity_m_s2": demand.gravity,
+            "limits_N": self.robot.limits,
+        }
+
+    def _shape(self, what: str) -> dict[str, Any]:
+        """Where it lies, what it consists of, and what its cells have to spare."""
+        found, made = self.regions, self.grid
+        if found is None or made.margin is None:
+            return {"centre_m": None, "extent_m": None, "reaches_box": [], "margin_N": None, "acceleration_m_s2": None, "best": None}
+        one = made.volume / made.inside.sum()
+        margin, room = made.margin[made.inside], self.room[made.inside]
+        k = np.unravel_index(int(np.argmax(np.where(made.inside, made.margin, -np.inf))), made.inside.shape)
+        return {
+            "centre_m": found.centre,
+            "extent_m": found.extent,
+            "reaches_box": list(found.cut),
+            f"parts_{what}": [n * one for n in found.parts],
+            f"holes_{what}": [n * one for n in found.holes],
+            "margin_N": _spread(margin),
+            "acceleration_m_s2": _spread(room),
+            "best": {
+                "position_m": [float(made.axes[i][k[i]]) for i in range(3)],
+                "margin_N": float(made.margin[k]),
+                "acceleration_m_s2": float(self.room[k]),
+            },
+        }
+
+
+def _spread(values: Array) -> dict[str, float]:
+    return {"least": float(values.min()), "median": float(np.median(values)), "greatest": float(values.max())}
