@@ -25,7 +25,7 @@ def show_workspace(terminal: Terminal, made: Workspace) -> None:
     what, unit = ("volume_m3", "m3") if "volume_m3" in found["grid"] else ("area_m2", "m2")
 
     def at(point: Sequence[float]) -> str:
-        return ", ".join(f"{length.from_si(float(v)) + 0.0:.4g}" for v in point)
+        return ", ".join(f"{round(length.from_si(float(v)), 9) + 0.0:.4g}" for v in point)
 
     name = what.split("_")[0]
     grid, rays = found["grid"], found["rays"]
@@ -41,20 +41,29 @@ def show_workspace(terminal: Terminal, made: Workspace) -> None:
     ends = "   ".join(f"{axis} {at([low])} to {at([high])}" for axis, (low, high) in zip("xyz", made.box, strict=True))
     terminal.say(f"box: {ends} {length.name}  ({made.how})")
     if rays is not None:
-        ends = "   ".join(f"{a} {at([low])} to {at([high])}" for a, (low, high) in zip("xyz", found["extent_m"], strict=True))
+        ends = "   ".join(
+            f"{a} {at([low])} to {at([high])}" for a, (low, high) in zip("xyz", found["extent_m"], strict=True)
+        )
         cut = f"; cut off by the box at {', '.join(found['reaches_box'])}" if found["reaches_box"] else ""
         terminal.say(f"held: {ends} {length.name}, centre {at(found['centre_m'])}{cut}")
         _spares(terminal, made, found, force)
         best = found["best"]
-        terminal.say(f"greatest margin: {figure(force.from_si(best['margin_N']))} {force.name} at {at(best['position_m'])} {length.name}")
+        terminal.say(
+            f"greatest margin: {figure(force.from_si(best['margin_N']))} {force.name} at {at(best['position_m'])} {length.name}"
+        )
     home = found["home"]
-    terminal.say(f"X_0, the mean of the frame anchors, {at(home['position_m'])} {length.name}: {'held' if home['held'] else 'not held'}")
+    terminal.say(
+        f"X_0, the mean of the frame anchors, {at(home['position_m'])} {length.name}: {'held' if home['held'] else 'not held'}"
+    )
     show_paths(terminal, made.written)
 
 
 def _spares(terminal: Terminal, made: Workspace, found: dict[str, Any], force: Any) -> None:
     """Margins and possible accelerations of the held cells."""
-    for key, title, unit in (("margin_N", "margin", force.name), ("acceleration_m_s2", "possible acceleration", "m/s2")):
+    for key, title, unit in (
+        ("margin_N", "margin", force.name),
+        ("acceleration_m_s2", "possible acceleration", "m/s2"),
+    ):
         spread = [found[key][k] for k in ("least", "median", "greatest")]
         if key == "margin_N":
             spread = [force.from_si(v) for v in spread]

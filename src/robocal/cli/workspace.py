@@ -53,7 +53,9 @@ Acceleration = Annotated[
 ]
 Reserve = Annotated[
     float,
-    typer.Option("--reserve", metavar="F", help=f"A disturbance in any direction that is held on top, {UNIT} of force."),
+    typer.Option(
+        "--reserve", metavar="F", help=f"A disturbance in any direction that is held on top, {UNIT} of force."
+    ),
 ]
 Box = Annotated[
     str | None,

@@ -42,7 +42,9 @@ def demand_of(
     every one of them; acceleration m/s^2; reserve in the unit of force.
     """
     masses = _range(mass, "--mass", file) if mass is not None else (mass_of(file),)
-    masses = tuple(sorted({m + more for m, more in zip(*_paired(masses, _range(payload, "--payload", file)), strict=True)}))
+    masses = tuple(
+        sorted({m + more for m, more in zip(*_paired(masses, _range(payload, "--payload", file)), strict=True)})
+    )
     extra = np.array([wrench_of(file, text) for text in wrench]) if wrench else np.zeros((1, 6))
     return Demand(
         np.array(masses),

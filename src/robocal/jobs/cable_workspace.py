@@ -102,9 +102,7 @@ def _box(text: str, robot: CableRobot, file: CableFile) -> Array:
     return as_box(sides)
 
 
-def _grid(
-    robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None
-) -> Grid:
+def _grid(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None) -> Grid:
     """The grid with margins, slab by slab along x, so that somebody may watch, and stop it."""
     edges = np.linspace(sides[0, 0], sides[0, 1], counts[0] + 1)
     slabs = []
@@ -114,7 +112,8 @@ def _grid(
         slab = np.stack([edges[i : i + 2], sides[1], sides[2]])
         slabs.append(grid(robot, demand, slab, (1, counts[1], counts[2]), with_margins=True))
     x = np.concatenate([slab.axes[0] for slab in slabs])
-    inside, margin = (np.concatenate(parts) for parts in ([s.inside for s in slabs], [s.margin for s in slabs]))
+    inside = np.concatenate([slab.inside for slab in slabs])
+    margin = np.concatenate([slab.margin for slab in slabs if slab.margin is not None])
     return Grid((x, slabs[0].axes[1], slabs[0].axes[2]), slabs[0].cell, inside, margin)
 
 
@@ -123,13 +122,21 @@ def _centres(made: Grid) -> Array:
 
 
 def _start(
-    robot: CableRobot, demand: Demand, made: Grid, found: Regions | None, sides: Array, text: str | None, file: CableFile
+    robot: CableRobot,
+    demand: Demand,
+    made: Grid,
+    found: Regions | None,
+    sides: Array,
+    text: str | None,
+    file: CableFile,
 ) -> Start | None:
     """Where rays start: as told, else X_0 if it is held, else in the middle of the greatest part; None if nothing is held."""
     if text is not None:
         at: Array = file.units.length.to_si(np.array(numbers_of(text, "--start", ("X", "Y", "Z"))))
         if ((at < sides[:, 0]) | (at > sides[:, 1])).any():
-            expected = f"x, y and z of {np.round(file.units.length.from_si(sides), 4).tolist()} {file.units.length.name}"
+            expected = (
+                f"x, y and z of {np.round(file.units.length.from_si(sides), 4).tolist()} {file.units.length.name}"
+            )
             raise ModelError("the start lies outside the box", key="--start", found=text, expected=expected)
         if not holds(robot, demand, at[None])[0]:
             raise ModelError(
@@ -171,7 +178,9 @@ def _remarks(made: Grid, found: Regions, start: Start, edge: Surface | Outline |
         shown = ", ".join(f"{n * one:.3g}" for n in found.parts[:5])
         out.append(f"{len(found.parts)} parts that do not touch ({shown} {unit}): rays see the one around their start")
     if found.holes:
-        out.append(f"{len(found.holes)} holes ({sum(found.holes) * one:.3g} {unit}) inside: rays end at the first they meet")
+        out.append(
+            f"{len(found.holes)} holes ({sum(found.holes) * one:.3g} {unit}) inside: rays end at the first they meet"
+        )
     if start.seen < SEEN:
         out.append(
             f"the start does not see {100 * (1 - start.seen):.2g} % of the held cells: the {'outline' if flat else 'surface'} leaves "

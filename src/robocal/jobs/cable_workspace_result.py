@@ -114,7 +114,14 @@ class Workspace:
         """Where it lies, what it consists of, and what its cells have to spare."""
         found, made = self.regions, self.grid
         if found is None or made.margin is None:
-            return {"centre_m": None, "extent_m": None, "reaches_box": [], "margin_N": None, "acceleration_m_s2": None, "best": None}
+            return {
+                "centre_m": None,
+                "extent_m": None,
+                "reaches_box": [],
+                "margin_N": None,
+                "acceleration_m_s2": None,
+                "best": None,
+            }
         one = made.volume / made.inside.sum()
         margin, room = made.margin[made.inside], self.room[made.inside]
         k = np.unravel_index(int(np.argmax(np.where(made.inside, made.margin, -np.inf))), made.inside.shape)

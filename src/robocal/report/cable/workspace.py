@@ -78,7 +78,9 @@ def _numbers(document: Mapping[str, Any]) -> list[list[str]]:
     rows.append([f"{name} by rays", f"{significant(rays[what], 4)} {unit}", said])
     rows.append(["Share of the box", f"{100 * grid['share_of_box']:.1f} %", f"box: {document['box']['chosen']}"])
     for axis, (low, high), (b0, b1) in zip("xyz", document["extent_m"], document["box"]["m"], strict=True):
-        rows.append([f"Extent in {axis}", f"{fixed(low, 3)} to {fixed(high, 3)} m", f"box {fixed(b0, 3)} to {fixed(b1, 3)} m"])
+        rows.append(
+            [f"Extent in {axis}", f"{fixed(low, 3)} to {fixed(high, 3)} m", f"box {fixed(b0, 3)} to {fixed(b1, 3)} m"]
+        )
     rows.append(["Centre", _point(document["centre_m"]), ""])
     for key, title, si in (("margin_N", "Margin", "N"), ("acceleration_m_s2", "Possible acceleration", "m/s²")):
         least, middle, most = (significant(document[key][k], 4) for k in ("least", "median", "greatest"))
@@ -86,7 +88,9 @@ def _numbers(document: Mapping[str, Any]) -> list[list[str]]:
             rows.append([title, f"{middle} {si}", f"median; {least} to {most} {si}"])
     best, home = document["best"], document["home"]
     rows.append(["Greatest margin at", _point(best["position_m"]), f"{significant(best['margin_N'], 4)} N"])
-    rows.append(["X_0, the mean of the frame anchors", _point(home["position_m"]), "held" if home["held"] else "not held"])
+    rows.append(
+        ["X_0, the mean of the frame anchors", _point(home["position_m"]), "held" if home["held"] else "not held"]
+    )
     return rows
 
 
@@ -106,7 +110,9 @@ def _picture(robot: CableRobot, demand: Demand, boundary: Surface | Outline) -> 
 
 
 def _words(demand: Demand) -> str:
-    text = "Each orientation with each mass and each wrench beside the weight; for a range of masses its ends are enough."
+    text = (
+        "Each orientation with each mass and each wrench beside the weight; for a range of masses its ends are enough."
+    )
     if demand.acceleration > 0:
         much = significant(demand.acceleration, 4)
         text += f" The centre of mass may accelerate at {much} m/s² in any direction, without turning."
