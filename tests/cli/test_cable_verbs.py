@@ -109,7 +109,7 @@ def test_there_and_back_sagging_over_pulleys(folder):
         ("inverse", ("z [mm]", "zz [mm]"), (), ["poses.csv", "column z", "no such column"]),
         ("inverse", ("1600", "16OO"), (), ["poses.csv", "row 3", "column z"]),
         ("inverse", ("", ""), ("--tension", "50"), ["robot.yaml", "elasticity of box is not known"]),
-        ("inverse", ("", ""), ("--tension", "-5"), ["robot.yaml", "elasticity"]),
+        ("inverse", ("", ""), ("--tension", "-5"), ["--tension", "cannot push"]),
         ("inverse", ("", ""), ("--sag",), ["needs its tension"]),
         ("forward", ("", ""), (), ["poses.csv", "column c1", "no such column"]),
         ("forward", ("id,x [mm],y [mm]", "id,c1 [mm],c2 [deg]"), (), ["poses.csv", "column c2", "a length is needed"]),

@@ -47,13 +47,18 @@ def _numbers(robot: CableRobot) -> None:
         for cable, (low, high) in zip(robot.cables, robot.limits, strict=True):
             if high <= 0:
                 raise ModelError(
-                    "this cable is always slack", key=f"{cable}.tension", found=[low, high], expected="above 0 N"
+                    "this cable is always slack",
+                    key=f"{cable}.tension",
+                    found=[float(low), float(high)],
+                    expected="above 0 N",
                 )
             if low < 0:
-                raise ModelError("a cable cannot push", key=f"{cable}.tension", found=low, expected="0 N or more")
+                raise ModelError(
+                    "a cable cannot push", key=f"{cable}.tension", found=float(low), expected="0 N or more"
+                )
             if low >= high:
                 raise ModelError(
-                    "the tension limits are crossed",
+                    "the tension limits are crossed or equal",
                     key=f"{cable}.tension",
                     found=[float(low), float(high)],
                     expected="least, greatest",
@@ -114,7 +119,14 @@ def _rank(robot: CableRobot) -> int:
     turn = np.zeros((8, 3))
     turn[:, turns] = rng.uniform(-0.3, 0.3, (8, len(turns)))
     poses[:, :3, :3] = so3.exp(turn)
-    _, slope, _ = straight(robot, poses)
+    full, slope, _ = straight(robot, poses)
+    inside = np.isnan(full).all(axis=0)
+    if inside.any():
+        raise ModelError(
+            "this pulley is so large that the platform anchor lies in it wherever the platform is",
+            key=f"{robot.cables[int(np.argmax(inside))]}.pulley",
+            expected="a smaller radius, in the unit of the file",
+        )
     size = max(float(np.abs(robot.b).max()), SAME)
     scaled = np.nan_to_num(slope / np.array([1, 1, 1, size, size, size]))[..., list(robot.axes)]
     values = np.linalg.svd(scaled, compute_uv=False)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal.cables.geometry import CableRobot
-from robocal.cables.inverse import model_of
+from robocal.cables.inverse import model_of, pulls
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
@@ -66,13 +66,14 @@ def forward(
     `tension` and `sag` as for `inverse`. sigma () or (m,) in m is the noise of a length; without it the residuals
     themselves say (and the covariance is zero times infinity, not a number, when there are no more cables than degrees
     of freedom). `starts` more starts per pose, drawn with `rng` wherever the lengths allow and with any orientation, look
-    for other solutions. Raises ModelError when fewer cables than degrees of freedom, or a wrong number of lengths.
+    for other solutions. Where no start lets the cables hang at all, residuals are not numbers and nothing converged. Raises
+    ModelError when fewer cables than degrees of freedom, a wrong number of lengths, and for tensions that push.
     """
     y = np.atleast_2d(np.asarray(measured, float))
     k, m = y.shape
     axes = list(robot.axes)
     _check(robot, y, axes)
-    t = None if tension is None else np.broadcast_to(np.asarray(tension, float), y.shape)
+    t = None if tension is None else pulls(robot, tension, (k, m))
     s = None if sigma is None else np.broadcast_to(np.asarray(sigma, float), (m,))
     weight = np.ones(m) if s is None else 1 / s
 
@@ -206,10 +207,10 @@ def _choose(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
     """Of all ends of one search (k, s), the one to trust, how many distinct ones explain the lengths as well, and the
     best of the others."""
-    worst = np.nan_to_num(cost, nan=np.inf)
+    worst = np.where(np.isnan(cost), np.inf, cost)
     least = worst.min(axis=1, keepdims=True)
     rounding = 2 * np.sqrt(m * least) * floor + m * floor**2
-    good = worst <= least + np.maximum(CHANCE if noisy else 0.0, rounding)
+    good = np.isfinite(worst) & (worst <= least + np.maximum(CHANCE if noisy else 0.0, rounding))
     # The caller's own start is kept when no other is better, ours when rounding alone would decide.
     first = good[:, 0] if meant else (worst <= least + rounding)[:, 0]
     best = np.where(first, 0, worst.argmin(axis=1))
@@ -235,6 +236,7 @@ def _covariance(r: Array, j: Array, known: bool) -> Array:
     """(J^T J)^-1 of whitened rows; without a stated noise times the residual's own variance."""
     k, m, d = j.shape
     normal = j.swapaxes(-1, -2) @ j
+    normal[~np.isfinite(normal).all(axis=(1, 2))] = 0.0
     spread = np.linalg.eigvalsh(normal)
     seen = spread[:, 0] > 1e-14 * spread[:, -1]
     out = np.full((k, d, d), np.nan)

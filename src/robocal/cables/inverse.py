@@ -20,7 +20,7 @@ from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.hanging import hang
 from robocal.errors import ModelError
 
-__all__ = ["inverse", "model_of", "rates"]
+__all__ = ["inverse", "model_of", "pulls", "rates"]
 
 Array = NDArray[np.float64]
 Lengths = Callable[[Array, Array | None], tuple[Array, Array]]
@@ -39,10 +39,7 @@ def inverse(
     """
     t = np.asarray(pose, float).reshape(-1, 4, 4)
     shape = (len(t), len(robot.cables))
-    pull = None if tension is None else np.broadcast_to(np.asarray(tension, float), shape)
-    if pull is not None and not (pull >= 0).all():
-        at, cable = (int(v) for v in np.argwhere(~(pull >= 0))[0])
-        raise ModelError(f"a cable cannot push (pose {at})", key=robot.cables[cable], found=f"{pull[at, cable]:.4g} N")
+    pull = None if tension is None else pulls(robot, tension, shape)
     full, _, _ = straight(robot, t)
     length, slope = model_of(robot, sag=sag, tense=pull is not None)(t, pull)
     for bad, why in (
@@ -52,8 +49,19 @@ def inverse(
     ):
         if bad.any():
             at, cable = (int(v) for v in np.argwhere(bad)[0])
-            raise ModelError(f"cable {robot.cables[cable]} {why} (pose {at})", key=robot.cables[cable])
+            raise ModelError(f"cable {robot.cables[cable]} {why} (pose {at})", row=at, key=robot.cables[cable])
     return length, slope
+
+
+def pulls(robot: CableRobot, tension: ArrayLike, shape: tuple[int, int]) -> Array:
+    """Tensions (k, m) in N from (k, m), (m,) or one for all. Raises ModelError for one that is no number or pushes."""
+    pull = np.broadcast_to(np.asarray(tension, float), shape)
+    bad = ~((pull >= 0) & (pull < np.inf))
+    if bad.any():
+        at, cable = (int(v) for v in np.argwhere(bad)[0])
+        key, found = robot.cables[cable], f"{pull[at, cable]:.4g} N"
+        raise ModelError(f"a cable cannot push (pose {at})", row=at, key=key, found=found, expected="0 N or more")
+    return pull
 
 
 def rates(robot: CableRobot, pose: ArrayLike, twist: ArrayLike) -> Array:

@@ -97,8 +97,16 @@ def _wrenches(table: CsvTable) -> Array | None:
 
 
 def _names(table: CsvTable) -> tuple[str, ...]:
+    """One for each row. Raises FormatError for one that is given twice: results go by name."""
     named = next((n for n in IDS if n in table.names), None)
-    return table.texts(named) if named else tuple(f"{Path(table.path).name}:{line}" for line in table.lines)
+    if named is None:
+        return tuple(f"{Path(table.path).name}:{line}" for line in table.lines)
+    names, seen = table.texts(named), set[str]()
+    for row, name in enumerate(names):
+        if name in seen:
+            raise table.fail("two rows have one name", row, named, found=name, expected="a name for each")
+        seen.add(name)
+    return names
 
 
 def lengths_text(

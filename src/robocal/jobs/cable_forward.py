@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from robocal.cables.forward import Forward, forward
 from robocal.cables.geometry import CableRobot
-from robocal.errors import FormatError, ModelError
+from robocal.errors import ModelError
 from robocal.files.cable import read_cable
 from robocal.files.cablelists import platform_text, read_cable_lengths
 from robocal.files.units import number
-from robocal.jobs.cable_inverse import fitting, tensions_of, written
+from robocal.jobs.cable_inverse import fitting, located, tensions_of, written
 
 __all__ = ["Poses", "cable_forward"]
 
@@ -64,8 +64,7 @@ def cable_forward(
     try:
         found = forward(file.robot, rows.values, tension=pull, sag=sag, sigma=noise, starts=starts, rng=rng)
     except ModelError as error:
-        facts = {"key": error.key, "found": error.found, "expected": error.expected}
-        raise FormatError(error.message, file=lengths, **facts) from None  # type: ignore[arg-type]
+        raise located(error, lengths, rows) from None
     rms = np.sqrt((found.residual**2).mean(axis=1))
     spread = _spread(found, file.robot)
     length, angle = file.units.length, file.units.angle
@@ -102,6 +101,9 @@ def _doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> tupl
     spare = found.residual.shape[1] - found.covariance.shape[1]
     for i, name in enumerate(names):
         r = found.residual[i]
+        if not np.isfinite(r).all():
+            out.append(f"{name}: no pose was found at which cables can hang so")
+            continue
         if not found.converged[i]:
             out.append(f"{name}: the search did not end at a minimum")
         if found.solutions[i] > 1:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from robocal.files.cable import CableFile, read_cable
 from robocal.files.cablelists import CableList, lengths_text, read_platform_poses
 from robocal.files.text import write_text
 
-__all__ = ["Lengths", "cable_inverse", "fitting", "tensions_of", "written"]
+__all__ = ["Lengths", "cable_inverse", "fitting", "located", "tensions_of", "written"]
 
 Array = NDArray[np.float64]
 
@@ -50,17 +51,24 @@ def cable_inverse(
     try:
         lengths, _ = inverse(file.robot, rows.values, pull, sag=sag)
     except ModelError as error:
-        facts = {"key": error.key, "found": error.found, "expected": error.expected}
-        raise FormatError(error.message, file=poses, **facts) from None  # type: ignore[arg-type]
+        raise located(error, poses, rows) from None
     text = lengths_text(file.robot, rows.names, lengths, file.units, rows.tension)
     return Lengths(file.robot, rows.names, lengths, text, written(output, text, force), file.warnings)
 
 
 def tensions_of(rows: CableList, tension: float | None, file: CableFile) -> Array | None:
-    """Tensions of the list, or one for all, in N. Raises ModelError when both say."""
+    """Tensions of the list, or one for all, in N. Raises ModelError when both say, and for one that pushes."""
     if rows.tension is not None and tension is not None:
         raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
+    if tension is not None and not 0 <= tension < math.inf:
+        raise ModelError("a cable cannot push", key="--tension", found=tension, expected="0 or more")
     return rows.tension if tension is None else np.asarray(file.units.force.to_si(tension))
+
+
+def located(error: ModelError, path: str, rows: CableList) -> FormatError:
+    """What a model complains of, said of the row of the list that it is about."""
+    row = None if error.row is None else rows.lines[error.row]
+    return FormatError(error.message, file=path, row=row, key=error.key, found=error.found, expected=error.expected)
 
 
 def fitting(file: CableFile, pull: Array | None, sag: bool) -> None:

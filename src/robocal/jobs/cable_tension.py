@@ -220,6 +220,6 @@ def _save(made: Tensions, output: Path) -> Tensions:
 
     found = plain(made.document)
     document = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    page = tension_page(made.robot, made.poses, made.spread, made.margin, found)
+    page = tension_page(made.robot, made.poses, made.spread, made.margin, found, made.warnings)
     texts = dict(zip(FILES, (made.text, document, page), strict=True))
     return replace(made, written=write_files(output, texts))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -28,27 +28,51 @@ METHODS = {
 }
 
 
-def tension_page(robot: CableRobot, poses: Array, spread: Distribution, margin: Array, found: Mapping[str, Any]) -> str:
+def tension_page(
+    robot: CableRobot,
+    poses: Array,
+    spread: Distribution,
+    margin: Array,
+    found: Mapping[str, Any],
+    warnings: Sequence[str] = (),
+) -> str:
     """The page, from poses (k, 4, 4), tensions, margins (k,) N and the document `found`."""
     names = [row["name"] for row in found["poses"]]
-    worst = int(np.argmin(margin))
-    caption = f"{names[worst]}: margin {significant(float(margin[worst]))} N"
     return page(
         f"{robot.name}: tensions",
         [
             Block(
                 "What the cables bear", _summary(found), tensions(names, spread.tension, spread.limits, robot.cables)
             ),
-            Block(
-                "Where the least is left",
-                "The margin is the size of the smallest disturbance that the cables could not balance; negative: what is missing. "
-                f"Moments are divided by {found['length_m']:g} m.",
-                scene(robot, poses[worst], tension=spread.tension[worst], poses=poses, caption=caption),
-            ),
+            *_places(robot, poses, spread, margin, names),
             Block("Pose by pose", _said(found), table=_table(robot, found)),
-            Block("How it was worked out", _how(robot, found)),
+            Block("How it was worked out", _how(robot, found, warnings)),
         ],
     )
+
+
+def _places(
+    robot: CableRobot, poses: Array, spread: Distribution, margin: Array, names: Sequence[str]
+) -> Iterator[Block]:
+    """The pose with the least to spare, and the one at which most is missing."""
+    for chosen, heading, words in (
+        (
+            spread.found,
+            "Where the least is left",
+            "The margin is the size of the smallest disturbance that the cables could not balance.",
+        ),
+        (
+            ~spread.feasible,
+            "Where most is missing",
+            "No tensions within the limits hold the platform here. The size of a negative margin is at most what is missing.",
+        ),
+    ):
+        if chosen.any():
+            worst = int(np.argmin(np.where(chosen, margin, np.inf)))
+            caption = f"{names[worst]}: margin {significant(float(margin[worst]))} N"
+            yield Block(
+                heading, words, scene(robot, poses[worst], tension=spread.tension[worst], poses=poses, caption=caption)
+            )
 
 
 def _summary(found: Mapping[str, Any]) -> str:
@@ -81,15 +105,15 @@ def _table(robot: CableRobot, found: Mapping[str, Any]) -> list[list[str]]:
     return out
 
 
-def _how(robot: CableRobot, found: Mapping[str, Any]) -> str:
+def _how(robot: CableRobot, found: Mapping[str, Any], warnings: Sequence[str]) -> str:
     method = found["method"] + (f", power {found['power']:g}" if found["power"] else "")
     limits = sorted({f"{low:g} to {high:g} N" for low, high in found["limits_N"]})
     parts = [
         f"Straight cables{'' if robot.pulleys is None else ' over pulleys'}; method {method}; limits {', '.join(limits)}; "
-        f"{significant(found['mass_kg'])} kg.",
+        f"{significant(found['mass_kg'])} kg. Of margins, moments are divided by {found['length_m']:g} m.",
     ]
     if robot.assumed:
         parts.append(f"Assumed, not measured: {', '.join(robot.assumed)}.")
     parts += [f"{i['file']}: SHA-256 {i['sha256']}" for i in found["provenance"]["inputs"]]
     parts.append(f"robocal {found['provenance']['version']}: {found['provenance']['command']}")
-    return "\n\n".join([*parts, *found["warnings"]])
+    return "\n\n".join([*parts, *warnings])
