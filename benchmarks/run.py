@@ -1,13 +1,15 @@
-"""`make bench`: the 56-pose job with every contestant, interleaved in one run, then robocal's own sections.
+"""`make bench`: the 56-pose job with every contestant, interleaved in one run, then the sections.
 
-    python benchmarks/run.py [--rounds 7] [--instances 20] [--only NAME ...] [--no-sections] [-o FILE]
+    python -m benchmarks [--rounds 7] [--instances 20] [--only NAME ...] [--no-sections] [-o FILE]
+    python -m benchmarks --section NAME ... [-o FILE]
 
 All workers are started first and stay up. Then every round visits every instance, and at each instance all
 contestants in turn (A B C ... A B C ...), so that a noisy neighbour or a throttled clock strikes all alike; one
 process works at a time. A visit repeats a quick solve for about 20 ms; contestants slower than 3 s per solve take
 part in the first round only. Medians over all solves. The held-out error is the mean distance on 500 noise-free
 poses, computed here for everybody, averaged over the instances. Everybody has one BLAS and one numba thread. Writes
-`benchmarks/results.json` (not with --only, unless -o is given).
+`benchmarks/results.json` (not with --only, unless -o is given) and the tables of the documentation that are made from it.
+With --section only those sections are run; they take the place of what the results had of them.
 """
 
 import argparse
@@ -19,6 +21,7 @@ from pathlib import Path
 
 import job as jobs
 import numpy as np
+import publish
 import table
 from contestants import CONTESTANTS, THREADS, Contestant, Worker
 from environments import Unavailable
@@ -106,15 +109,45 @@ def yardstick(instances: list[jobs.Job]) -> dict:
     return {"held_out_before_mm": statistics.fmean(before), "held_out_exact_least_squares_mm": statistics.fmean(exact)}
 
 
-def sections() -> dict[str, list[dict]]:
-    """robocal's batch, forward kinematics and scaling, from `robocal_sections.py` where that exists."""
-    if not (HERE / "robocal_sections.py").exists():
-        print("no robocal_sections.py: batch, forward_kinematics and scaling are left out", file=sys.stderr)
-        return {}
-    import cross_validation
-    import robocal_sections
+def cross_validation() -> dict[str, list[dict]]:
+    """Cross-validation beside FIGAROH."""
+    import cross_validation as section
 
-    return {"cross_validation": cross_validation.section(), **robocal_sections.sections()}
+    return {"cross_validation": section.section()}
+
+
+def robocal() -> dict[str, list[dict]]:
+    """robocal alone: batch, leave-one-out, forward kinematics, scaling, compilation, start-up."""
+    import robocal_sections as section
+
+    return section.sections()
+
+
+def cables() -> dict[str, list[dict]]:
+    """Cable robots beside quadprog, daqp, osqp and HiGHS."""
+    import cable_sections as section
+
+    return section.sections()
+
+
+SECTIONS = {"cross_validation": cross_validation, "robocal": robocal, "cables": cables}
+
+
+def sections(names) -> dict:
+    """Rows of these sections, and on what machine they were measured."""
+    made = {}
+    for name in names:
+        made |= SECTIONS[name]()
+    for name, rows in made.items():
+        print(f"\n{name}\n{table.section_table(rows)}")
+    return {"measured": dict.fromkeys(names, table.machine()), "sections": made}
+
+
+def write(document: dict, output: Path) -> None:
+    """The results as JSON, and in the documentation if they are the project's own."""
+    output.write_text(json.dumps(document, indent=2) + "\n")
+    if output.resolve() == RESULTS:
+        publish.publish(document)
 
 
 def main() -> int:
@@ -123,8 +156,16 @@ def main() -> int:
     parser.add_argument("--instances", type=int, default=20)
     parser.add_argument("--only", nargs="+", metavar="NAME", help="contestants whose name contains one of these")
     parser.add_argument("--no-sections", action="store_true")
+    parser.add_argument("--section", nargs="+", choices=SECTIONS, metavar="NAME", help=f"only {', '.join(SECTIONS)}")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args()
+    if options.section:
+        output = options.output or RESULTS
+        document = json.loads(output.read_text()) if output.exists() else {}
+        for key, part in sections(options.section).items():
+            document[key] = document.get(key, {}) | part
+        write(document, output)
+        return 0
 
     chosen = tuple(c for c in CONTESTANTS if not options.only or any(part in c.name for part in options.only))
     instances = [jobs.make(seed) for seed in range(options.instances)]
@@ -147,10 +188,7 @@ def main() -> int:
         f"held-out mean error before {measure['held_out_before_mm']:.4f} mm, "
         f"exact least squares {measure['held_out_exact_least_squares_mm']:.5f} mm"
     )
-    extra = {} if options.no_sections else sections()
-    for name, section in extra.items():
-        print(f"\n{name}\n{table.section_table(section)}")
-
+    extra = sections([] if options.no_sections else SECTIONS)
     output = options.output or (None if options.only else RESULTS)
     if output:
         document = {
@@ -169,9 +207,8 @@ def main() -> int:
             | measure,
             "contestants": rows,
             "skipped": skipped,
-            "sections": extra,
-        }
-        output.write_text(json.dumps(document, indent=2) + "\n")
+        } | extra
+        write(document, output)
     return 0
 
 

@@ -72,6 +72,12 @@ def plain(header: list[str], rows: list[list[str]]) -> str:
     return "\n".join([line(header), "  ".join("-" * w for w in widths), *map(line, rows)])
 
 
+def markdown(header: list[str], rows: list[list[str]]) -> str:
+    """A table in Markdown: the first column to the left, the others to the right."""
+    bars = [header, ["---", *["---:"] * (len(header) - 1)], *rows]
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in bars)
+
+
 def job_table(rows: list[dict]) -> str:
     """The table of the 56-pose job."""
     header = ["", "median ms", "min ms", "max ms", "solves", "held-out mm", "/ best", "time / robocal"]

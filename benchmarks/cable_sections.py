@@ -146,17 +146,20 @@ def tension(count: int = 2000) -> list[dict]:
 
 
 def poses(count: int = 20, many: int = 1000) -> list[dict]:
-    """Per pose, statics, interference, tensions and lengths; and robocal alone with a list of `many`."""
+    """Per pose, statics, interference, tensions and lengths; and robocal alone with a list of `many`. `off` is early, not late:
+    robocal stops before the last micrometre."""
     runners = race(POSES, {"poses": cables.pose_job(count)}, 3)
     long = race(POSES[:1], {"long list": cables.pose_job(many)}, 3)
     rows = rows_of(runners, "poses", lambda name: count, "ms", "robocal, one by one")
     judge = yardstick(runners, "LP ray search, linprog", "poses")
     for name, row in rows.items():
         answer = runners[name].answer["poses"]
-        row |= {"poses": count, "off_lambda": apart(answer["furthest"], judge["furthest"])}
+        lengths = apart(answer["length"], judge["length"])
+        row |= {"poses": count, "off_lambda": apart(answer["furthest"], judge["furthest"]), "off_m": lengths}
     base = rows.get("robocal, one by one", {}).get("cpu_ms")
     for row in rows_of(long, "long list", lambda name: many, "ms", "").values():
-        rows["long list"] = row | {"poses": many, "cpu_over_robocal": row["cpu_ms"] / base if base else None}
+        ratio = row["cpu_ms"] / base if base else None
+        rows["long list"] = row | {"poses": many, "cpu_over_robocal": ratio, "off_lambda": None, "off_m": None}
     order = {"what": None, "poses": None}
     return [order | row for row in rows.values()]
 
