@@ -39,7 +39,9 @@ def poses(rows: list[dict]) -> str:
         + [number(r["cpu_over_robocal"]), number(r["off_lambda"]), number(r["off_m"] and 1e3 * r["off_m"], "mm")]
         for r in rows
     ]
-    return table.markdown(["one reachable pose", "CPU time", "over one by one", "lambda off by", "lengths off by"], body)
+    return table.markdown(
+        ["one reachable pose", "CPU time", "over one by one", "lambda off by", "lengths off by"], body
+    )
 
 
 def grid(rows: list[dict]) -> str:

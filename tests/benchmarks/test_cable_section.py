@@ -33,7 +33,7 @@ def solver(bench):
 
 
 @pytest.fixture
-def as_read(tmp_path):
+def as_read(bench, tmp_path):
     """A job as a contestant reads it."""
 
     def read(job):
