@@ -139,6 +139,32 @@ def test_over_pulleys_the_cables_pull_where_they_arrive(folder):
     assert np.abs((plain @ t[..., None])[..., 0] + load).max() > 0.1
 
 
+def test_a_mass_for_the_files(folder):
+    given = run(folder, "--json", poses="held.csv").document
+    (folder / "robot.yaml").write_text(without("mass"))
+    again = run(folder, "--json", "--mass", 9, "--payload", 3, poses="held.csv").document
+    assert again["mass_kg"] == 12
+    for one, other in zip(given["poses"], again["poses"], strict=True):
+        np.testing.assert_allclose(one["tension_N"], other["tension_N"], rtol=1e-12)
+
+
+def test_cross_checks_of_ipanema_3(folder, shared_data):
+    """The tensions that its file prints, to the digits printed, through the verb. The second line was made with standard
+    gravity, 9.80665 m/s2: a little less mass."""
+    place = shared_data / "cable-robots" / "ipanema_3.yaml"
+    if not place.is_file():
+        pytest.skip(f"needs {place.name}")
+    (folder / "one.csv").write_text(POSES.splitlines()[0] + "\nhere,0,0,1000,0,0,0\n")
+    printed = {
+        "closed": [1433.1, 1514.7, 1532.3, 1533.7, 1447.6, 1561.3, 1673.4, 1637.7],
+        "norm": [360.8, 381.4, 377.2, 380.5, 100.0, 100.0, 118.2, 108.6],
+    }
+    for (method, said), mass in zip(printed.items(), (30.0, 30 * 9.80665 / 9.81), strict=True):
+        ran = robocal("cable", "tension", place, folder / "one.csv", "--method", method, "--mass", mass, "--json")
+        assert ran.status == 0
+        np.testing.assert_allclose(ran.document["poses"][0]["tension_N"], said, atol=0.0501)
+
+
 def planar(plane, degrees):
     """Four cables (three for 2T) in a frame of 4 x 3 m; `across` is the axis that is left out."""
     across = 2 if plane == "xy" else 1
@@ -228,6 +254,7 @@ def without(key):
         ("", "", ("--method", "barycenter"), ["--method", "did you mean 'barycentre'"]),
         ("", "", ("--method", "p-norm", "--power", "1"), ["--power", "at least 2"]),
         ("", "", ("--payload", "-1"), ["--payload"]),
+        (without("mass"), "", ("--mass", "nan"), ["--mass", "0 or more"]),
         ("", "", ("--length", "0"), ["--length", "positive"]),
         ("", POSES.replace("1600", "16OO"), (), ["poses.csv", "row 3", "column z"]),
         ("", POSES.replace("z [mm]", "z"), (), ["poses.csv", "column z", "unit is missing"]),

@@ -283,6 +283,10 @@ TensionMethod = Annotated[
     str, typer.Option("--method", metavar="METHOD", help="norm (least), mid, closed, barycentre (continuous), p-norm.")
 ]
 Power = Annotated[float, typer.Option("--power", metavar="P", help="Of --method p-norm, from 2 on.")]
+Mass = Annotated[
+    float | None,
+    _option("--mass", metavar="MASS", text="Of the platform, in the robot file's unit, instead of the file's."),
+]
 Payload = Annotated[
     float, typer.Option("--payload", metavar="MASS", help="Hung at the centre of mass, in the robot file's unit.")
 ]

@@ -42,19 +42,23 @@ def limited(file: CableFile, limits: str | None = None) -> CableRobot:
     return robot
 
 
-def mass_of(file: CableFile, payload: float = 0.0) -> float:
-    """Mass of the platform with a payload (in the file's unit of mass), in kg; zero where it is not known and does not
-    matter: a planar robot that lies. Raises FormatError where it matters, ModelError for an impossible payload."""
+def mass_of(file: CableFile, payload: float = 0.0, mass: float | None = None) -> float:
+    """Mass of the platform (its file's, or `mass`) with a payload, both in the file's unit of mass, in kg; zero where it is
+    not known and does not matter: a planar robot that lies. Raises FormatError where it matters, ModelError for a mass
+    that cannot be."""
     robot = file.robot
-    if not (math.isfinite(payload) and payload >= 0):
-        raise ModelError("a payload is a mass", key="--payload", found=payload, expected="0 or more")
+    for option, value in (("--payload", payload), ("--mass", mass)):
+        if value is not None and not (math.isfinite(value) and value >= 0):
+            raise ModelError("a mass is a number", key=option, found=value, expected="0 or more")
     more = float(file.units.mass.to_si(payload))
+    if mass is not None:
+        return float(file.units.mass.to_si(mass)) + more
     if robot.mass is None and UPRIGHT.intersection(robot.axes):
         raise FormatError(
             f"the mass of {robot.name} is not known",
             file=file.path,
             key="platform.mass",
-            expected="platform: {mass: ...}",
+            expected="platform: {mass: ...}, or --mass",
         )
     return (robot.mass or 0.0) + more
 

@@ -97,6 +97,7 @@ def cable_tension(
     *,
     method: str = "norm",
     power: float = 4.0,
+    mass: float | None = None,
     payload: float = 0.0,
     wrench: str | None = None,
     limits: str | None = None,
@@ -105,22 +106,22 @@ def cable_tension(
     force: bool = False,
     command: str = "",
 ) -> Tensions:
-    """Tensions at poses; `payload` (the file's unit of mass) hangs at the centre of mass, `wrench` and `limits` are
-    those of `cable_load`, `length` (the file's unit, one metre by default) compares moments with forces. `output` gets
-    FILES. Raises InputError."""
+    """Tensions at poses; `mass` stands for the platform's own and `payload` hangs at its centre (the file's unit of
+    mass), `wrench` and `limits` are those of `cable_load`, `length` (the file's unit, one metre by default) compares
+    moments with forces. `output` gets FILES. Raises InputError."""
     if output is not None:
         refuse_existing(output, FILES, force)
     file = read_cable(robot)
-    able, mass = limited(file, limits), mass_of(file, payload)
+    able, weight = limited(file, limits), mass_of(file, payload, mass)
     rows = read_platform_poses(poses, able)
     lever = 1.0 if length is None else float(file.units.length.to_si(length))
     structure = _structure(able, rows, poses)
     extra = wrench_of(file, wrench) + (0.0 if rows.wrench is None else rows.wrench)
-    load = (gravity_wrench(rows.values, mass, able.com) + extra)[:, able.axes]
+    load = (gravity_wrench(rows.values, weight, able.com) + extra)[:, able.axes]
     spread, margin = _spread(structure, load, able, file, method, power, lever)
     missing = spread.missing(lever)
     made = Tensions(
-        able, rows.names, rows.values, spread, margin, missing, power, lever, mass,
+        able, rows.names, rows.values, spread, margin, missing, power, lever, weight,
         _text(able, rows, spread, margin, missing, file), (*file.warnings, *_leaning(able, rows)),
         _doubts(able, rows.names, spread, missing), _inputs(file, robot, rows, poses), command,
     )  # fmt: skip

@@ -70,9 +70,8 @@ def _places(
         if chosen.any():
             worst = int(np.argmin(np.where(chosen, margin, np.inf)))
             caption = f"{names[worst]}: margin {significant(float(margin[worst]))} N"
-            yield Block(
-                heading, words, scene(robot, poses[worst], tension=spread.tension[worst], poses=poses, caption=caption)
-            )
+            drawn = scene(robot, poses[worst], tension=spread.tension[worst], poses=poses, caption=caption)
+            yield Block(heading, f"{caption}. {words}", drawn)
 
 
 def _summary(found: Mapping[str, Any]) -> str:

@@ -57,6 +57,7 @@ def tension(
     poses: o.PlatformPoses,
     method: o.TensionMethod = "norm",
     power: o.Power = 4.0,
+    mass: o.Mass = None,
     payload: o.Payload = 0.0,
     wrench: o.Wrench = None,
     limits: o.TensionLimits = None,
