@@ -102,6 +102,31 @@ def test_there_and_back_sagging_over_pulleys(folder):
         assert np.abs(values(folder / "other.csv")[1] - found).max() > 1e-5
 
 
+def test_a_pose_that_is_not_found_is_not_written(folder):
+    """Cables so heavy that their tension carries them nowhere: no start stands in for the pose."""
+    robot, lengths = folder / "robot.yaml", folder / "lengths.csv"
+    robot.write_text(describe_cable(box()) + "every_cable: {elasticity: 2.5e-5, density: 20}\n")
+    lengths.write_text("id," + ",".join(f"c{i} [m]" for i in range(1, 9)) + "\nlow" + ",2.5" * 8 + "\n")
+    ran = robocal("cable", "forward", robot, lengths, "--tension", 15, "--sag")
+    assert ran.status == 3 and "low: no pose was found at which cables can hang so" in ran.err
+    assert ran.out.splitlines()[1] == "low" + "," * 9 + ",0"
+    shown = robocal("cable", "forward", robot, lengths, "--tension", 15, "--sag", "--json").document["poses"][0]
+    assert shown["T_base_platform"][0][0] is None and shown["residual_m"] is None and not shown["converged"]
+
+
+def test_a_singular_pose_is_not_trusted(folder):
+    """A flat platform in the plane of its frame: to first order no length says how high it is."""
+    robot = box()
+    a, b = robot.a.copy(), robot.b.copy()
+    a[:, 2], b[:, 2] = 3.0, 0.0
+    a[:4, :2] *= 0.8
+    (folder / "flat.yaml").write_text(describe_cable(cable_robot("flat", a, b)))
+    (folder / "poses.csv").write_text(POSES.splitlines()[0] + "\nlevel,300,-200,3000,0,0,10\n")
+    (folder / "l.csv").write_text(robocal("cable", "inverse", folder / "flat.yaml", folder / "poses.csv").out)
+    ran = robocal("cable", "forward", folder / "flat.yaml", folder / "l.csv", "--sigma", 0.0001)
+    assert ran.status == 3 and "level: near this pose the lengths do not say where the platform is" in ran.err
+
+
 @pytest.mark.parametrize(
     ("verb", "change", "more", "words"),
     [

@@ -37,7 +37,8 @@ class Forward:
     twist's components that the robot has (m and rad, base axes), iterations (k,), whether each converged.
 
     `solutions` (k,) counts the distinct poses that explain the lengths as well, this one included: 1 is unique as far
-    as the starts tell, 0 was not asked. `rival` (k, 4, 4) is the best of the others, not a number where there is none.
+    as the starts tell, 0 was not asked, or there is none. Where no start has cables at all (inside a pulley, or the
+    tension does not carry the weight) nothing is a number. `rival` (k, 4, 4) is the best of the others, not a number where there is none.
     """
 
     pose: Array
@@ -96,6 +97,7 @@ def forward(
     every = np.arange(k)
     pose = found[every, best]
     r, slope = model(pose, every)
+    pose[np.isnan(r).any(axis=1)] = np.nan
     return Forward(
         pose,
         r / weight,
@@ -214,7 +216,7 @@ def _choose(
     # The caller's own start is kept when no other is better, ours when rounding alone would decide.
     first = good[:, 0] if meant else (worst <= least + rounding)[:, 0]
     best = np.where(first, 0, worst.argmin(axis=1))
-    solutions, rival = np.ones(len(found), dtype=np.int64), np.full((len(found), 4, 4), np.nan)
+    solutions, rival = np.isfinite(least[:, 0]).astype(np.int64), np.full((len(found), 4, 4), np.nan)
     mine = found[np.arange(len(found)), best]
     others = good & _differ(found, mine[:, None])
     for i in np.flatnonzero(others.any(axis=1)):

@@ -132,12 +132,14 @@ def tension_columns(robot: CableRobot, tension: Array, units: CableUnits) -> dic
 
 
 def platform_text(names: Sequence[str], poses: Array, units: CableUnits, more: Mapping[str, Sequence[str]]) -> str:
-    """The CSV of poses, with further columns."""
+    """The CSV of poses, with further columns; nothing where a pose is not a number."""
     shown = [units.length] * 3 + [units.angle] * 3
     header = ["id", *(f"{s} [{u.name}]" for s, u in zip(FRAME_SYMBOLS, shown, strict=True)), *more]
     rows = []
-    for i, vector in enumerate(se3.to_vector(poses)):
+    known = np.asarray(np.isfinite(poses).all(axis=(-2, -1)))
+    for i, vector in enumerate(se3.to_vector(np.where(known[:, None, None], poses, np.eye(4)))):
         cells = [number(round(u.from_si(float(v)), 12)) for u, v in zip(shown, vector, strict=True)]
+        cells = cells if known[i] else [""] * len(cells)
         rows.append([names[i], *cells, *(column[i] for column in more.values())])
     return _text(header, rows)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -69,7 +70,7 @@ def cable_forward(
     spread = _spread(found, file.robot)
     length, angle = file.units.length, file.units.angle
     more = {
-        f"residual [{length.name}]": [number(length.from_si(float(v))) for v in rms],
+        f"residual [{length.name}]": [_shown(length.from_si(float(v)), number) for v in rms],
         f"sigma_position [{length.name}]": [_shown(length.from_si(float(v))) for v in spread[:, 0]],
         f"sigma_orientation [{angle.name}]": [_shown(angle.from_si(float(v))) for v in spread[:, 1]],
         "solutions": [str(int(n)) for n in found.solutions],
@@ -88,9 +89,9 @@ def _spread(found: Forward, robot: CableRobot) -> Array:
     return np.asarray(np.sqrt(np.stack([variances[:, moves].sum(axis=1), variances[:, turns].sum(axis=1)], axis=1)))
 
 
-def _shown(value: float) -> str:
+def _shown(value: float, text: Callable[[float], str] = "{:.4g}".format) -> str:
     """Nothing where nothing is known."""
-    return "" if np.isnan(value) else f"{value:.4g}"
+    return "" if np.isnan(value) else text(value)
 
 
 def _doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> tuple[str, ...]:
@@ -106,6 +107,8 @@ def _doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> tupl
             continue
         if not found.converged[i]:
             out.append(f"{name}: the search did not end at a minimum")
+        if np.isnan(found.covariance[i]).any() and (sigma is not None or spare > 0):
+            out.append(f"{name}: near this pose the lengths do not say where the platform is: a singular pose")
         if found.solutions[i] > 1:
             out.append(f"{name}: {found.solutions[i]} poses explain these lengths equally well")
         if sigma is not None and spare > 0 and chi2.sf((r @ r) / sigma**2, spare) < UNLIKELY:
