@@ -150,18 +150,35 @@ p.retract(p.start, np.full((1, p.n), 1e-3)); p.normal(p.start)
 print(time.perf_counter() - a)
 """
 
+# A reachable pose, a grid with margins and tensions by every method: what cable robots need beside that.
+COLD_CABLES = """
+import sys, time
+sys.path.insert(0, sys.argv[1])
+import numpy as np
+import cable_worker as c
+from robocal.cables.tension import METHODS
+a = time.perf_counter()
+c.reach(np.random.default_rng(0), 1)
+found = c.grid(c.ROBOT, c.DEMAND, c.cables.SIDES, (2, 2, 2), True)
+pose = c.ROBOT.home[None]
+for method in METHODS:
+    c.distribute(c.structure_of(c.ROBOT, pose), c.cables.weight(1), c.cables.LIMITS, method).missing()
+print(time.perf_counter() - a)
+"""
+
 
 def compilation():
-    """Seconds to compile every kernel with an empty cache, and to load them all from it."""
+    """Seconds to compile the kernels with an empty cache, and to load them from it: those of arms, then those of cables."""
     here = os.path.dirname(os.path.abspath(__file__))
     rows = []
     with tempfile.TemporaryDirectory() as cache:
         env = os.environ | {"ROBOCAL_CACHE_DIR": cache}
-        for what in ("cold, all kernels", "warm, from the cache"):
-            done = subprocess.run(
-                [sys.executable, "-c", COLD, here], env=env, capture_output=True, text=True, check=True
-            )
-            rows.append({"what": what, "wall_s": float(done.stdout.split()[-1])})
+        for kernels, code in (("arms", COLD), ("cables", COLD_CABLES)):
+            for what in ("cold", "warm, from the cache"):
+                done = subprocess.run(
+                    [sys.executable, "-c", code, here], env=env, capture_output=True, text=True, check=True
+                )
+                rows.append({"what": f"kernels of {kernels}, {what}", "wall_s": float(done.stdout.split()[-1])})
     return rows
 
 
