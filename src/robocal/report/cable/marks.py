@@ -10,18 +10,19 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.report.cable.view import View
+from robocal.report.cable.view import Box, View
 from robocal.report.svg import num
 
-__all__ = ["Mark", "draw", "labels"]
+__all__ = ["Mark", "draw", "labels", "placed"]
 
 Array = NDArray[np.float64]
+LINE = 15.0  # px from one line of words to the next
 
 
 @dataclass(frozen=True, eq=False)
 class Mark:
     """One mark: points (n, 3) m joined by a line (`closed`: a face; one point: a dot of radius `size` px), its classes, further
-    attributes as text, and what shows when the pointer rests on it. `lift` (px) draws it before what is as near."""
+    attributes as text, what shows when the pointer rests on it, and by how much (px) it is taken for nearer than it is."""
 
     points: Array
     cls: str
@@ -34,70 +35,56 @@ class Mark:
 
 def draw(marks: Iterable[Mark], view: View, ordered: bool = True) -> str:
     """All marks as one text, far ones first."""
-    found = [(_near(m, view), _one(m, view)) for m in marks]
+    found = [(float(view.flat(m.points)[1].mean()) + m.lift, _one(m, view)) for m in marks]
     if ordered:
         found.sort(key=lambda pair: pair[0])
     return "".join(text for _, text in found)
 
 
-def _near(mark: Mark, view: View) -> float:
-    return float(view.flat(mark.points)[1].mean()) + mark.lift
-
-
 def _one(mark: Mark, view: View) -> str:
-    local = view.local(mark.points)
-    xy = view.flat(mark.points)[0]
-    data = " ".join(num(v) for v in local.ravel().tolist())
-    more = f' data-p="{data}"{f" data-lift={chr(34)}{num(mark.lift)}{chr(34)}" if mark.lift else ""}{mark.more}'
-    end = f"><title>{escape(mark.hint)}</title></" if mark.hint else "/>"
-    if len(mark.points) == 1:
-        x, y = (num(v) for v in xy[0].tolist())
-        text = f'<circle class="{mark.cls}" cx="{x}" cy="{y}" r="{num(mark.size)}"{more}{end}'
-        return text + ("circle>" if mark.hint else "")
-    d = "M" + "L".join(f"{num(x)} {num(y)}" for x, y in xy.tolist()) + ("z" if mark.closed else "")
-    return f'<path class="{mark.cls}" d="{d}"{more}{end}' + ("path>" if mark.hint else "")
+    xy = view.flat(mark.points)[0].tolist()
+    data = " ".join(num(v) for v in view.local(mark.points).ravel().tolist())
+    lift = f' data-lift="{num(mark.lift)}"' if mark.lift else ""
+    if len(xy) == 1:
+        tag, shape = "circle", f'cx="{num(xy[0][0])}" cy="{num(xy[0][1])}" r="{num(mark.size)}"'
+    else:
+        tag, shape = "path", f'd="M{"L".join(f"{num(x)} {num(y)}" for x, y in xy)}{"z" if mark.closed else ""}"'
+    text = f'<{tag} class="{mark.cls}" {shape} data-p="{data}"{lift}{mark.more}'
+    return f"{text}><title>{escape(mark.hint)}</title></{tag}>" if mark.hint else f"{text}/>"
 
 
-def labels(points: Array, texts: Sequence[tuple[str, str]], view: View, width: float, height: float) -> str:
+def labels(points: Array, texts: Sequence[tuple[str, str]], view: View, box: Box) -> str:
     """Two words (a name, and what is said of it) beside each point (n, 3) m: outwards from the middle, and apart from one another."""
-    if not len(points):
-        return ""
     xy = view.flat(points)[0]
-    wide = np.array([7.6 * len(a) + 6.9 * len(b) + (5 if b else 0) for a, b in texts])
-    at, side = placed(xy, wide, np.asarray(view.at), width, height)
-    data = view.local(points)
+    wide = np.array([7.9 * len(a) + 7.1 * len(b) + (5 if b else 0) for a, b in texts])
+    at, side = placed(xy, wide, np.asarray(view.at), box)
     parts = []
-    for (name, said), p, (x, y), s, w in zip(
-        texts, data.tolist(), at.tolist(), side.tolist(), wide.tolist(), strict=True
-    ):
-        anchor = "end" if s < 0 else "start"
+    for k, (name, said) in enumerate(texts):
+        data = " ".join(num(v) for v in view.local(points[k]).tolist())
         more = f' <tspan class="said">{escape(said)}</tspan>' if said else ""
         parts.append(
-            f'<text class="name" x="{num(x)}" y="{num(y)}" text-anchor="{anchor}" data-w="{num(w)}" data-p="{" ".join(num(v) for v in p)}">'
-            f'<tspan class="strong">{escape(name)}</tspan>{more}</text>'
+            f'<text class="halo-text" x="{num(at[k, 0])}" y="{num(at[k, 1])}" text-anchor="{"end" if side[k] < 0 else "start"}" '
+            f'data-w="{num(wide[k])}" data-p="{data}"><tspan class="strong">{escape(name)}</tspan>{more}</text>'
         )
     return "".join(parts)
 
 
-def placed(xy: Array, wide: Array, middle: Array, width: float, height: float) -> tuple[Array, Array]:
-    """Where texts of a width stand beside points (n, 2), (n, 2), and on which side of them, -1 left or 1 right."""
+def placed(xy: Array, wide: Array, middle: Array, box: Box) -> tuple[Array, Array]:
+    """Where texts of widths (n,) stand beside points (n, 2) px, (n, 2): on the side away from the middle where
+    the box has room, else on the other, -1 left or 1 right (n,); pushed apart up and down until none covers another."""
+    left, top, right, bottom = box
     side = np.where(xy[:, 0] < middle[0], -1.0, 1.0)
-    at = xy + np.stack([10.0 * side, np.where(xy[:, 1] < middle[1], -3.0, 11.0)], axis=1)
-    left, right = np.where(side < 0, at[:, 0] - wide, at[:, 0]), np.where(side < 0, at[:, 0], at[:, 0] + wide)
-    at[:, 0] += np.clip(4.0 - left, 0.0, None) - np.clip(right - (width - 4.0), 0.0, None)
-    for _ in range(40):
-        moved = False
-        for i in range(len(at)):
-            for j in range(i):
-                if left[i] < right[j] and left[j] < right[i]:
-                    gap = at[i, 1] - at[j, 1]
-                    if abs(gap) < 15.0:
-                        push = (15.0 - abs(gap)) / 2.0 + 0.01
-                        sign = 1.0 if gap >= 0 else -1.0
-                        at[i, 1] += sign * push
-                        at[j, 1] -= sign * push
-                        moved = True
-        at[:, 1] = np.clip(at[:, 1], 14.0, height - 6.0)
-        if not moved:
+    side = np.where(np.where(side < 0, xy[:, 0] - 9.0 - wide < left, xy[:, 0] + 9.0 + wide > right), -side, side)
+    at = xy + np.stack([9.0 * side, np.where(xy[:, 1] < middle[1], -3.0, 11.0)], axis=1)
+    start = np.where(side < 0, at[:, 0] - wide, at[:, 0])
+    across = (start[:, None] < (start + wide)[None]) & (start[None] < (start + wide)[:, None])
+    np.fill_diagonal(across, False)
+    # The lower index goes up where two are level.
+    first = np.sign(np.subtract.outer(np.arange(len(at)), np.arange(len(at))))
+    for _ in range(60):
+        gap = at[:, None, 1] - at[None, :, 1]
+        push = np.where(across, np.maximum(LINE - np.abs(gap), 0.0), 0.0) * np.where(gap == 0.0, first, np.sign(gap))
+        if not np.abs(push).max(initial=0.0) > 0.05:
             break
+        at[:, 1] = np.clip(at[:, 1] + 0.5 * push.sum(axis=1), top + 12.0, bottom - 4.0)
     return at, side

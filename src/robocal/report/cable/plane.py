@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
+from robocal.report.cable.marks import placed
 from robocal.report.cable.paint import brief
 from robocal.report.svg import Scale, bottom_axis, label, left_axis, num, path
 
 __all__ = ["Plane", "anchors", "cross", "plane"]
 
 Array = NDArray[np.float64]
-LEFT, TOP, FOOT = 60.0, 40.0, 44.0
+LEFT, TOP, FOOT = 60.0, 50.0, 44.0
 
 
 @dataclass(frozen=True)
@@ -37,8 +38,10 @@ class Plane:
     def frame(self) -> str:
         """Axes, grid lines and their titles."""
         i, j = ("xyz"[k] for k in self.axes)
-        return bottom_axis(self.x, self.y.start, self.y.end, f"{i}, m") + left_axis(
-            self.y, self.x.start, self.x.end, f"{j}, m"
+        return (
+            bottom_axis(self.x, self.y.start, self.y.end, f"{i}, m")
+            + left_axis(self.y, self.x.start, self.x.end)
+            + label(self.x.start - 36, self.y.end - 12, f"{j}, m", "axis-title")
         )
 
     def line(self, points: Array, cls: str, closed: bool = False) -> str:
@@ -70,28 +73,22 @@ def anchors(robot: CableRobot, at: Plane) -> str:
     xy = at.flat(robot.a)
     groups: list[tuple[Array, list[str]]] = []
     for p, name in zip(xy, robot.cables, strict=True):
-        near = next((g for g in groups if np.linalg.norm(g[0] - p) < 22.0), None)
+        near = next((g for g in groups if np.linalg.norm(g[0] - p) < 10.0), None)
         if near is None:
             groups.append((p, [brief(name)]))
         else:
             near[1].append(brief(name))
-    dots = "".join(f"M{num(x - 4)} {num(y - 4)}h8v8h-8z" for x, y in xy.tolist())
-    middle = (at.x.start + at.x.end) / 2
-    words = []
-    for p, names in groups:
-        side = -1 if p[0] < middle else 1
-        inside = p[0] + side * 90 < at.x.start or p[0] + side * 90 > at.x.end
-        side = -side if inside else side
-        words.append(
-            label(
-                float(p[0]) + 8 * side,
-                float(p[1]) - 8,
-                ", ".join(names),
-                "name halo-text",
-                "end" if side < 0 else "start",
-            )
-        )
-    return path(dots, "anchor") + "".join(words)
+    texts = [", ".join(names) for _, names in groups]
+    wide = np.array([7.4 * len(text) for text in texts])
+    middle = np.array([(at.x.start + at.x.end) / 2, (at.y.start + at.y.end) / 2])
+    box = (at.x.start, at.y.end, at.x.end, at.y.start)
+    where, side = placed(np.array([p for p, _ in groups]), wide, middle, box)
+    words = [
+        label(x, y, text, "name halo-text", "end" if s < 0 else "start")
+        for (x, y), s, text in zip(where.tolist(), side.tolist(), texts, strict=True)
+    ]
+    squares = "".join(f"M{num(x - 4)} {num(y - 4)}h8v8h-8z" for x, y in xy.tolist())
+    return path(squares, "anchor") + "".join(words)
 
 
 def cross(points: Sequence[Sequence[float]], size: float) -> str:

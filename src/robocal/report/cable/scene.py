@@ -15,6 +15,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
 from robocal.report.cable.marks import Mark, draw, labels
 from robocal.report.cable.paint import brief, figure
+from robocal.report.cable.ropes import courses, wheels
 from robocal.report.cable.solids import hull_loops, thinned
 from robocal.report.cable.stage import Stage, stage
 from robocal.report.cable.tension import STATES, Tensions, tensions_of
@@ -24,8 +25,7 @@ from robocal.report.svg import label, num
 __all__ = ["scene"]
 
 Array = NDArray[np.float64]
-WIDE, HIGH, SIDE = 940.0, 600.0, 128.0
-PIECES = 24  # of a cable, so that what lies around it can hide a part of it
+WIDE, HIGH, SIDE = 940.0, 640.0, 132.0
 MOST_POSES = 1500
 LIGHT = np.array([0.30, -0.45, 0.84])
 
@@ -42,111 +42,132 @@ def scene(
     """The picture (SVG) of a robot at pose (4, 4).
 
     tension (m,) N, NaN for none: colours the cables, and tells slack ones and those over their limits; without it they are plain.
-    surface: the boundary of a workspace, or the outline of a section. poses (n, 4, 4): where else the platform stands.
-    Raises ModelError for shapes that do not fit.
+    surface: the boundary of a workspace, or the outline of a section. poses (n, 4, 4): where else the platform stands; the first
+    1500 are drawn. Raises ModelError for shapes that do not fit.
     """
     at = np.asarray(pose, float)
-    m = len(robot.cables)
     if at.shape != (4, 4) or not np.isfinite(at).all():
         raise ModelError("a pose to be drawn", expected="(4, 4), finite", found=at.shape)
-    values = None if tension is None else np.asarray(tension, float)
-    if values is not None and values.shape != (m,):
-        raise ModelError("tensions to be drawn", expected=f"one per cable, ({m},)", found=values.shape)
-    cloud = np.zeros((0, 3)) if poses is None else np.asarray(poses, float).reshape(-1, 4, 4)[:MOST_POSES, :3, 3]
-    held = None if values is None else tensions_of(values, robot.limits)
-    around = _outlined(surface)
+    held = _held(robot, tension)
+    cloud = np.zeros((0, 3)) if poses is None else np.asarray(poses, float).reshape(-1, 4, 4)[:, :3, 3]
+    spots = cloud[np.isfinite(cloud).all(axis=1)][:MOST_POSES]
     ends = at[:3, 3] + robot.b @ at[:3, :3].T
     right = WIDE - (SIDE if held is not None else 0.0)
-    seen = stage(robot, ends, np.concatenate([around, cloud]), (110.0, 30.0, right - 110.0, HIGH - 52.0))
-    marks = [*_platform(ends, at), *_cables(robot, ends, held), *_boundary(surface, seen), *_cloud(cloud)]
+    top = 34.0 if caption else 8.0
+    seen = stage(robot, ends, np.concatenate([_around(surface), spots]), (0.0, top, right, HIGH))
+    marks = [*_platform(ends, at), *_cables(robot, ends, held), *_boundary(surface), *_cloud(spots), *seen.frame]
     parts = [
+        label(14, 22, brief(caption, 120), "strong") if caption else "",
         f'<g data-part="floor">{draw(seen.floor, seen.view, ordered=False)}{seen.ticks}</g>',
-        f'<g data-part="marks">{draw([*marks, *seen.frame], seen.view)}</g>',
-        f'<g data-part="names">{labels(robot.a, _words(robot, held), seen.view, right, HIGH)}</g>',
+        f'<g data-part="marks">{draw(marks, seen.view)}</g>',
+        f'<g data-part="names">{labels(robot.a, _words(robot, held), seen.view, (4.0, top, right, seen.height - 22))}{seen.names}</g>',
     ]
     if held is not None:
-        parts += [held.scale(robot.cables, WIDE - SIDE + 24, 60.0, HIGH - 150.0), _legend(held)]
+        legend = _legend(held, seen.height)
+        parts += [held.scale(robot.cables, WIDE - SIDE + 26, 66.0, seen.height - (130.0 if legend else 50.0)), legend]
     if seen.foot:
-        parts.append(label(14, HIGH - 12, seen.foot, "tick"))
-    said = _said(robot, held, surface, len(cloud), caption)
-    text = figure("scene", WIDE, HIGH, parts, title=caption or f"{robot.name} at a pose", text=said)
-    return text.replace("<svg ", f"<svg {_camera(seen)} ", 1) if seen.turns else text
+        parts.append(label(14, seen.height - 14, seen.foot, "tick"))
+    said = _said(robot, held, surface, len(spots), caption)
+    text = figure("scene", WIDE, seen.height, parts, title=caption or f"{robot.name} at a pose", text=said)
+    return text.replace("<svg ", f"<svg {_camera(seen, right, top)} ", 1) if seen.turns else text
 
 
-def _camera(seen: Stage) -> str:
+def _held(robot: CableRobot, tension: ArrayLike | None) -> Tensions | None:
+    if tension is None:
+        return None
+    values, m = np.asarray(tension, float), len(robot.cables)
+    if values.shape != (m,):
+        raise ModelError("tensions to be drawn", expected=f"one per cable, ({m},)", found=values.shape)
+    return tensions_of(values, robot.limits)
+
+
+def _camera(seen: Stage, right: float, top: float) -> str:
     """What turn.js needs to know."""
     v = seen.view
-    return f'data-eye="{num(v.eye)}" data-view="{num(v.azimuth)} {num(v.elevation)}" data-at="{num(v.at[0])} {num(v.at[1])}"'
+    return (
+        f'data-eye="{num(v.eye)}" data-view="{num(v.azimuth)} {num(v.elevation)}" data-at="{num(v.at[0])} {num(v.at[1])}" '
+        f'data-room="{num(right)} {num(seen.height)} {num(top)}"'
+    )
 
 
-def _outlined(surface: Surface | Outline | None) -> Array:
+def _around(surface: Surface | Outline | None) -> Array:
+    """What must stay inside the picture for a boundary."""
     if surface is None:
         return np.zeros((0, 3))
-    found = surface.points if isinstance(surface, Outline) else surface.vertices
-    return np.asarray(found, float).reshape(-1, 3)
+    found = np.asarray(
+        surface.points if isinstance(surface, Outline) else surface.vertices[np.unique(surface.faces)], float
+    )
+    return found.reshape(-1, 3)
 
 
 def _platform(ends: Array, at: Array) -> Iterator[Mark]:
-    for loop in hull_loops(ends):
+    loops = hull_loops(ends)
+    for loop in loops:
         if len(loop) > 2:
-            normal = np.cross(loop[1] - loop[0], loop[2] - loop[0])
-            size = float(np.linalg.norm(normal))
-            shade = round(3.5 + 3.5 * float(normal @ LIGHT) / size) if size > 0 else 4
-            yield Mark(loop, f"body p{min(max(shade, 0), 7)}", closed=True)
+            # A plate has two sides, and the one that is seen is lit.
+            shade = _shades(loop[None])[0] if len(loops) > 1 else 6
+            yield Mark(loop, f"body b{shade}", closed=True)
         elif len(loop) == 2:
             yield Mark(loop, "body rod")
     for p in ends:
-        yield Mark(p[None], "joint", size=2.6, lift=3.0)
+        yield Mark(p[None], "joint", size=2.4, lift=3.0)
     yield Mark(at[None, :3, 3], "origin", size=2.2, lift=6.0)
 
 
+def _shades(corners: Array) -> list[int]:
+    """How bright faces (f, n, 3) are, 0 to 7, by the side that they turn to the light."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(normal, axis=1)
+    lit = np.where(size > 0.0, normal @ LIGHT / np.where(size > 0.0, size, 1.0), 0.0)
+    found: list[int] = np.clip(np.round(3.5 + 3.5 * lit), 0, 7).astype(int).tolist()
+    return found
+
+
 def _cables(robot: CableRobot, ends: Array, held: Tensions | None) -> Iterator[Mark]:
-    share = np.linspace(0.0, 1.0, PIECES + 1)[:, None]
-    for i, name in enumerate(robot.cables):
-        points = ends[i] + share * (robot.a[i] - ends[i])
+    for i, (name, points) in enumerate(zip(robot.cables, courses(robot, ends), strict=True)):
         state = "plain" if held is None else held.state(i)
         colour = f' stroke="{held.colour(i)}"' if held is not None and state != "none" else ""
         hint = name if held is None else f"{name}: {held.said(i)}"
-        more = f' data-cable="{i + 1}"{colour}'
-        for k in range(PIECES):
+        for k in range(len(points) - 1):
             # What carries no load is drawn with gaps.
             if k % 2 and state in ("slack", "none"):
                 continue
             yield Mark(points[k : k + 2], "gap", lift=-0.5)
-            yield Mark(points[k : k + 2], f"rope {state}", more=more, hint=hint)
+            yield Mark(points[k : k + 2], f"rope {state}", more=f' data-cable="{i + 1}"{colour}', hint=hint)
+    for rim in wheels(robot, ends):
+        yield Mark(rim, "pulley")
 
 
-def _boundary(surface: Surface | Outline | None, seen: Stage) -> Iterator[Mark]:
+def _boundary(surface: Surface | Outline | None) -> Iterator[Mark]:
     if isinstance(surface, Outline) and len(surface.points):
-        yield Mark(np.asarray(surface.points, float), "edge", closed=True, lift=-2.0 * max(WIDE, HIGH))
+        # Behind everything: a section is drawn for planar robots, whose marks are all as near.
+        yield Mark(np.asarray(surface.points, float), "edge", closed=True, lift=-2e3)
     elif isinstance(surface, Surface) and len(surface.faces):
         vertices, faces = thinned(surface)
-        x = vertices[faces]
-        normal = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
-        size = np.linalg.norm(normal, axis=1)
-        lit = np.where(size > 0, normal @ LIGHT / np.where(size > 0, size, 1.0), 0.0)
-        shade = np.clip(np.round(3.5 + 3.5 * lit), 0, 7).astype(int)
-        for corners, s in zip(x, shade.tolist(), strict=True):
-            yield Mark(corners, f"face s{s}", closed=True)
+        corners = vertices[faces]
+        for triangle, shade in zip(corners, _shades(corners), strict=True):
+            yield Mark(triangle, f"face s{shade}", closed=True)
 
 
 def _cloud(points: Array) -> Iterator[Mark]:
     for p in points:
-        yield Mark(p[None], "spot", size=1.6)
+        yield Mark(p[None], "spot", size=1.7)
 
 
 def _words(robot: CableRobot, held: Tensions | None) -> list[tuple[str, str]]:
     return [(brief(name), "" if held is None else held.said(i)) for i, name in enumerate(robot.cables)]
 
 
-def _legend(held: Tensions) -> str:
+def _legend(held: Tensions, height: float) -> str:
     """The states that occur, beside the colour scale."""
     found = [s for s in STATES if s != "held" and any(held.state(i) == s for i in range(len(held.values)))]
     parts = []
     for row, state in enumerate(found):
-        y = HIGH - 112 + 20 * row
+        y = height - 78 + 20 * row
         x = WIDE - SIDE + 16
-        parts.append(f'<path class="rope {state}" d="M{num(x)} {num(y)}h8m6 0h8"/>')
+        parts.append(
+            f'<path class="rope {state} key" d="M{num(x)} {num(y)}h{"22" if state == "over" else "7m8 0h7"}"/>'
+        )
         parts.append(label(x + 30, y + 4, STATES[state], "name"))
     return "".join(parts)
 

@@ -34,46 +34,39 @@ def section(
     """The picture (SVG) of a section in the plane of two axes (0 x, 1 y, 2 z): margins of the grid's layer at the first outline's
     start (its middle layer without one), or which cells are held; outlines on top; points (n, 3) m as dots."""
     across = 3 - sum(axes)
-    start = outlines[0].start if outlines else robot.home[:3, 3]
-    dots = np.zeros((0, 3)) if points is None else np.asarray(points, float).reshape(-1, 3)
-    shown = [robot.a, robot.home[None, :3, 3], dots, *(o.points for o in outlines)]
-    layer, level = (0, float(start[across])) if grid is None else _layer(grid, across, outlines)
-    if grid is not None:
-        shown.append(_corners(grid, axes))
+    home, dots = (
+        robot.home[None, :3, 3],
+        np.zeros((0, 3)) if points is None else np.asarray(points, float).reshape(-1, 3),
+    )
+    start = outlines[0].start[None] if outlines else home
+    layer, level = (0, float(start[0, across])) if grid is None else _layer(grid, across, float(start[0, across]))
+    shown = [robot.a, start, dots, *(o.points for o in outlines), *([] if grid is None else [_corners(grid)])]
     every = np.concatenate([np.asarray(p, float).reshape(-1, 3) for p in shown])
-    margin = None if grid is None or grid.margin is None else _flat(grid.margin, axes, across, layer)
-    at = plane(axes, every, right=150.0 if margin is not None else 16.0)
+    margin = None if grid is None or grid.margin is None else np.asarray(_flat(grid.margin, axes, across, layer), float)
+    at = plane(axes, every, right=160.0 if margin is not None else 16.0)
     parts = [at.frame]
     if grid is not None and margin is not None:
-        parts += [_cells(grid, axes, _classes(margin), at), _zero(grid, axes, margin, at), _scale(margin, at)]
+        edges = _edges(margin)
+        parts += [_cells(grid, axes, _classes(margin, edges), at, _names(len(edges))), _zero(grid, axes, margin, at)]
+        parts.append(_scale(edges, at))
     elif grid is not None:
-        inside = _flat(grid.inside, axes, across, layer)
-        parts.append(_cells(grid, axes, np.where(inside, 1, 0), at, prefix="in"))
+        inside = np.where(_flat(grid.inside, axes, across, layer), 1, 0)
+        parts.append(_cells(grid, axes, inside, at, {1: "in"}))
     parts += [at.line(o.points, f"outline o{k % 4}", closed=True) for k, o in enumerate(outlines)]
     parts.append(path("".join(f"M{num(x)} {num(y)}h0" for x, y in at.flat(dots).tolist()), "dots"))
-    home = at.flat(robot.home[None, :3, 3]).tolist()
-    parts += [
-        path(cross(home, 5.0), "home"),
-        label(home[0][0] + 9, home[0][1] + 4, "X₀", "strong halo-text"),
-        anchors(robot, at),
-    ]
+    x, y = at.flat(start)[0].tolist()
+    word = "X₀" if np.allclose(start[0], home[0], atol=1e-9) else "start"
+    parts += [path(cross([(x, y)], 5.0), "home"), label(x + 9, y + 4, word, "strong halo-text"), anchors(robot, at)]
     where = "" if robot.degrees != "3R3T" else f" at {'xyz'[across]} = {fixed(level, 2)} m"
     title = f"Section in the plane {'xyz'[axes[0]]}{'xyz'[axes[1]]}{where}"
-    return figure(
-        "section",
-        at.width,
-        at.height,
-        [label(at.x.start, 14, title, "strong"), *parts],
-        title=title,
-        text=_said(outlines, margin),
-    )
+    parts.append(label(at.x.start, 16, title, "strong"))
+    return figure("section", at.width, at.height, parts, title=title, text=_said(outlines, margin))
 
 
-def _layer(grid: Grid, across: int, outlines: Sequence[Outline]) -> tuple[int, float]:
-    """Which layer of the grid is shown, and where it lies."""
-    at = grid.axes[across]
-    layer = int(np.abs(at - outlines[0].start[across]).argmin()) if outlines else len(at) // 2
-    return layer, float(at[layer])
+def _layer(grid: Grid, across: int, start: float) -> tuple[int, float]:
+    """The layer of the grid nearest to the start, and where it lies."""
+    layer = int(np.abs(grid.axes[across] - start).argmin())
+    return layer, float(grid.axes[across][layer])
 
 
 def _flat(values: NDArray[np.generic], axes: tuple[int, int], across: int, layer: int) -> NDArray[np.generic]:
@@ -82,45 +75,33 @@ def _flat(values: NDArray[np.generic], axes: tuple[int, int], across: int, layer
     return cut if axes[0] < axes[1] else cut.T
 
 
-def _corners(grid: Grid, axes: tuple[int, int]) -> Array:
-    out = np.zeros((2, 3))
-    for k in range(3):
-        half = grid.cell[k] / 2
-        out[:, k] = grid.axes[k][0] - half, grid.axes[k][-1] + half
-    return out
+def _corners(grid: Grid) -> Array:
+    """The lower and the upper corner of a grid, (2, 3)."""
+    return np.array([[x[0] - c / 2, x[-1] + c / 2] for x, c in zip(grid.axes, grid.cell.tolist(), strict=True)]).T
 
 
-def _top(margin: NDArray[np.generic]) -> float:
-    """The margin at which the colours end: the largest, or the largest that is missing where nothing can be held."""
-    found = np.asarray(margin, float)
-    found = found[np.isfinite(found)]
-    if not len(found):
-        return 1.0
-    return float(found.max()) if found.max() > 0 else float(np.abs(found).max()) or 1.0
+def _edges(margin: Array) -> list[float]:
+    """The lower borders of the classes above zero, N: round numbers from 0 to the largest margin; to the largest that is missing
+    where nothing is held."""
+    found = margin[np.isfinite(margin)]
+    top = float(found.max()) if len(found) and found.max() > 0.0 else float(np.abs(found).max(initial=0.0))
+    return nice_ticks(0.0, top, STEPS)[:STEPS] if top > 0.0 else [0.0]
 
 
-def _edges(margin: NDArray[np.generic]) -> list[float]:
-    """The borders of the classes above zero: round numbers."""
-    ticks = [t for t in nice_ticks(0.0, _top(margin), STEPS) if t > 0]
-    return ticks[:STEPS]
-
-
-def _classes(margin: NDArray[np.generic]) -> NDArray[np.int64]:
+def _classes(margin: Array, edges: Sequence[float]) -> NDArray[np.int64]:
     """Class of each cell: 1 upwards from zero, -1 downwards, 0 where there is no number."""
-    values, edges = np.asarray(margin, float), np.array(_edges(margin))
-    size = (
-        np.minimum(np.searchsorted(edges, np.abs(np.where(np.isfinite(values), values, 0.0)), side="right"), STEPS - 1)
-        + 1
-    )
-    found = np.where(values >= 0, size, -size)
-    return np.asarray(np.where(np.isfinite(values), found, np.where(values == -np.inf, -STEPS, 0)), np.int64)
+    size = np.clip(np.searchsorted(np.array(edges), np.abs(margin), side="right"), 1, len(edges))
+    found = np.where(margin >= 0.0, size, -size)
+    return np.asarray(np.where(np.isnan(margin), 0, found), np.int64)
 
 
-def _name(step: int) -> str:
-    return f"m{step}" if step > 0 else f"n{-step}"
+def _names(count: int) -> dict[int, str]:
+    """Colours of the classes -count to count, spread over the palette."""
+    share = {k: 1 + round((k - 1) * (STEPS - 1) / max(count - 1, 1)) for k in range(1, count + 1)}
+    return {k: f"m{c}" for k, c in share.items()} | {-k: f"n{c}" for k, c in share.items()}
 
 
-def _cells(grid: Grid, axes: tuple[int, int], classes: NDArray[np.int64], at: Plane, prefix: str = "") -> str:
+def _cells(grid: Grid, axes: tuple[int, int], classes: NDArray[np.int64], at: Plane, names: dict[int, str]) -> str:
     """One path per class; neighbours in a row are one rectangle."""
     u, v = grid.axes[axes[0]], grid.axes[axes[1]]
     half = grid.cell[axes[0]] / 2, grid.cell[axes[1]] / 2
@@ -136,45 +117,43 @@ def _cells(grid: Grid, axes: tuple[int, int], classes: NDArray[np.int64], at: Pl
                 found.setdefault(int(row[a]), []).append(
                     f"M{left:.2f} {top:.2f}H{right + 0.2:.2f}V{bottom + 0.2:.2f}H{left:.2f}z"
                 )
-    return "".join(path("".join(d), prefix or _name(k)) for k, d in sorted(found.items()))
+    return "".join(path("".join(d), names[k]) for k, d in sorted(found.items()))
 
 
-def _zero(grid: Grid, axes: tuple[int, int], margin: NDArray[np.generic], at: Plane) -> str:
-    pieces = contour(grid.axes[axes[0]], grid.axes[axes[1]], np.asarray(margin, float))
+def _zero(grid: Grid, axes: tuple[int, int], margin: Array, at: Plane) -> str:
+    pieces = contour(grid.axes[axes[0]], grid.axes[axes[1]], margin)
     return path(
         "".join(f"M{num(at.x(a))} {num(at.y(b))}L{num(at.x(c))} {num(at.y(d))}" for (a, b), (c, d) in pieces.tolist()),
         "zero",
     )
 
 
-def _scale(margin: NDArray[np.generic], at: Plane) -> str:
+def _scale(edges: Sequence[float], at: Plane) -> str:
     """The classes upright beside the picture, with their borders in N."""
-    edges = [0.0, *_edges(margin)][:STEPS]
-    count = len(edges)
-    x, top, bottom = at.x.end + 26, at.y.end + 24, at.y.start
+    count, names = len(edges), _names(len(edges))
+    x, top, bottom = at.x.end + 26, at.y.end + 16, at.y.start
     y = Scale(-count, count, bottom, top)
     parts = [label(x, top - 14, "margin, N", "strong")]
-    for k in range(-count, count):
-        step = k + 1 if k >= 0 else k
+    for k in (*range(-count, 0), *range(1, count + 1)):
+        upper = y(k + 1 if k < 0 else k)
         parts.append(
-            f'<rect class="{_name(step)}" x="{num(x)}" y="{y(k + 1):.2f}" width="16" height="{y(k) - y(k + 1) + 0.3:.2f}"/>'
+            f'<rect class="{names[k]}" x="{num(x)}" y="{upper:.2f}" width="16" height="{y(0) - y(1) + 0.3:.2f}"/>'
         )
     for k, edge in enumerate(edges):
         parts.append(label(x + 23, y(k) + 4, tick_text(edge), "strong" if k == 0 else "tick"))
         if k:
             parts.append(label(x + 23, y(-k) + 4, tick_text(-edge), "tick"))
     parts.append(f'<path class="zero" d="M{num(x - 3)} {num(y(0))}h22"/>')
-    parts += [label(x + 50, y(count / 2) + 4, "held", "name"), label(x + 50, y(-count / 2) + 4, "not held", "name")]
+    parts += [label(x + 23, y(count - 0.5) + 4, "held", "name"), label(x + 23, y(0.5 - count) + 4, "not held", "name")]
     return "".join(parts)
 
 
-def _said(outlines: Sequence[Outline], margin: NDArray[np.generic] | None) -> str:
+def _said(outlines: Sequence[Outline], margin: Array | None) -> str:
     parts = [f"The outline encloses {significant(o.area)} m²." for o in outlines]
     if margin is not None:
-        found = np.asarray(margin, float)
-        good = found[np.isfinite(found)]
+        good = margin[np.isfinite(margin)]
         if len(good):
-            held = 100 * float((found >= 0).mean())
+            held = 100 * float((margin >= 0.0).mean())
             ends = " to ".join(significant(float(v)) for v in (good.min(), good.max()))
             parts.append(f"Margins from {ends} N; {held:.0f} % of the cells are held.")
     return " ".join(parts) or "Frame anchors and X₀."

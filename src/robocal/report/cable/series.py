@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +15,7 @@ from robocal.report.svg import Scale, label, line, nice_ticks, num, path, tick_t
 __all__ = ["tensions"]
 
 Array = NDArray[np.float64]
-LEFT, RIGHT, TOP, STRIP, GAP = 92.0, 924.0, 44.0, 56.0, 12.0
+RIGHT, TOP, STRIP, GAP = 914.0, 44.0, 56.0, 12.0
 MOST = 1200  # poses that are drawn one by one; of more, each column of the picture shows the least and the most
 
 
@@ -32,33 +31,41 @@ def tensions(names: Sequence[str], tension: ArrayLike, limits: ArrayLike, cables
         )
     k = len(names)
     bad = ~np.isfinite(t).all(axis=1)
-    x = Scale(0.5, k + 0.5, LEFT, RIGHT)
-    top = float(max(band[np.isfinite(band)].max(initial=0.0), t[np.isfinite(t)].max(initial=0.0))) or 1.0
+    left = 58.0 + 7.9 * max(len(brief(c)) for c in cables)
+    x = Scale(0.5, k + 0.5, left, RIGHT)
+    limit, most = (float(v[np.isfinite(v)].max(initial=0.0)) for v in (band, t))
     low = float(min(0.0, t[np.isfinite(t)].min(initial=0.0)))
+    # Small tensions are worth more room than a limit that is far away.
+    top = (1.5 * most if 0.0 < most < 0.4 * limit else max(limit, most)) or 1.0
     height = TOP + len(cables) * (STRIP + GAP) + 40
-    parts = [label(LEFT, 16, "tension, N", "strong"), _legend(bool(bad.any()))]
-    parts.append(_columns(bad, x, TOP, height - 40 - GAP))
+    parts = [
+        label(left, 16, "tension, N", "strong"),
+        _legend(left, bool(bad.any()), limit if limit > 1.06 * top else None),
+    ]
+    strips, values = [], []
     for i, cable in enumerate(cables):
         upper = TOP + i * (STRIP + GAP)
         y = Scale(low, 1.06 * top, upper + STRIP, upper)
-        parts += [_strip(brief(cable), band[i], x, y), _values(t[:, i], x, y, band[i])]
+        strips.append(_strip(brief(cable), band[i], x, y))
+        values.append(_values(t[:, i], x, y, band[i]))
+    parts += [*strips, _columns(bad, x, TOP, height - 40 - GAP), *values]
     parts.append(_poses(names, x, height - 40 - GAP))
     said = f"{k} poses, {int(bad.sum())} of them without tensions that hold the platform."
     if not bad.all():
         said += f" Tensions from {significant(float(np.nanmin(t)))} to {significant(float(np.nanmax(t)))} N."
-    return figure("series", RIGHT + 16, height, parts, title="Tensions over the list of poses", text=said)
+    return figure("series", RIGHT + 26, height, parts, title="Tensions over the list of poses", text=said)
 
 
 def _strip(cable: str, band: Array, x: Scale, y: Scale) -> str:
-    parts = [label(LEFT - 44, (y.start + y.end) / 2 + 4, cable, "strong", "end")]
+    parts = [label(x.start - 44, (y.start + y.end) / 2 + 4, cable, "strong", "end")]
     least, most = (min(max(v, y.low), y.high) for v in np.nan_to_num(band, nan=y.low, posinf=y.high).tolist())
     parts.append(
         f'<rect class="band" x="{num(x.start)}" y="{num(y(most))}" width="{num(x.end - x.start)}" height="{num(y(least) - y(most))}"/>'
     )
-    parts += [line(x.start, y(v), x.end, y(v), "border") for v in (least, most)]
+    parts += [line(x.start, y(v), x.end, y(v), "border") for v in (least, most) if v < y.high]
     parts.append(line(x.start, y.start, x.end, y.start, "axis"))
     for t in nice_ticks(0.0, y.high, 2):
-        parts.append(label(LEFT - 7, y(t) + 4, tick_text(t), "tick", "end"))
+        parts.append(label(x.start - 7, y(t) + 4, tick_text(t), "tick", "end"))
     return "".join(parts)
 
 
@@ -120,20 +127,22 @@ def _poses(names: Sequence[str], x: Scale, y: float) -> str:
     return "".join(label(x(t), y + 17, tick_text(t), "tick", "middle") for t in ticks) + label(
         (x.start + x.end) / 2,
         y + 36,
-        f"pose, in the order of the list ({escape(brief(names[0]))} to {escape(brief(names[-1]))})",
+        f"pose, in the order of the list ({brief(names[0])} to {brief(names[-1])})",
         "axis-title",
         "middle",
     )
 
 
-def _legend(lost: bool) -> str:
+def _legend(left: float, lost: bool, above: float | None) -> str:
+    word = "within the limits" + (f" (up to {tick_text(above)} N, above the strips)" if above is not None else "")
     parts = [
-        f'<rect class="band" x="{num(LEFT + 110)}" y="6" width="16" height="11"/>',
-        label(LEFT + 132, 16, "within the limits", "name"),
+        f'<rect class="band" x="{num(left + 100)}" y="6" width="16" height="11"/>',
+        label(left + 122, 16, word, "name"),
     ]
     if lost:
+        x = left + 152 + 6.8 * len(word)
         parts += [
-            f'<rect class="lost" x="{num(LEFT + 260)}" y="6" width="16" height="11"/>',
-            label(LEFT + 282, 16, "no tensions hold the platform", "name"),
+            f'<rect class="lost" x="{num(x)}" y="6" width="16" height="11"/>',
+            label(x + 22, 16, "no tensions hold the platform", "name"),
         ]
     return "".join(parts)

@@ -3,94 +3,137 @@ seen."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
 from robocal.report.cable.marks import Mark
-from robocal.report.cable.view import PLANES, View, best, fitted
+from robocal.report.cable.view import PLANES, Box, View, best, fitted
 from robocal.report.numbers import fixed
-from robocal.report.svg import Scale, bottom_axis, left_axis, nice_ticks, num, tick_text
+from robocal.report.svg import Scale, bottom_axis, label, left_axis, nice_ticks, num, tick_text
 
 __all__ = ["Stage", "stage"]
 
 Array = NDArray[np.float64]
+LABELS = 104.0  # px beside an anchor for its name and tension
 
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """The view, what lies below everything (`floor`, with `ticks`), the frame, a line of words, and whether it can be turned."""
+    """The view, the height of the picture (px), what lies below everything (`floor`, with `ticks`), the frame, names that stay at
+    their points, a line of words, and whether it can be turned."""
 
     view: View
+    height: float
     floor: tuple[Mark, ...]
     ticks: str
     frame: tuple[Mark, ...]
+    names: str
     foot: str
     turns: bool
 
 
-def stage(robot: CableRobot, ends: Array, others: Array, box: tuple[float, float, float, float]) -> Stage:
-    """The stage for a robot with platform anchors at `ends` (m, 3) m and `others` (n, 3) m to be shown, inside box (left, top,
-    right, bottom) px."""
-    every = np.concatenate([robot.a, ends, others])
-    return _spatial(robot, ends, every, box) if robot.degrees == "3R3T" else _plane(robot, every, box)
+def stage(robot: CableRobot, ends: Array, others: Array, box: Box) -> Stage:
+    """The stage for a robot with platform anchors at `ends` (m, 3) m and `others` (n, 3) m to be shown; no larger than the box."""
+    if robot.degrees == "3R3T":
+        return _spatial(robot, ends, others, box)
+    return _plane(robot, np.concatenate([ends, others]), box)
 
 
-def _plane(robot: CableRobot, every: Array, box: tuple[float, float, float, float]) -> Stage:
-    azimuth, elevation = PLANES[robot.plane]
+def _plane(robot: CableRobot, others: Array, box: Box) -> Stage:
     i, j = (0, 1) if robot.plane == "xy" else (0, 2)
-    low, high = robot.a.min(axis=0), robot.a.max(axis=0)
-    corners = np.repeat(((low + high) / 2)[None], 4, axis=0)
-    corners[:, i], corners[:, j] = np.array([low, high, high, low])[:, i], np.array([low, low, high, high])[:, j]
-    view = fitted(View(azimuth, elevation, every.mean(axis=0)), np.concatenate([every, corners]), box, turning=False)
-    left, top, right, bottom = box[0] - 56, box[1] - 14, box[2] + 96, box[3] + 8
-    at, size = np.asarray(view.at), view.scale
-    x = Scale(
-        float(view.middle[i] + (left - at[0]) / size), float(view.middle[i] + (right - at[0]) / size), left, right
-    )
-    y = Scale(
-        float(view.middle[j] + (at[1] - bottom) / size), float(view.middle[j] + (at[1] - top) / size), bottom, top
-    )
-    axes = bottom_axis(x, bottom, top, f"{'xyz'[i]}, m") + left_axis(y, left, right, f"{'xyz'[j]}, m")
-    frame = [Mark(corners, "wire", closed=True, lift=-3e3)]
-    frame += [Mark(p[None], "anchor", size=4.0, lift=8.0) for p in robot.a]
-    return Stage(view, (), axes, tuple(frame), "", False)
+    corners = np.repeat(robot.a.mean(axis=0)[None], 4, axis=0)
+    ring = _ring(robot.a[:, [i, j]].min(axis=0), robot.a[:, [i, j]].max(axis=0))
+    corners[:, [i, j]] = ring
+    left, top, right, bottom = box[0] + 46, box[1] + 22, box[2] - 10, box[3] - 44
+    inner = (left + LABELS, top + 20, right - LABELS, bottom - 20)
+    view = View(*PLANES[robot.plane], np.concatenate([robot.a, others]).mean(axis=0))
+    near = (left + 14, top + 8, right - 14, bottom - 8)
+    view = fitted(view, [(corners, inner), (others, near)], perspective=False)
+    view, bottom = _lowered(view, np.concatenate([corners, others]), top + 20, bottom - 20)
+    bottom += 20
+    (x0, y0), size = view.at, view.scale
+    x = Scale(float(view.middle[i]) + (left - x0) / size, float(view.middle[i]) + (right - x0) / size, left, right)
+    y = Scale(float(view.middle[j]) + (y0 - bottom) / size, float(view.middle[j]) + (y0 - top) / size, bottom, top)
+    axes = bottom_axis(x, bottom, top, f"{'xyz'[i]}, m") + left_axis(y, left, right)
+    axes += label(left - 36, top - 10, f"{'xyz'[j]}, m", "axis-title")
+    frame = (Mark(corners, "wire", closed=True, lift=-3e3), *_anchors(robot))
+    return Stage(view, bottom + 44, (), axes, frame, "", "", False)
 
 
-def _spatial(robot: CableRobot, ends: Array, every: Array, box: tuple[float, float, float, float]) -> Stage:
+def _lowered(view: View, points: Array, top: float, bottom: float) -> tuple[View, float]:
+    """The view moved up so that the points begin at `top`, and where they end: no taller than needed."""
+    y = view.flat(points)[0][:, 1]
+    least, most = float(y.min()), float(y.max())
+    end = min(max(top + most - least, top + 160.0), bottom)
+    x0, y0 = view.at
+    return replace(view, at=(x0, y0 + (top + end) / 2 - (least + most) / 2)), end
+
+
+def _spatial(robot: CableRobot, ends: Array, others: Array, box: Box) -> Stage:
+    every = np.concatenate([robot.a, ends, others])
     low, high = every.min(axis=0), every.max(axis=0)
-    tall = float(high[2] - low[2])
+    wide = max(float(np.ptp(every[:, :2], axis=0).max()), 1e-6)
     # A frame whose anchors hang above the base's zero stands on it.
-    if 0.0 < low[2] < 1.5 * max(tall, 0.3 * float(np.ptp(every[:, :2], axis=0).max())):
+    if 0.0 < low[2] < 1.5 * max(float(high[2] - low[2]), 0.3 * wide):
         low[2] = 0.0
-    step = _step(float(max(np.ptp(every[:, :2], axis=0).max(), 1e-6)))
-    floor_low, floor_high = np.floor(low[:2] / step - 1e-9) * step, np.ceil(high[:2] / step + 1e-9) * step
-    a_low, a_high = robot.a.min(axis=0), robot.a.max(axis=0)
-    a_low[2] = low[2]
-    corners = np.array([[x, y, z] for z in (a_low[2], a_high[2]) for x, y in _ring(a_low, a_high)])
-    ground = np.array([[x, y, low[2]] for x, y in _ring(floor_low, floor_high)])
-    middle = (low + high) / 2
-    points = np.concatenate([every, corners, ground])
-    view = fitted(best(middle, robot.a, ends), points, box, turning=True)
-    frame = [Mark(corners[[k, (k + 1) % 4]], "wire", lift=-1.0) for k in range(4)]
-    frame += [Mark(corners[[4 + k, 4 + (k + 1) % 4]], "wire", lift=-1.0) for k in range(4)]
-    frame += [Mark(np.linspace(corners[k], corners[4 + k], 5)[s : s + 2], "wire") for k in range(4) for s in range(4)]
-    frame += [Mark(p[None], "anchor", size=4.0, lift=8.0) for p in robot.a]
-    sides = " × ".join(fixed(v, 2) for v in (high - low).tolist())
-    foot = (
-        f"floor: squares of {tick_text(step)} m at z = {fixed(low[2], 2)} m; all that is drawn: {sides} m (x × y × z)"
+    step = _step(wide)
+    near, far = np.floor(low[:2] / step + 0.05) * step, np.ceil(high[:2] / step - 0.05) * step
+    floor_low, floor_high = np.minimum(near, low[:2]), np.maximum(far, high[:2])
+    corners = np.array(
+        [[x, y, z] for z in (low[2], robot.a[:, 2].max()) for x, y in _ring(robot.a.min(axis=0), robot.a.max(axis=0))]
     )
-    floor = [Mark(ground, "ground", closed=True), *_grid(floor_low, floor_high, float(low[2]), step)]
+    ground = np.array([[x, y, low[2]] for x, y in _ring(floor_low, floor_high)])
+    origin, at_origin = _origin(low, high)
+    arrow = min(0.8 * step, 0.2 * wide)
+    tips = origin + 1.18 * arrow * np.eye(3)
+    left, top, right, bottom = box
+    inner = (left + LABELS, top + 20, right - LABELS, bottom - 20)
+    outer = (left + 34, top + 12, right - 34, bottom - 26)
+    whole = np.concatenate([corners, ground, ends, others, tips])
+    # Numbers stand around the floor, and names beyond them.
+    numbered = np.array([[x, y, low[2]] for x, y in _ring(floor_low - 0.25 * step, floor_high + 0.25 * step)])
+    half, room = (floor_low + floor_high) / 2, (floor_high - floor_low) / 2 + 0.6 * step
+    named = np.array([[*(half + room * way), low[2]] for way in ((-1, 0), (1, 0), (0, -1), (0, 1))])
+    groups = [(robot.a, inner), (whole, outer), (numbered, (left + 16, top, right - 16, bottom - 14))]
+    groups.append((named, (left + 24, top, right - 24, bottom - 14)))
+    view = fitted(best((low + high) / 2, robot.a, ends), groups, perspective=True)
+    view, end = _lowered(view, np.concatenate([whole, robot.a, numbered, named]), top + 14, bottom - 26)
+    frame = [Mark(corners[[s + k, s + (k + 1) % 4]], "wire", lift=-1.0) for s in (0, 4) for k in range(4)]
+    frame += [Mark(np.linspace(corners[k], corners[4 + k], 5)[s : s + 2], "wire") for k in range(4) for s in range(4)]
+    frame += [Mark(np.array([origin, origin + arrow * axis]), f"axis-{'xyz'[k]}") for k, axis in enumerate(np.eye(3))]
+    z = (fixed(v, 2) for v in (low[2], robot.a[:, 2].min(), robot.a[:, 2].max()))
+    foot = "floor at z = {} m, squares of {step} m; frame anchors from z = {} to {} m".format(*z, step=tick_text(step))
+    if not at_origin:
+        foot += "; the base's origin lies outside, its axes at a corner"
+    floor = (Mark(ground, "ground", closed=True), *_grid(floor_low, floor_high, float(low[2]), step))
+    names = "".join(_fixed_name(view, p, name, f"strong name-{name}") for p, name in zip(tips, "xyz", strict=True))
     return Stage(
         view,
-        (*floor, *_triad(low, high, step)),
+        end + 60,
+        floor,
         _numbers(floor_low, floor_high, float(low[2]), step, view),
-        tuple(frame),
+        (*frame, *_anchors(robot)),
+        names,
         foot,
         True,
     )
+
+
+def _anchors(robot: CableRobot) -> tuple[Mark, ...]:
+    return tuple(
+        Mark(p[None], "anchor", size=4.0, lift=8.0, hint=name) for p, name in zip(robot.a, robot.cables, strict=True)
+    )
+
+
+def _origin(low: Array, high: Array) -> tuple[Array, bool]:
+    """Where the axes of the base are drawn: at its origin, or at a corner where that lies far outside."""
+    air = 0.25 * float((high - low).max())
+    inside = bool(((low - air <= 0.0) & (high + air >= 0.0)).all())
+    return (np.zeros(3), True) if inside else (low.copy(), False)
 
 
 def _ring(low: Array, high: Array) -> list[tuple[float, float]]:
@@ -98,12 +141,12 @@ def _ring(low: Array, high: Array) -> list[tuple[float, float]]:
 
 
 def _step(size: float) -> float:
-    ticks = nice_ticks(0.0, size, 6)
+    ticks = nice_ticks(0.0, size, 5)
     return ticks[1] - ticks[0] if len(ticks) > 1 else size
 
 
 def _lines(low: float, high: float, step: float) -> list[float]:
-    return [round(low / step) * step + k * step for k in range(round((high - low) / step) + 1)]
+    return [k * step for k in range(math.ceil(low / step - 1e-6), math.floor(high / step + 1e-6) + 1)]
 
 
 def _grid(low: Array, high: Array, z: float, step: float) -> list[Mark]:
@@ -111,27 +154,28 @@ def _grid(low: Array, high: Array, z: float, step: float) -> list[Mark]:
     return out + [Mark(np.array([[low[0], y, z], [high[0], y, z]]), "grid") for y in _lines(low[1], high[1], step)]
 
 
-def _triad(low: Array, high: Array, step: float) -> list[Mark]:
-    """The axes of the base at its origin."""
-    return [Mark(np.array([np.zeros(3), 0.8 * step * axis]), f"axis-{'xyz'[k]}") for k, axis in enumerate(np.eye(3))]
-
-
 def _numbers(low: Array, high: Array, z: float, step: float, view: View) -> str:
-    """Numbers along the edges of the floor; those of edges away from the viewer are hidden."""
+    """Numbers and names along the edges of the floor; those of edges away from the viewer are hidden."""
     out = []
     for k in (0, 1):
         for side, edge in ((-1.0, low[1 - k]), (1.0, high[1 - k])):
             normal = np.zeros(3)
             normal[1 - k] = side
-            shown = float(view.axes[2] @ normal) > 0.0
-            for v in _lines(low[k], high[k], step):
+            lines = _lines(low[k], high[k], step)
+            for v, text in zip(lines, [tick_text(v) for v in lines], strict=True):
                 p = np.zeros(3)
-                p[k], p[1 - k], p[2] = v, edge + 0.22 * step * side, z
-                x, y = view.flat(p)[0].tolist()
-                data = " ".join(num(c) for c in view.local(p).tolist())
-                hidden = "" if shown else ' visibility="hidden"'
-                out.append(
-                    f'<text class="tick floor" x="{num(x)}" y="{num(y + 4)}" text-anchor="middle"{hidden} data-p="{data}" '
-                    f'data-n="{num(normal[0])} {num(normal[1])}">{tick_text(v)}</text>'
-                )
+                p[k], p[1 - k], p[2] = v, edge + 0.25 * step * side, z
+                out.append(_fixed_name(view, p, text, "tick", normal))
+            p = np.zeros(3)
+            p[k], p[1 - k], p[2] = (low[k] + high[k]) / 2, edge + 0.6 * step * side, z
+            out.append(_fixed_name(view, p, f"{'xy'[k]}, m", "axis-title", normal))
     return "".join(out)
+
+
+def _fixed_name(view: View, at: Array, text: str, cls: str, normal: Array | None = None) -> str:
+    """Words that stay at their point; with a normal, only while that looks towards the viewer."""
+    x, y = view.flat(at)[0].tolist()
+    data = " ".join(num(c) for c in view.local(at).tolist())
+    side = "" if normal is None else f' data-n="{num(normal[0])} {num(normal[1])}"'
+    hidden = "" if normal is None or float(view.axes[2] @ normal) > 0.0 else ' visibility="hidden"'
+    return f'<text class="{cls}" x="{num(x)}" y="{num(y + 4)}" text-anchor="middle"{hidden}{side} data-p="{data}">{text}</text>'

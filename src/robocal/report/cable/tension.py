@@ -17,6 +17,7 @@ from robocal.report.svg import Scale, label, num, tick_text
 __all__ = ["STATES", "Tensions", "tensions_of"]
 
 Array = NDArray[np.float64]
+WIDE = 20.0  # ratio of the limits from which the scale is logarithmic
 STATES = {"held": "", "slack": "slack", "over": "over its limit", "none": "no tension"}
 
 
@@ -34,7 +35,11 @@ class Tensions:
         value = float(self.values[i])
         if math.isnan(value):
             return ""
-        return tint((value - self.low) / (self.high - self.low) if self.high > self.low else 0.5)
+        return tint(self._along(0.0, 1.0)(value))
+
+    def _along(self, start: float, end: float) -> Scale:
+        """The scale; logarithmic where its ends are far apart, or small tensions would all look alike."""
+        return Scale(self.low, self.high, start, end, log=0.0 < WIDE * self.low < self.high)
 
     def state(self, i: int) -> str:
         """A key of STATES: a solution may lie on a limit, so rounding is forgiven."""
@@ -56,7 +61,7 @@ class Tensions:
 
     def scale(self, names: Sequence[str], x: float, top: float, bottom: float) -> str:
         """The colour scale upright at x (px): ticks in N, the limits where all cables share them, and a notch per cable."""
-        y = Scale(self.low, self.high, bottom, top)
+        y = self._along(bottom, top)
         parts = [label(x, top - 12, "tension, N", "strong"), bar(x, top, bottom)]
         taken = []
         if self.limits is not None and np.ptp(self.limits, axis=0).max() <= 1e-9 * np.abs(self.limits).max():

@@ -14,9 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["View", "best", "fitted"]
+__all__ = ["PLANES", "Box", "View", "best", "fitted"]
 
 Array = NDArray[np.float64]
+Box = tuple[float, float, float, float]  # left, top, right, bottom, px
 # Planar robots are seen straight on: azimuth and elevation, degrees.
 PLANES = {"xz": (-90.0, 0.0), "xy": (-90.0, 90.0)}
 AWAY = 3.5  # distance of the eye, in radii of the scene
@@ -55,7 +56,7 @@ class View:
 def best(middle: Array, start: Array, end: Array) -> View:
     """The direction from which cables from `start` (m, 3) to `end` (m, 3) lie farthest apart on paper, from above.
 
-    Distances between all pairs are taken at quarters of the cables; near ones count most.
+    Greatest mean logarithm of the distances between all pairs, taken at seven places along them: near ones count most.
     """
     share = np.linspace(0.1, 1.0, 7)[:, None, None]
     points = start + share * (end - start)
@@ -68,23 +69,33 @@ def best(middle: Array, start: Array, end: Array) -> View:
             xy, _ = view.flat(points)
             gap = np.linalg.norm(xy[:, i] - xy[:, j], axis=-1) / size
             # Front views in which x goes right and y goes away read most easily; they win where little is lost.
-            habit = 0.02 * math.cos(math.radians(azimuth + 60.0))
+            habit = 0.05 * math.cos(math.radians(azimuth + 60.0))
             found.append((float(np.log(gap + 0.01).mean()) + habit, view))
     return max(found, key=lambda pair: pair[0])[1]
 
 
-def fitted(view: View, points: Array, box: tuple[float, float, float, float], turning: bool) -> View:
-    """The view scaled so that all points (n, 3) m stay inside box (left, top, right, bottom) px; if `turning`, from every
-    azimuth."""
-    left, top, right, bottom = box
-    radius = float(np.linalg.norm(points - view.middle, axis=1).max()) or 1.0
-    one = replace(view, scale=1.0, at=(0.0, 0.0), eye=AWAY * radius if turning else math.inf)
-    turns = [view.azimuth + t for t in range(0, 360, 15)] if turning else [view.azimuth]
-    every = np.concatenate([replace(one, azimuth=t).flat(points)[0] for t in turns])
-    low, high = every.min(axis=0), every.max(axis=0)
-    low[0], high[0] = (-max(-low[0], high[0]), max(-low[0], high[0])) if turning else (low[0], high[0])
-    span = np.maximum(high - low, 1e-9 * radius)
-    scale = float(min((right - left) / span[0], (bottom - top) / span[1]))
-    middle = (low + high) / 2 * scale
-    at = ((left + right) / 2 - float(middle[0]), (top + bottom) / 2 - float(middle[1]))
-    return replace(one, scale=scale, at=at, eye=one.eye * scale)
+def fitted(view: View, groups: list[tuple[Array, Box]], perspective: bool) -> View:
+    """The view with the greatest scale at which all points (n, 3) m of each group stay inside the group's box."""
+    every = np.concatenate([points for points, _ in groups])
+    radius = float(np.linalg.norm(every - view.middle, axis=1).max()) or 1.0
+    one = replace(view, scale=1.0, at=(0.0, 0.0), eye=AWAY * radius if perspective else math.inf)
+    ends = []  # per group: least and greatest place at scale 1, and the box
+    for points, (left, top, right, bottom) in groups:
+        if len(points):
+            xy = one.flat(points)[0]
+            ends.append((xy.min(axis=0), xy.max(axis=0), np.array([left, top]), np.array([right, bottom])))
+
+    def room(scale: float) -> tuple[Array, Array]:
+        """Between which offsets everything is inside."""
+        low = np.max([start - scale * least for least, _, start, _ in ends], axis=0)
+        high = np.min([end - scale * most for _, most, _, end in ends], axis=0)
+        return low, high
+
+    few, many = 0.0, 1e6 / radius
+    for _ in range(60):
+        scale = 0.5 * (few + many)
+        low, high = room(scale)
+        few, many = (scale, many) if (low <= high).all() else (few, scale)
+    low, high = room(few)
+    x, y = ((low + high) / 2).tolist()
+    return replace(one, scale=few, at=(x, y), eye=one.eye * few)
