@@ -84,9 +84,20 @@ def test_rates_are_the_derivative_along_a_motion(rng):
     np.testing.assert_allclose(rates(robot, pose, twist), (ends[0] - ends[1]) / (2 * step), atol=1e-7)
 
 
+def test_stretch_of_the_seed():
+    """0.0025 %/N: a cable of 4925 mm gets 12.31 mm longer under 100 N, in the catenary and in a robot's lengths."""
+    end, _ = catenary(np.array([100.0, 0.0]), np.array(4.925), 0.0, 2.5e-5)
+    assert 1e3 * (end[0] - 4.925) == pytest.approx(12.31, abs=0.01)
+    robot = replace(box(), elasticity=np.full(8, 2.5e-5), density=np.zeros(8))
+    pose = robot.home[None].copy()
+    toward = robot.b[0] + pose[0, :3, 3] - robot.a[0]
+    pose[0, :3, 3] = robot.a[0] - robot.b[0] + toward * 4.93731 / np.linalg.norm(toward)
+    for sags in (False, True):
+        length = inverse(robot, pose, 100.0, sag=sags)[0][0, 0] + robot.zeros[0]
+        assert length == pytest.approx(4.925, abs=1e-5)
+
+
 def test_stretch_and_its_derivatives(rng):
-    unstretched = stretch(np.array(4.925 + 4.925 * 2.5e-5 * 100), 100.0, 2.5e-5)[0]
-    assert pytest.approx(0.01231, rel=0.01) == (4.925 * 2.5e-5 * 100) and unstretched == pytest.approx(4.925)
     check_jacobian(
         lambda x: stretch(x[:1], x[1:] * 100, 2.5e-5)[0],
         lambda x: np.stack([stretch(x[:1], x[1:] * 100, 2.5e-5)[1], 100 * stretch(x[:1], x[1:] * 100, 2.5e-5)[2]], -1),
@@ -190,6 +201,24 @@ def test_catenary_of_the_seed(pull, depth, excess):
     assert 1e3 * (hung.length - 4.925) == pytest.approx(excess, rel=0.01)
     alpha = hung.force[0] / 0.122
     assert hung.length == pytest.approx(2 * alpha * np.sinh(4.925 / (2 * alpha)), rel=1e-12)
+
+
+@pytest.mark.parametrize(("pull", "depth", "excess"), SEED)
+def test_chain_of_the_seed(pull, depth, excess):
+    """500 rigid links of 0.122 N/m between two points 4925 mm apart, that the horizontal force holds: no catenary."""
+    n = 500
+
+    def chain(length):
+        v = 0.122 * length / n * (np.arange(n) - (n - 1) / 2)
+        t = np.hypot(pull, v)
+        return np.cumsum(length / n * np.stack([np.full(n, pull), v]) / t, axis=1)
+
+    length = float(fsolve(lambda x: chain(x[0])[0, -1] - 4.925, 4.925)[0])
+    assert 1e3 * (length - 4.925) == pytest.approx(excess, rel=0.01)
+    assert -1e3 * chain(length)[1].min() == pytest.approx(depth, rel=0.01)
+    at_end = np.hypot(pull, 0.122 * length / 2)
+    hung = hang_by_tension(LEVEL, at_end, 0.122, 0.0)
+    assert hung.force[0] == pytest.approx(pull, rel=1e-5) and hung.length == pytest.approx(length, rel=1e-7)
 
 
 @pytest.mark.parametrize(
