@@ -16,7 +16,7 @@ from .workspace import Grid
 __all__ = ["FLAT", "Regions", "frame_box", "regions", "seen_from"]
 
 Array = NDArray[np.float64]
-FLAT = 0.25  # a frame lower than this share of its width hangs its platform below itself
+FLAT = 0.1  # a frame lower than this share of its width hangs its platform below itself
 
 
 def frame_box(robot: CableRobot, rotations: ArrayLike | None = None) -> tuple[Array, str]:
@@ -39,7 +39,7 @@ def frame_box(robot: CableRobot, rotations: ArrayLike | None = None) -> tuple[Ar
     bottom, words = _bottom(robot)
     box[2, 0] = bottom - min(0.0, float(b[..., 2].min()))
     box[2, 1] = max(box[2, 1], box[2, 0])
-    return box, f"the frame anchors, grown by the platform; down to {words}"
+    return box, f"the frame anchors, grown by the platform; {words}"
 
 
 def _bottom(robot: CableRobot) -> tuple[float, str]:
@@ -47,7 +47,7 @@ def _bottom(robot: CableRobot) -> tuple[float, str]:
     low, high = robot.a.min(axis=0), robot.a.max(axis=0)
     wide = float((high - low)[:2].max())
     deep = float(low[2]) - max(wide, float(high[2] - low[2]))
-    bottom, words = (0.0, "z = 0") if low[2] >= 0.0 else (float(low[2]), "the lowest frame anchor")
+    bottom, words = (0.0, "down to z = 0") if low[2] >= 0.0 else (float(low[2]), "down to the lowest one")
     if high[2] - bottom < FLAT * wide or bottom < deep:
         return deep, "as far below the frame as it is large"
     return bottom, words

@@ -52,7 +52,7 @@ def demand_of(
         extra,
         _least("--acceleration", acceleration),
         float(file.units.force.to_si(_least("--reserve", reserve))),
-        1.0 if length is None else float(file.units.length.to_si(length)),
+        1.0 if length is None else _lever(length, file),
     )
 
 
@@ -75,6 +75,12 @@ def _least(option: str, value: float) -> float:
     if not 0 <= value < math.inf:
         raise ModelError("out of range", key=option, found=value, expected="a finite number, 0 or more")
     return value
+
+
+def _lever(length: float, file: CableFile) -> float:
+    if not 0 < length < math.inf:
+        raise ModelError("out of range", key="--length", found=length, expected="a finite number above 0")
+    return float(file.units.length.to_si(length))
 
 
 def _orientations(file: CableFile, given: Sequence[str], tilt: float | None) -> Array:

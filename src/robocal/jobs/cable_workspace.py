@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 FILES = ("workspace.json", "workspace.csv", "outlines.csv", "report.html")
 MESHES = ("surface.ply", "surface.stl")
 CORNERS = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
+SECTION = 720  # rays of a section, at most
 NEAR = 0.02  # by how much volumes may differ without a remark
 SEEN = 0.99  # the share of the held cells that the start has to see without one
 
@@ -161,7 +162,7 @@ def _boundary(
     planes = {n: ax for n, ax in PLANES.items() if set(ax) <= set(robot.axes)}
     if watch is not None:
         watch({"stage": "following rays to the boundary"})
-    cuts = {n: outline(robot, demand, start.at, sides, ax) for n, ax in planes.items()}
+    cuts = {n: outline(robot, demand, start.at, sides, ax, min(rays, SECTION)) for n, ax in planes.items()}
     if len(planes) == 1:
         (ax,) = planes.values()
         return outline(robot, demand, start.at, sides, ax, rays), cuts

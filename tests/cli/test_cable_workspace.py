@@ -1,0 +1,191 @@
+"""robocal cable workspace: what it writes agrees with itself, and what is refused or not trusted."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli.runs import files, robocal
+
+from robocal.cables.workspace import Demand, holds
+from robocal.files.cable import read_cable
+
+PUBLISHED = Path(__file__).parents[2] / "examples" / "cable-published"
+ROBOT = (PUBLISHED / "ipanema-1.yaml").read_text()
+EVERY = {"workspace.json", "workspace.csv", "outlines.csv", "report.html", "surface.ply", "surface.stl"}
+QUICK = ("--cells", 15, "--rays", 600)
+# Four cables that hold a platform of fixed orientation in two places apart from each other.
+APART = """robocal: 1
+name: apart
+kind: cable
+units: {length: mm, force: kN}
+degrees: 1R2T
+frame_anchors: [[900, 0, 1400], [1500, 0, 700], [-1300, 0, 2200], [0, 0, 2300]]
+platform_anchors: [[600, 0, 300], [-500, 0, 0], [100, 0, -100], [500, 0, 100]]
+every_cable: {tension: [0.001, 0.3]}
+platform: {mass: 5}
+"""
+
+
+@pytest.fixture
+def robot(tmp_path):
+    place = tmp_path / "robot.yaml"
+    place.write_text(ROBOT)
+    return place
+
+
+def rows(path):
+    found = list(csv.reader(io.StringIO(path.read_text())))
+    return found[0], np.array([[float(c) if c else np.nan for c in row] for row in found[1:]])
+
+
+def test_the_files_say_one_thing(robot, tmp_path):
+    out = tmp_path / "out"
+    ran = robocal("cable", "workspace", robot, *QUICK, "-o", out, "--json")
+    assert ran.status == 0 and ran.err == "" and files(out) == EVERY
+    found = json.loads((out / "workspace.json").read_text())
+    assert {k: v for k, v in ran.document.items() if k not in ("written", "provenance")} == {k: v for k, v in found.items() if k != "provenance"}
+    grid, rays = found["grid"], found["rays"]
+    header, cells = rows(out / "workspace.csv")
+    assert header == ["x [m]", "y [m]", "z [m]", "held", "margin [N]", "acceleration [m/s2]"] and len(cells) == 15**3
+    held = cells[:, 3] == 1
+    box = np.array(found["box"]["m"])
+    assert held.sum() == grid["held"] and grid["volume_m3"] == pytest.approx(held.mean() * np.prod(np.ptp(box, axis=1)))
+    assert found["margin_N"] == pytest.approx({"least": cells[held, 4].min(), "median": np.median(cells[held, 4]), "greatest": cells[held, 4].max()}, rel=1e-6)
+    assert ((cells[:, 4] >= 0) == held).all() and (np.isfinite(cells[:, 5]) == held).all()
+    file = read_cable(robot)
+    assert (holds(file.robot, Demand(np.array([25.0])), cells[:, :3]) == held).all()
+    # The mesh encloses the volume, the outlines the areas.
+    head, _, body = (out / "surface.ply").read_text().partition("end_header\n")
+    count = int(head.split("element vertex ")[1].split()[0])
+    lines = body.splitlines()
+    points, faces = (np.array([line.split() for line in part], float) for part in (lines[:count], lines[count:]))
+    corner = points[faces[:, 1:].astype(int)]
+    assert rays["volume_m3"] == pytest.approx(np.linalg.det(corner).sum() / 6, rel=1e-6) and rays["start"] == "X_0"
+    assert len((out / "surface.stl").read_bytes()) == 84 + 50 * len(faces)
+    names = [line.split(",")[0] for line in (out / "outlines.csv").read_text().splitlines()[1:]]
+    assert set(names) == {"xy", "xz", "yz"} == set(found["sections"])
+    page = (out / "report.html").read_text()
+    assert "Volume by rays" in page and "Section yz" in page and page.count("<svg") == 4 and "nan" not in page.lower().split("<svg")[0]
+
+
+def test_what_is_demanded_makes_it_smaller(robot):
+    def volume(*more):
+        ran = robocal("cable", "workspace", robot, "--cells", 11, "--rays", 50, "--json", *more)
+        assert ran.status == 0, ran.err
+        return ran.document["grid"]["volume_m3"], ran.document["demand"]
+
+    plain, demand = volume()
+    assert demand["masses_kg"] == [25.0]
+    for more, check in (
+        (("--payload", "0,10"), lambda d: d["masses_kg"] == [25.0, 35.0]),
+        (("--mass", "20,60", "--payload", "5"), lambda d: d["masses_kg"] == [25.0, 65.0]),
+        (("--wrench", "0,0,0,0,0,0", "--wrench", "60,0,0,0,0,0"), lambda d: d["wrenches"][1] == [60.0, 0, 0, 0, 0, 0]),
+        (("--orientation", "0,0,0", "--orientation", "0,0,5"), lambda d: d["orientations_rad"][1][2] == pytest.approx(np.radians(5))),
+        (("--tilt", "4"), lambda d: len(d["orientations_rad"]) == 17),
+        (("--acceleration", "1"), lambda d: d["acceleration_m_s2"] == 1.0),
+        (("--reserve", "3"), lambda d: d["reserve_N"] == 3.0),
+        (("--limits", "7.2,400"), lambda d: d["limits_N"][0] == [7.2, 400.0]),
+    ):
+        size, demand = volume(*more)
+        assert 0 < size < plain and check(demand), (more, size, plain)
+    # A range of payloads asks for no more than its ends do.
+    assert volume("--mass", "25,35")[0] == volume("--payload", "0,10")[0]
+
+
+def test_a_suspended_robot_starts_in_the_middle(tmp_path):
+    ran = robocal("cable", "workspace", PUBLISHED / "cogiro.yaml", *QUICK, "--json")
+    found = ran.document
+    assert ran.status == 0 and not found["home"]["held"] and found["home"]["margin_N"] < 0
+    assert "X_0 is not held" in found["rays"]["start"] and found["reaches_box"] == ["z-"]
+    assert found["rays"]["seen_share"] > 0.99
+
+
+def test_a_planar_robot_in_two_parts(tmp_path):
+    (tmp_path / "robot.yaml").write_text(APART)
+    out = tmp_path / "out"
+    ran = robocal("cable", "workspace", tmp_path / "robot.yaml", "--cells", 61, "-o", out, "--json")
+    found = ran.document
+    assert ran.status == 0 and files(out) == EVERY - {"surface.ply", "surface.stl"}
+    assert set(found["sections"]) == {"xz"} and "area_m2" in found["grid"] and "volume_m3" not in found["grid"]
+    parts = found["parts_area_m2"]
+    assert len(parts) == 2 and sum(parts) == pytest.approx(found["grid"]["area_m2"])
+    assert "2 parts that do not touch" in ran.err and "does not see" in ran.err and "differ by" in ran.err
+    assert found["rays"]["seen_share"] < parts[0] / sum(parts) + 1e-9
+    header, cells = rows(out / "workspace.csv")
+    assert header[:5] == ["x [mm]", "y [mm]", "z [mm]", "held", "margin [kN]"] and np.nanmax(np.abs(cells[:, 4])) < 1
+    # Started in the other part, the rays find that one.
+    other = cells[(cells[:, 3] == 1)]
+    here = np.array(found["rays"]["start_m"]) * 1e3
+    far = other[np.argmax(np.where(other[:, 4] > np.median(other[:, 4]), np.linalg.norm(other[:, :3] - here, axis=1), 0)), :3]
+    again = robocal("cable", "workspace", tmp_path / "robot.yaml", "--cells", 61, "--start", ",".join(map(str, far)), "--json").document
+    assert again["rays"]["start"] == "--start" and found["rays"]["area_m2"] + again["rays"]["area_m2"] < sum(parts) * 1.02
+
+
+def test_nothing_is_held(robot, tmp_path):
+    out = tmp_path / "out"
+    ran = robocal("cable", "workspace", robot, *QUICK, "--mass", "2000", "-o", out)
+    assert ran.status == 3 and "no cell of the grid can be held: the one that comes closest" in ran.err
+    assert files(out) == {"workspace.json", "workspace.csv", "report.html"}
+    found = json.loads((out / "workspace.json").read_text())
+    assert found["verdict"]["status"] == "empty" and found["rays"] is None and found["grid"]["volume_m3"] == 0
+    # How much is lacking is a lower bound of what is.
+    short = -max(v for v in rows(out / "workspace.csv")[1][:, 4])
+    assert 0 < short < 2000 * 9.81
+
+
+def test_an_existing_folder_is_left_alone(robot, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "surface.stl").write_text("mine")
+    robocal("cable", "workspace", robot, *QUICK, "-o", tmp_path / "out").assert_refused("surface.stl", "--force")
+    assert files(tmp_path / "out") == {"surface.stl"}
+    assert robocal("cable", "workspace", robot, *QUICK, "-o", tmp_path / "out", "--force").status == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--box", "1,0,0,-1,1,1"), ("--box", "inverted", "X0 < X1")),
+        (("--box", "0,0,0,1,1"), ("--box", "X0,Y0,Z0,X1,Y1,Z1")),
+        (("--start", "0,0,9"), ("--start", "outside the box")),
+        (("--start", "1.9,1.4,1.9"), ("--start", "cannot be held")),
+        (("--payload", "5,1"), ("--payload", "rises")),
+        (("--mass=-1",), ("--mass", "0 or more")),
+        (("--tilt", "0"), ("--tilt", "above 0")),
+        (("--acceleration", "nan"), ("--acceleration", "finite")),
+        (("--reserve=-1",), ("--reserve", "0 or more")),
+        (("--orientation", "1,2"), ("--orientation", "RX,RY,RZ")),
+        (("--length", "0"), ("--length", "above 0")),
+    ],
+)
+def test_options_that_make_no_sense(robot, tmp_path, options, words):
+    robocal("cable", "workspace", robot, *options, "-o", tmp_path / "out").assert_refused(*words)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("  mass: {value: 25, source: \"CASPR, IPAnema_1_bodies.xml\"}\n", "", ("robot.yaml", "platform.mass")),
+        ("every_cable", "# every_cable", ("robot.yaml", "every_cable.tension")),
+    ],
+)
+def test_a_robot_that_lacks_what_it_takes(robot, old, new, words):
+    assert old in ROBOT
+    robot.write_text(ROBOT.replace(old, new))
+    robocal("cable", "workspace", robot).assert_refused(*words)
+
+
+def test_robots_that_cannot(tmp_path):
+    place = tmp_path / "robot.yaml"
+    place.write_text(APART)
+    robocal("cable", "workspace", place, "--orientation", "0,0,5").assert_refused("--orientation", "1R2T in xz")
+    robocal("cable", "workspace", place, "--box", "-1,-1,0,1,1,1").assert_refused("--box", "Y0 = Y1")
+    three = ROBOT.split("frame_anchors")[0].replace("kind: cable", "kind: cable\ndegrees: 3R3T")
+    three += "frame_anchors: [[0, 0, 3], [2, 0, 3], [1, 2, 3]]\nplatform_anchors: [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]]\n"
+    place.write_text(three + "every_cable: {tension: [1, 100]}\nplatform: {mass: 3}\n")
+    robocal("cable", "workspace", place).assert_refused("robot.yaml", "fewer cables than degrees of freedom")
