@@ -68,7 +68,9 @@ def test_pulleys_orientations_and_planes():
 
 
 def test_parts_holes_and_what_is_cut_off():
-    found = regions(cells("..... ..... ..... |..... .###. ..... |..... .#.#. ....# |..... .###. ..... |..... ..... ....."))
+    found = regions(
+        cells("..... ..... ..... |..... .###. ..... |..... .#.#. ....# |..... .###. ..... |..... ..... .....")
+    )
     assert (found.parts, found.holes) == ((8, 1), ())
     ring = cells("##### ##### ##### |##### #.#.# ##### |##### ##### #####")
     found = regions(ring)

@@ -48,14 +48,18 @@ def test_the_files_say_one_thing(robot, tmp_path):
     ran = robocal("cable", "workspace", robot, *QUICK, "-o", out, "--json")
     assert ran.status == 0 and ran.err == "" and files(out) == EVERY
     found = json.loads((out / "workspace.json").read_text())
-    assert {k: v for k, v in ran.document.items() if k not in ("written", "provenance")} == {k: v for k, v in found.items() if k != "provenance"}
+    assert {k: v for k, v in ran.document.items() if k not in ("written", "provenance")} == {
+        k: v for k, v in found.items() if k != "provenance"
+    }
     grid, rays = found["grid"], found["rays"]
     header, cells = rows(out / "workspace.csv")
     assert header == ["x [m]", "y [m]", "z [m]", "held", "margin [N]", "acceleration [m/s2]"] and len(cells) == 15**3
     held = cells[:, 3] == 1
     box = np.array(found["box"]["m"])
     assert held.sum() == grid["held"] and grid["volume_m3"] == pytest.approx(held.mean() * np.prod(np.ptp(box, axis=1)))
-    assert found["margin_N"] == pytest.approx({"least": cells[held, 4].min(), "median": np.median(cells[held, 4]), "greatest": cells[held, 4].max()}, rel=1e-6)
+    assert found["margin_N"] == pytest.approx(
+        {"least": cells[held, 4].min(), "median": np.median(cells[held, 4]), "greatest": cells[held, 4].max()}, rel=1e-6
+    )
     assert ((cells[:, 4] >= 0) == held).all() and (np.isfinite(cells[:, 5]) == held).all()
     file = read_cable(robot)
     assert (holds(file.robot, Demand(np.array([25.0])), cells[:, :3]) == held).all()
@@ -70,7 +74,12 @@ def test_the_files_say_one_thing(robot, tmp_path):
     names = [line.split(",")[0] for line in (out / "outlines.csv").read_text().splitlines()[1:]]
     assert set(names) == {"xy", "xz", "yz"} == set(found["sections"])
     page = (out / "report.html").read_text()
-    assert "Volume by rays" in page and "Section yz" in page and page.count("<svg") == 4 and "nan" not in page.lower().split("<svg")[0]
+    assert (
+        "Volume by rays" in page
+        and "Section yz" in page
+        and page.count("<svg") == 4
+        and "nan" not in page.lower().split("<svg")[0]
+    )
 
 
 def test_what_is_demanded_makes_it_smaller(robot):
@@ -85,7 +94,10 @@ def test_what_is_demanded_makes_it_smaller(robot):
         (("--payload", "0,10"), lambda d: d["masses_kg"] == [25.0, 35.0]),
         (("--mass", "20,60", "--payload", "5"), lambda d: d["masses_kg"] == [25.0, 65.0]),
         (("--wrench", "0,0,0,0,0,0", "--wrench", "60,0,0,0,0,0"), lambda d: d["wrenches"][1] == [60.0, 0, 0, 0, 0, 0]),
-        (("--orientation", "0,0,0", "--orientation", "0,0,5"), lambda d: d["orientations_rad"][1][2] == pytest.approx(np.radians(5))),
+        (
+            ("--orientation", "0,0,0", "--orientation", "0,0,5"),
+            lambda d: d["orientations_rad"][1][2] == pytest.approx(np.radians(5)),
+        ),
         (("--tilt", "4"), lambda d: len(d["orientations_rad"]) == 17),
         (("--acceleration", "1"), lambda d: d["acceleration_m_s2"] == 1.0),
         (("--reserve", "3"), lambda d: d["reserve_N"] == 3.0),
@@ -121,9 +133,15 @@ def test_a_planar_robot_in_two_parts(tmp_path):
     # Started in the other part, the rays find that one.
     other = cells[(cells[:, 3] == 1)]
     here = np.array(found["rays"]["start_m"]) * 1e3
-    far = other[np.argmax(np.where(other[:, 4] > np.median(other[:, 4]), np.linalg.norm(other[:, :3] - here, axis=1), 0)), :3]
-    again = robocal("cable", "workspace", tmp_path / "robot.yaml", "--cells", 61, "--start", ",".join(map(str, far)), "--json").document
-    assert again["rays"]["start"] == "--start" and found["rays"]["area_m2"] + again["rays"]["area_m2"] < sum(parts) * 1.02
+    far = other[
+        np.argmax(np.where(other[:, 4] > np.median(other[:, 4]), np.linalg.norm(other[:, :3] - here, axis=1), 0)), :3
+    ]
+    again = robocal(
+        "cable", "workspace", tmp_path / "robot.yaml", "--cells", 61, "--start", ",".join(map(str, far)), "--json"
+    ).document
+    assert (
+        again["rays"]["start"] == "--start" and found["rays"]["area_m2"] + again["rays"]["area_m2"] < sum(parts) * 1.02
+    )
 
 
 def test_nothing_is_held(robot, tmp_path):
@@ -170,7 +188,7 @@ def test_options_that_make_no_sense(robot, tmp_path, options, words):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("  mass: {value: 25, source: \"CASPR, IPAnema_1_bodies.xml\"}\n", "", ("robot.yaml", "platform.mass")),
+        ('  mass: {value: 25, source: "CASPR, IPAnema_1_bodies.xml"}\n', "", ("robot.yaml", "platform.mass")),
         ("every_cable", "# every_cable", ("robot.yaml", "every_cable.tension")),
     ],
 )
@@ -186,6 +204,8 @@ def test_robots_that_cannot(tmp_path):
     robocal("cable", "workspace", place, "--orientation", "0,0,5").assert_refused("--orientation", "1R2T in xz")
     robocal("cable", "workspace", place, "--box", "-1,-1,0,1,1,1").assert_refused("--box", "Y0 = Y1")
     three = ROBOT.split("frame_anchors")[0].replace("kind: cable", "kind: cable\ndegrees: 3R3T")
-    three += "frame_anchors: [[0, 0, 3], [2, 0, 3], [1, 2, 3]]\nplatform_anchors: [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]]\n"
+    three += (
+        "frame_anchors: [[0, 0, 3], [2, 0, 3], [1, 2, 3]]\nplatform_anchors: [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]]\n"
+    )
     place.write_text(three + "every_cable: {tension: [1, 100]}\nplatform: {mass: 3}\n")
     robocal("cable", "workspace", place).assert_refused("robot.yaml", "fewer cables than degrees of freedom")

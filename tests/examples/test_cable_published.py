@@ -10,8 +10,8 @@ import shlex
 import numpy as np
 import pytest
 from cables.rigs import slack
-from examples.test_cable_examples import EXAMPLES, commands, readme
 from cli.runs import robocal
+from examples.test_cable_examples import EXAMPLES, commands, readme
 
 from robocal.cables.statics import gravity_wrench, structure
 from robocal.files.cable import read_cable
