@@ -15,6 +15,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
 # Exit status of every command of an example, in order.
 STATUS = {
+    "cable-laval": (0, 0, 0, 0),
     "cable-planar": (0, 0, 0, 3),
 }
 
@@ -71,3 +72,26 @@ def test_planar_says_what_was_measured(place):
     assert f"{len(short)} of the 30 targets cannot be held" in said
     most = max(short.values())
     assert {n for n, v in short.items() if v > most - 1e-6} == {"A2", "C7"} and f"({most:.1f} N)" in said
+
+
+def test_laval_says_what_was_measured(place):
+    said = " ".join(readme("cable-laval").split())
+    first, large, small, _ = commands("cable-laval")
+    found = robocal(*shlex.split(first)[1:-2], "--json").document
+    stopped = {limit: 100 * count / 2000 for limit, count in found["stopped_by"].items()}
+    assert f"two cables that would touch | {stopped['cable-cable']:.0f} %" in said
+    assert f"the tension limits | {stopped['statics']:.0f} %" in said
+    # Of 2000 so few that a rounding elsewhere may move one of them.
+    assert stopped["box"] == pytest.approx(0.5, abs=0.1) and found["reached"] * 100 == pytest.approx(stopped["box"])
+    rms = found["choice"]["expected_rms_m"]
+    for name, what in (("frame anchors a", "a"), ("initial lengths rho_0", "l0"), ("platform's position", "position")):
+        told = [float(v.split()[0]) for v in re.search(rf"\| {name} \| (.*?) \|(?= \|| The)", said)[1].split(" | ")]
+        assert told == pytest.approx([1e3 * rms[who][what] for who in ("chosen", "random", "all")], rel=0.04)
+    assert f"pass {1e3 * found['start']['gap_m'] + 4.8:.1f} mm apart" in said and found["start"]["nearest"] == [
+        "c3",
+        "c7",
+    ]
+    assert all(19.999 <= t <= 125.001 for pose in found["poses"] for t in pose["tension_N"])
+    shares = [robocal(*shlex.split(c)[1:-2], "--json").document["stopped_by"] for c in (large, small)]
+    assert f"{100 * shares[0]['statics'] / 300:.0f} % of the poses near the boundary" in said
+    assert shares[1]["box"] == 300

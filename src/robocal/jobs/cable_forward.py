@@ -60,7 +60,7 @@ def cable_forward(
     if sigma is not None and not sigma > 0:
         raise ModelError("a noise is a standard deviation", key="--sigma", found=sigma, expected="above 0")
     noise = None if sigma is None else file.units.length.to_si(sigma)
-    pull, rng = tensions_of(rows, tension, file), np.random.default_rng(seed)
+    (pull, said), rng = tensions_of(rows, tension, file, sag), np.random.default_rng(seed)
     fitting(file, pull, sag)
     try:
         found = forward(file.robot, rows.values, tension=pull, sag=sag, sigma=noise, starts=starts, rng=rng)
@@ -78,7 +78,7 @@ def cable_forward(
     text = platform_text(rows.names, found.pose, file.units, more)
     doubts = _doubts(rows.names, found, noise)
     place = written(output, text, force)
-    return Poses(file.robot, rows.names, found, rms, spread, text, place, file.warnings, doubts)
+    return Poses(file.robot, rows.names, found, rms, spread, text, place, (*file.warnings, *said), doubts)
 
 
 def _spread(found: Forward, robot: CableRobot) -> Array:

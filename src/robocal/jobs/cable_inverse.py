@@ -46,23 +46,31 @@ def cable_inverse(
     columns of its own. Raises InputError."""
     file = read_cable(robot)
     rows = read_platform_poses(poses, file.robot)
-    pull = tensions_of(rows, tension, file)
+    pull, warnings = tensions_of(rows, tension, file, sag)
     fitting(file, pull, sag)
     try:
         lengths, _ = inverse(file.robot, rows.values, pull, sag=sag)
     except ModelError as error:
         raise located(error, poses, rows) from None
     text = lengths_text(file.robot, rows.names, lengths, file.units, rows.tension)
-    return Lengths(file.robot, rows.names, lengths, text, written(output, text, force), file.warnings)
+    place = written(output, text, force)
+    return Lengths(file.robot, rows.names, lengths, text, place, (*file.warnings, *warnings))
 
 
-def tensions_of(rows: CableList, tension: float | None, file: CableFile) -> Array | None:
-    """Tensions of the list, or one for all, in N. Raises ModelError when both say, and for one that pushes."""
-    if rows.tension is not None and tension is not None:
-        raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
-    if tension is not None and not 0 <= tension < math.inf:
-        raise ModelError("a cable cannot push", key="--tension", found=tension, expected="0 or more")
-    return rows.tension if tension is None else np.asarray(file.units.force.to_si(tension))
+def tensions_of(
+    rows: CableList, tension: float | None, file: CableFile, sag: bool
+) -> tuple[Array | None, tuple[str, ...]]:
+    """Tensions of the list, or one for all, in N, and a warning where those of the list stretch nothing, since nobody
+    knows how elastic the cables are. Raises ModelError when both say, and for one that pushes."""
+    if tension is not None:
+        if rows.tension is not None:
+            raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
+        if not 0 <= tension < math.inf:
+            raise ModelError("a cable cannot push", key="--tension", found=tension, expected="0 or more")
+        return np.asarray(file.units.force.to_si(tension)), ()
+    if rows.tension is not None and file.robot.elasticity is None and not sag:
+        return None, (f"tensions of the list are left aside: the elasticity of {file.robot.name} is not known",)
+    return rows.tension, ()
 
 
 def located(error: ModelError, path: str, rows: CableList) -> FormatError:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from robocal.cli import listing as p
 from robocal.cli import options as o
 from robocal.cli import workspace as w
 from robocal.cli.verbs.task import Task, task
 
-__all__ = ["CABLE", "forward", "inverse", "tension", "workspace"]
+__all__ = ["CABLE", "forward", "inverse", "poses", "tension", "workspace"]
 
 
 def inverse(
@@ -107,9 +108,44 @@ def workspace(
     return task("cable_workspace", locals())
 
 
+def poses(
+    robot: o.CableRobot,
+    count: p.Count = 200,
+    margin: p.Margin = 0.95,
+    start: p.Start = "mean",
+    box: p.Box = None,
+    scale: p.Scale = 1.1,
+    turn: p.Turn = None,
+    diameter: p.Diameter = None,
+    body: p.Body = "hull",
+    relief: p.Relief = None,
+    payload: o.Payload = 0.0,
+    mass: o.Mass = None,
+    limits: o.TensionLimits = None,
+    method: o.TensionMethod = "norm",
+    steps: p.Waypoints = 10,
+    wanted: p.Choose = None,
+    criterion: p.Criterion = "A",
+    sigma: p.Sigma = None,
+    pose_noise: p.PoseNoise = None,
+    seed: o.Seed = 0,
+    output: p.Folder = None,
+    force: o.Force = False,
+    json: o.Json = False,
+) -> Task:
+    """Poses that the platform can reach and leave again: held on all the way, and no cable touches anything.
+
+    \b
+    robocal cable poses robot.yaml -n 500 --choose 20 -o list
+    robocal cable poses robot.yaml --start best --mu 0.8
+    """
+    return task("cable_poses", locals())
+
+
 CABLE: dict[Callable[..., Any], str] = {
     inverse: "Lengths from poses.",
     forward: "Poses from lengths.",
     tension: "Tensions that hold poses.",
     workspace: "Where the platform can be held.",
+    poses: "Poses that can be reached.",
 }

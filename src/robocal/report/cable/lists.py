@@ -49,7 +49,7 @@ def reached(
 
 
 def _box(start: Array, box: PoseBox, axes: tuple[int, int]) -> Array:
-    out = np.tile(start, (4, 1))
+    out = np.tile(start + box.offset, (4, 1))
     half = np.asarray(box.translation, float)
     for k, signs in zip(axes, ((-1, 1, 1, -1), (-1, -1, 1, 1)), strict=True):
         out[:, k] += half[k] * np.array(signs)

@@ -1,0 +1,292 @@
+"""The verb `cable poses`: a list of poses that can be reached and left again, the program for it, and the poses worth
+measuring."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal import __version__
+from robocal.cables.boundary import statics_along
+from robocal.cables.geometry import CableRobot
+from robocal.cables.poses import LIMITS, PoseBox, PoseList, reachable_poses
+from robocal.cables.program import Program, kept_to_what_is_held, program
+from robocal.cables.start import Clearance, Start
+from robocal.cables.tension import METHODS
+from robocal.cables.workspace import Demand
+from robocal.calibrate.choose import Choice, Noise, choose
+from robocal.errors import FormatError, ModelError, nearest
+from robocal.files.cable import CableFile, read_cable
+from robocal.files.cableprogram import list_text, program_text
+from robocal.files.text import write_files
+from robocal.jobs.cable_load import limited, mass_of, numbers_of
+from robocal.jobs.cable_start import body_of, box_of, started
+from robocal.jobs.inputs import Watch, computable
+from robocal.jobs.plain import plain
+from robocal.jobs.simulate import refuse_existing
+
+__all__ = ["Listed", "cable_poses"]
+
+Array = NDArray[np.float64]
+FILES = ("poses.csv", "program.csv", "chosen.csv", "list.json", "report.html")
+STEPS = 256  # in which a motion is asked whether the platform is held
+UNSTATED = 1e-3  # m, noise of a length that nobody stated
+
+
+@dataclass(frozen=True, eq=False)
+class Listed:
+    """A list of poses with its start, the box Z, waypoints, what was chosen from it, and what was written."""
+
+    file: CableFile
+    robot: CableRobot  # with the mass and limits that were asked for
+    names: tuple[str, ...]
+    start: Start
+    box: PoseBox
+    clearance: Clearance
+    listing: PoseList
+    program: Program
+    method: str
+    margin: float
+    seed: int
+    choice: Choice | None
+    text: str
+    warnings: tuple[str, ...]
+    command: str = ""
+    written: tuple[Path, ...] = ()
+
+    @property
+    def limits(self) -> dict[str, int]:
+        """How many motions each of LIMITS stopped; `box`: none of them did."""
+        return {name: int((self.listing.limit == i).sum()) for i, name in enumerate(LIMITS)}
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """list.json, in SI units."""
+        made, listing, (k, l) = self.program, self.listing, self.start.nearest
+        who = listing.contacts.names(self.robot.cables)
+        found: dict[str, Any] = plain(
+            {
+                "robocal": 1,
+                "robot": self.robot.name,
+                "cables": list(self.robot.cables),
+                "start": {
+                    "T_base_platform": self.start.pose,
+                    "tension_N": self.start.tensions.tension[0],
+                    "margin_N": self.start.margin,
+                    "nearest": None if k < 0 else [self.robot.cables[k], self.robot.cables[l]],
+                    "gap_m": self.start.gap,
+                },
+                "box": {"half_m": self.box.translation, "half_rad": self.box.rotation, "offset_m": self.box.offset},
+                "mu": self.margin,
+                "seed": self.seed,
+                "method": self.method,
+                "mass_kg": self.robot.mass,
+                "limits_N": self.robot.limits,
+                "diameter_m": self.clearance.diameter,
+                "reached": listing.reached,
+                "stopped_by": self.limits,
+                "lengths": "stretched by the tensions" if made.stretched else "geometric",
+                "steps": len(made.shares) - 1,
+                "poses": [
+                    {
+                        "name": name,
+                        "T_base_platform": made.pose[i, -1],
+                        "lengths_m": made.lengths[i, -1],
+                        "tension_N": made.tension[i, -1],
+                        "lambda": listing.fraction[i],
+                        "limit": LIMITS[listing.limit[i]],
+                        "contact": who[i] if listing.limit[i] > 1 else None,
+                    }
+                    for i, name in enumerate(self.names)
+                ],
+                "choice": self._chosen(),
+                "assumed": list(self.robot.assumed),
+                "warnings": list(self.warnings),
+                "provenance": {
+                    "version": __version__,
+                    "command": self.command,
+                    "inputs": [{"file": str(self.file.path), "sha256": self.file.sha256}],
+                },
+            }
+        )
+        return found
+
+    def _chosen(self) -> dict[str, Any] | None:
+        choice = self.choice
+        if choice is None:
+            return None
+        return {
+            "criterion": choice.criterion,
+            "poses": [self.names[i] for i in choice.chosen],
+            "value": choice.design.value,
+            "limit": choice.limit,
+            "parameters": list(choice.parameters),
+            "sigma_m": choice.noise.length,
+            "sigma_position_m": choice.noise.position,
+            "sigma_orientation_rad": choice.noise.orientation,
+            "expected_rms_m": choice.expected,
+        }
+
+
+def cable_poses(
+    robot: str,
+    *,
+    count: int = 200,
+    margin: float = 0.95,
+    start: str = "mean",
+    box: str | None = None,
+    scale: float = 1.1,
+    turn: float | None = None,
+    diameter: float | None = None,
+    body: str = "hull",
+    relief: float | None = None,
+    payload: float = 0.0,
+    mass: float | None = None,
+    limits: str | None = None,
+    method: str = "norm",
+    steps: int = 10,
+    wanted: int | None = None,
+    criterion: str = "A",
+    sigma: float | None = None,
+    pose_noise: str | None = None,
+    seed: int = 0,
+    output: Path | None = None,
+    force: bool = False,
+    command: str = "",
+    watch: Watch | None = None,
+) -> Listed:
+    """Lists `count` poses and chooses `wanted` of them; numbers are in the robot file's units. Raises InputError."""
+    if output is not None:
+        refuse_existing(output, FILES, force)
+    _sane(margin, method)
+    tell = watch or (lambda event: None)
+    file = read_cable(robot)
+    able = replace(limited(file, limits), mass=mass_of(file, payload, mass))
+    clearance, warnings = _clearance(file, able, diameter, body, relief)
+    noise = _noise(file, sigma, pose_noise)
+    if len(able.cables) < len(able.axes):
+        raise FormatError(
+            "fewer cables than degrees of freedom: such a platform is not held by its cables",
+            file=file.path, key="cables", found=f"{len(able.cables)} cables for {able.degrees}",
+        )  # fmt: skip
+    tell({"stage": "asking the start"})
+    with computable(robot):
+        begin = started(file, able, clearance, start)
+        z = box_of(file, able, begin.pose, box, scale, turn)
+        tell({"stage": "moving towards random poses"})
+        demand = Demand(np.array([able.mass]))
+        listing = reachable_poses(
+            able.a, able.b, count, np.random.default_rng(seed), feasible=statics_along(able, demand, STEPS),
+            start=begin.pose, box=z, margin=margin, diameter=clearance.diameter, body=clearance.body,
+            relief=clearance.relief, axes=able.axes,
+        )  # fmt: skip
+        listing = kept_to_what_is_held(able, demand, listing, steps)
+        tell({"stage": "distributing tensions"})
+        made = _program(able, listing, steps, method)
+        choice = None
+        if wanted is not None:
+            choice = _choose(able, listing.poses, wanted, noise, criterion, seed, tell)
+    names = tuple(f"p{i + 1:0{len(str(count))}d}" for i in range(count))
+    rank = None if choice is None else {int(i): k + 1 for k, i in enumerate(choice.chosen)}
+    text = list_text(able, names, listing, made, file.units, rank=rank)
+    out = Listed(
+        file, able, names, begin, z, clearance, listing, made, method, margin, seed, choice, text,
+        (*file.warnings, *warnings, *_doubts(listing, sigma, wanted)), command,
+    )  # fmt: skip
+    return out if output is None else _save(out, output, tell)
+
+
+def _sane(margin: float, method: str) -> None:
+    if not 0 < margin <= 1:
+        raise ModelError("out of range", key="--mu", found=margin, expected="above 0 and at most 1")
+    if method not in METHODS:
+        raise ModelError(
+            "unknown tension method",
+            key="--method",
+            found=method,
+            expected=", ".join(METHODS),
+            suggestion=nearest(method, METHODS),
+        )
+
+
+def _program(robot: CableRobot, listing: PoseList, steps: int, method: str) -> Program:
+    """Waypoints; what the method cannot do is said of its option."""
+    try:
+        return program(robot, listing, steps, method)
+    except ModelError as error:
+        key = f"--{error.key}" if error.key == "method" else error.key
+        raise ModelError(error.message, key=key, found=error.found, expected=error.expected) from None
+
+
+def _clearance(
+    file: CableFile, robot: CableRobot, diameter: float | None, body: str, relief: float | None
+) -> tuple[Clearance, tuple[str, ...]]:
+    """What the search for contacts is told; without a diameter cables are lines, which is said."""
+    said: tuple[str, ...] = ()
+    if diameter is not None:
+        d = np.full(len(robot.cables), file.units.length.to_si(diameter))
+    elif robot.diameter is not None:
+        d = robot.diameter
+    else:
+        d, said = np.zeros(len(robot.cables)), ("no diameter is known: cables touch as lines do (--diameter)",)
+    room = None if relief is None else file.units.length.to_si(relief)
+    return Clearance(d, body_of(file, robot, body), room), said
+
+
+def _noise(file: CableFile, sigma: float | None, pose_noise: str | None) -> Noise:
+    length = UNSTATED if sigma is None else float(file.units.length.to_si(sigma))
+    if not length > 0:
+        raise ModelError("a noise is a standard deviation", key="--sigma", found=sigma, expected="above 0")
+    if pose_noise is None:
+        return Noise(length)
+    position, orientation = numbers_of(pose_noise, "--pose-noise", ("POSITION", "ORIENTATION"))
+    if min(position, orientation) < 0:
+        raise ModelError("a noise is a standard deviation", key="--pose-noise", found=pose_noise, expected="0 or more")
+    return Noise(length, file.units.length.to_si(position), file.units.angle.to_si(orientation))
+
+
+def _choose(
+    robot: CableRobot, poses: Array, wanted: int, noise: Noise, criterion: str, seed: int, watch: Watch
+) -> Choice:
+    rng = np.random.default_rng([seed, 1])
+    try:
+        return choose(robot, poses, wanted, noise=noise, criterion=criterion, rng=rng, watch=watch)
+    except ModelError as error:
+        key = "--criterion" if "criterion" in error.message else "--choose"
+        facts: dict[str, Any] = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
+        raise ModelError(error.message, key=key, **facts) from None
+
+
+def _doubts(listing: PoseList, sigma: float | None, wanted: int | None) -> tuple[str, ...]:
+    out = []
+    open_ = int((~listing.contacts.resolved).sum())
+    if open_:
+        out.append(
+            f"{open_} motions end where the search for contacts gave up: free up to there, nothing is known beyond"
+        )
+    if wanted is not None and sigma is None:
+        out.append("no noise of a length is stated: 1 mm is assumed (--sigma)")
+    return tuple(out)
+
+
+def _save(made: Listed, output: Path, watch: Watch) -> Listed:
+    """Writes the list, the program (of the chosen poses where some were chosen), the document and the page."""
+    from robocal.jobs.cable_poses_page import poses_page
+
+    watch({"stage": "report"})
+    units, choice = made.file.units, made.choice
+    order = np.arange(len(made.names)) if choice is None else choice.chosen
+    texts = {
+        "poses.csv": made.text,
+        "program.csv": program_text(made.robot, made.names, made.program, order, units),
+        "list.json": json.dumps(made.document, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
+        "report.html": poses_page(made),
+    }
+    if choice is not None:
+        texts["chosen.csv"] = list_text(made.robot, made.names, made.listing, made.program, units, only=order)
+    return replace(made, written=write_files(output, texts))

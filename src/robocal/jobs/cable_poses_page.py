@@ -1,0 +1,192 @@
+"""report.html of the verb `cable poses`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.boundary import Outline, outline
+from robocal.cables.workspace import Demand
+from robocal.report.cable.lists import reached
+from robocal.report.cable.page import Block, page
+from robocal.report.cable.scene import scene
+from robocal.report.cable.series import tensions
+from robocal.report.numbers import significant
+
+if TYPE_CHECKING:
+    from robocal.jobs.cable_poses import Listed
+
+__all__ = ["poses_page"]
+
+Array = NDArray[np.float64]
+MOST = 500  # rows of the table
+WORDS = {
+    "box": "nothing: X_r was reached",
+    "statics": "the tension limits",
+    "cable-cable": "two cables that would touch",
+    "cable-platform": "a cable that would touch the platform",
+}
+ROWS = {"a": "frame anchors a", "b": "platform anchors b", "l0": "zeros of lengths", "position": "platform's position"}
+
+
+def poses_page(made: Listed) -> str:
+    """The page of a list of poses."""
+    found = made.document
+    robot, listing, n = made.robot, made.listing, len(made.names)
+    shown = np.arange(n) if made.choice is None else np.sort(made.choice.chosen)
+    some = "the list" if made.choice is None else "the choice"
+    caption = f"X_0 and {len(shown)} poses of {some}: margin {significant(made.start.margin)} N at X_0"
+    blocks = [
+        Block("What is reached", _summary(made), table=_stopped(made)),
+        *[_picture(made, axes) for axes in _planes(made)],
+        Block(
+            "The robot at its start",
+            _start(made),
+            scene(
+                robot,
+                made.start.pose,
+                tension=made.start.tensions.tension[0],
+                poses=listing.poses[shown],
+                caption=caption,
+            ),
+        ),
+        Block(
+            "What the cables bear",
+            f"Tensions at the poses of {some} ({made.method}); at every waypoint they are within the limits too.",
+            tensions(
+                [made.names[i] for i in shown], made.program.tension[shown, -1], robot.need("limits"), robot.cables
+            ),
+        ),
+    ]
+    if made.choice is not None:
+        blocks.append(Block("Poses to measure", _choice(made), table=_gain(made)))
+    blocks += [Block("Pose by pose", _said(made, shown), table=_table(made, shown))]
+    blocks += [Block("How it was worked out", _how(made, found))]
+    return page(f"{robot.name}: poses that can be reached", blocks)
+
+
+def _summary(made: Listed) -> str:
+    turning = ", turning steadily" if any(axis > 2 for axis in made.robot.axes) else ""
+    return (
+        f"{len(made.names)} poses X_r were drawn at random in the box Z. From X_0 the platform moves straight towards "
+        f"each{turning}, until statics or a contact stops it, and stays at mu = {made.margin:g} of that way. "
+        f"{significant(100 * made.listing.reached)} % of Z is reached so. The way back is the way there."
+    )
+
+
+def _stopped(made: Listed) -> list[list[str]]:
+    n = len(made.names)
+    rows = [[WORDS[name], str(count), significant(100 * count / n)] for name, count in made.limits.items()]
+    return [["stopped by", "motions", "share, %"], *rows]
+
+
+def _planes(made: Listed) -> list[tuple[int, int]]:
+    moves = [i for i in made.robot.axes if i < 3]
+    return [(moves[0], moves[1])] if len(moves) == 2 else [(0, 1), (0, 2)]
+
+
+def _picture(made: Listed, axes: tuple[int, int]) -> Block:
+    letters = "".join("xyz"[i] for i in axes)
+    planar = made.robot.degrees != "3R3T"
+    text = f"Plane {letters}. " + (
+        "The outline is the workspace."
+        if made.robot.degrees == "2T"
+        else "The outline is the workspace in this plane through X_0"
+        + (" at its orientation." if planar else " at its orientation; poses lie before and behind it and are turned.")
+    )
+    return Block(
+        f"Wished for and found, {letters}", text, reached(_outline(made, axes), made.listing, axes, box=made.box)
+    )
+
+
+def _outline(made: Listed, axes: tuple[int, int]) -> Outline:
+    """The section of the workspace through X_0, within the machine and Z."""
+    start = made.start.pose[:3, 3]
+    centre = start + made.box.offset
+    corners = np.vstack([made.robot.a, centre - made.box.translation, centre + made.box.translation, start])
+    sides = np.stack([corners.min(axis=0), corners.max(axis=0)], axis=1)
+    demand = Demand(np.array([made.robot.need("mass")]), rotations=made.start.pose[None, :3, :3])
+    return outline(made.robot, demand, start, sides, axes, count=360)
+
+
+def _start(made: Listed) -> str:
+    k, l = made.start.nearest
+    text = f"X_0 is at {_point(made.start.pose[:3, 3])}. "
+    if k >= 0:
+        text += (
+            f"The cables nearest to each other there are {made.robot.cables[k]} and {made.robot.cables[l]}, with "
+            f"{significant(1e3 * made.start.gap)} mm between them."
+        )
+    return text
+
+
+def _choice(made: Listed) -> str:
+    choice = made.choice
+    assert choice is not None
+    noise, those = choice.noise, ", ".join(made.names[i] for i in choice.chosen)
+    pose = (
+        f"{significant(1e3 * noise.position)} mm and {significant(float(np.degrees(noise.orientation)))} deg per axis"
+    )
+    return (
+        f"{len(choice.chosen)} poses chosen by criterion {choice.criterion}, the most telling first: {those}. Expected "
+        f"errors after a calibration from poses {pose}, and lengths with "
+        f"{significant(1e3 * noise.length)} mm. At random: the median of random choices of as many."
+    )
+
+
+def _gain(made: Listed) -> list[list[str]]:
+    choice = made.choice
+    assert choice is not None
+    count = len(choice.chosen)
+    rows = [
+        [ROWS[what], *(significant(1e3 * choice.expected[who][what]) for who in ("chosen", "random", "all"))]
+        for what in choice.expected["chosen"]
+    ]
+    return [["expected rms, mm", f"{count} chosen", f"{count} at random", f"all {len(made.names)}"], *rows]
+
+
+def _said(made: Listed, shown: NDArray[np.int64]) -> str:
+    words = "Positions in m, rotation vectors in deg, tensions in N."
+    return words + (f" The first {MOST}; the others are in poses.csv." if len(shown) > MOST else "")
+
+
+def _table(made: Listed, shown: NDArray[np.int64]) -> list[list[str]]:
+    from robocal.geometry import se3
+
+    vectors = se3.to_vector(made.program.pose[shown[:MOST], -1])
+    vectors[:, 3:] = np.degrees(vectors[:, 3:])
+    who = made.listing.contacts.names(made.robot.cables)
+    head = ["pose", "x", "y", "z", "rx", "ry", "rz", "lambda", "stopped by", "least", "greatest"]
+    rows = []
+    for i, vector in zip(shown[:MOST], vectors, strict=True):
+        limit = made.listing.limit[i]
+        why = who[i] if limit > 1 else ("statics" if limit == 1 else "")
+        t = made.program.tension[i, -1]
+        cells = [*(f"{v:.3f}" for v in vector[:3]), *(f"{v:.1f}" for v in vector[3:])]
+        rows.append(
+            [made.names[i], *cells, f"{made.listing.fraction[i]:.3f}", why, significant(t.min()), significant(t.max())]
+        )
+    return [head, *rows]
+
+
+def _how(made: Listed, found: dict[str, object]) -> str:
+    robot, box = made.robot, made.box
+    limits = sorted({f"{low:g} to {high:g} N" for low, high in robot.need("limits").tolist()})
+    z = ", ".join(significant(v) for v in (2 * box.translation).tolist())
+    turns = ", ".join(significant(v) for v in np.degrees(box.rotation).tolist())
+    parts = [
+        f"Z is {z} m along the axes and turns by up to {turns} deg, seed {made.seed}; limits {', '.join(limits)}; "
+        f"{significant(float(robot.need('mass')))} kg; lengths are {found['lengths']}.",
+        "Cables are straight rods, and no contact on a way is jumped over. Sag, the frame and the floor are left out.",
+    ]
+    if robot.assumed:
+        parts.append(f"Assumed, not measured: {', '.join(robot.assumed)}. What is reached depends on it.")
+    parts.append(f"{made.file.path}: SHA-256 {made.file.sha256}")
+    parts.append(f"robocal {found['provenance']['version']}: {made.command}")  # type: ignore[index]
+    return "\n\n".join([*parts, *made.warnings])
+
+
+def _point(p: Array) -> str:
+    return "(" + ", ".join(f"{v:.3f}" for v in p.tolist()) + ") m"

@@ -1,0 +1,117 @@
+"""Where a list of poses starts, what the platform looks like to its cables, and the box Z: from options in the robot
+file's units."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.geometry import CableRobot
+from robocal.cables.interference import Body, box, hull
+from robocal.cables.poses import PoseBox, default_box
+from robocal.cables.start import CELLS, Clearance, Start, examine, propose
+from robocal.errors import ModelError
+from robocal.files.cable import CableFile
+from robocal.files.cablelists import WRENCH
+from robocal.geometry import se3
+from robocal.jobs.cable_load import numbers_of
+
+__all__ = ["body_of", "box_of", "started"]
+
+Array = NDArray[np.float64]
+TURN = math.radians(30.0)
+
+
+def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str) -> Start:
+    """The start that was asked for, examined: "mean" of the frame anchors, "best" of a grid, or x,y,z or
+    x,y,z,rx,ry,rz. Raises ModelError where it cannot be held or something touches, with a start that would do."""
+    if said == "best":
+        pose = propose(robot, clearance)
+        if pose is None:
+            raise ModelError(
+                _none(), key="--start", found=said, expected="other tension limits, or a start of your own"
+            )
+    else:
+        pose = robot.home if said == "mean" else _pose(file, robot, said)
+    # Examined by a method that finds tensions wherever there are any.
+    found = examine(robot, pose, clearance)
+    if found.held and not found.touching:
+        return found
+    shown = _shown(file, robot, pose) + (", the mean of the frame anchors" if said == "mean" else "")
+    if found.held:
+        why = f"at the start X_0 {found.touching}"
+    else:
+        parts = [
+            f"{WRENCH[axis]} {v:.4g} {'N' if axis < 3 else 'Nm'}"
+            for axis, v in zip(robot.axes, found.missing, strict=True)
+            if abs(v) > 1e-3 * np.abs(found.missing).max()
+        ]
+        why = f"the start X_0 cannot be held within the tension limits; missing is {', '.join(parts)}"
+    other = propose(robot, clearance)
+    instead = _none() if other is None else f"another, such as --start {_shown(file, robot, other)} (or --start best)"
+    raise ModelError(why, key="--start", found=shown, expected=instead)
+
+
+def _none() -> str:
+    return f"none of {CELLS} cells along each direction is held and free of contact"
+
+
+def _pose(file: CableFile, robot: CableRobot, said: str) -> Array:
+    words = said.split(",")
+    names = ("X", "Y", "Z", "RX", "RY", "RZ")
+    if len(words) not in (3, 6):
+        raise ModelError("not a start", key="--start", found=said, expected="mean, best, X,Y,Z or X,Y,Z,RX,RY,RZ")
+    values = np.zeros(6)
+    values[: len(words)] = numbers_of(said, "--start", names[: len(words)])
+    values[:3] = file.units.length.to_si(values[:3])
+    values[3:] = file.units.angle.to_si(values[3:])
+    turned = [i for i in range(3, 6) if values[i] != 0 and i not in robot.axes]
+    if turned:
+        raise ModelError(
+            f"a robot with {robot.degrees} does not turn so", key="--start", found=said, expected="X,Y,Z, or 0 there"
+        )
+    return np.asarray(se3.from_vector(values[None])[0])
+
+
+def _shown(file: CableFile, robot: CableRobot, pose: Array) -> str:
+    """A pose as --start takes it."""
+    values = se3.to_vector(pose[None])[0]
+    length = [f"{file.units.length.from_si(float(v)):.6g}" for v in values[:3]]
+    angle = [f"{file.units.angle.from_si(float(v)):.6g}" for v in values[3:]]
+    return ",".join([*length, *angle] if np.abs(values[3:]).max() > 0 else length)
+
+
+def body_of(file: CableFile, robot: CableRobot, said: str) -> Body | None:
+    """The platform's body: "hull" or "box" of its anchors, "none", or edges LX,LY,LZ of a box about its origin."""
+    if said == "none":
+        return None
+    if said == "hull":
+        return hull(robot.b)
+    if said == "box":
+        return box(0.5 * np.ptp(robot.b, axis=0), 0.5 * (robot.b.min(axis=0) + robot.b.max(axis=0)))
+    if "," not in said:
+        raise ModelError("not a body", key="--body", found=said, expected="hull, box, none or LX,LY,LZ")
+    edges = file.units.length.to_si(np.array(numbers_of(said, "--body", ("LX", "LY", "LZ"))))
+    return box(0.5 * edges)
+
+
+def box_of(
+    file: CableFile, robot: CableRobot, start: Array, said: str | None, scale: float, turn: float | None
+) -> PoseBox:
+    """The box Z: about the start and `scale` times the machine, or X0,Y0,Z0,X1,Y1,Z1; turns up to `turn` about each
+    axis (30 degrees when nobody says)."""
+    angle = TURN if turn is None else float(file.units.angle.to_si(turn))
+    for key, value in (("--turn", angle), ("--scale", scale)):
+        if not (math.isfinite(value) and value >= 0):
+            raise ModelError("out of range", key=key, found=value, expected="0 or more")
+    if said is None:
+        return default_box(robot.a, scale, angle, start)
+    corners = numbers_of(said, "--box", ("X0", "Y0", "Z0", "X1", "Y1", "Z1"))
+    low, high = np.asarray(file.units.length.to_si(np.array(corners))).reshape(2, 3)
+    if (low > high).any():
+        raise ModelError(
+            "an empty box", key="--box", found=said, expected="X0,Y0,Z0,X1,Y1,Z1 with X0 <= X1, Y0 <= Y1, Z0 <= Z1"
+        )
+    return PoseBox(0.5 * (high - low), np.full(3, angle), 0.5 * (low + high) - start[:3, 3])
