@@ -29,7 +29,10 @@ OVER_PULLEYS = ROBOT.replace("density: 0.3", "density: 0.3, pulley: {radius: 0.0
 RIGHT = (
     (ROBOT, POSES),
     (OVER_PULLEYS, POSES),
-    (PLANAR, POSES.replace("100,-200,900,0,0,0", "100,0,1500,0,2,0").replace("300,200,1600,5,3,-10", "-300,0,1200,0,0,0")),
+    (
+        PLANAR,
+        POSES.replace("100,-200,900,0,0,0", "100,0,1500,0,2,0").replace("300,200,1600,5,3,-10", "-300,0,1200,0,0,0"),
+    ),
 )
 OPTIONS = {
     "inverse": ((), ("--tension", "60"), ("--tension", "60", "--sag")),
@@ -85,7 +88,9 @@ def test_what_is_right_is_looked_at(tmp_path):
                 hold(tmp_path, document)
 
 
-@pytest.mark.parametrize("chunk", [*range(QUICK), *(pytest.param(i, marks=pytest.mark.slow) for i in range(QUICK, MANY))])
+@pytest.mark.parametrize(
+    "chunk", [*range(QUICK), *(pytest.param(i, marks=pytest.mark.slow) for i in range(QUICK, MANY))]
+)
 def test_damaged_files(tmp_path, chunk):
     rng, out = random.Random(chunk), tmp_path / "out"
     seen = set()
