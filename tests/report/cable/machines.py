@@ -19,7 +19,7 @@ def robot_of(
     ring = np.stack([2 * np.cos(turn), 1.5 * np.sin(turn), 1.5 + np.where(np.arange(m) % 2, 1.4, -1.2)], axis=1)
     small = np.stack([0.2 * np.cos(turn + 0.4), 0.2 * np.sin(turn + 0.4), 0.1 * np.cos(2.1 * turn)], axis=1)
     if degrees != "3R3T":
-        across = 1 if plane == "xz" else 2
+        across = next(k for k in range(3) if "xyz"[k] not in plane)
         ring[:, across] = small[:, across] = 0.0
         small = small * 0 if degrees == "2T" else small
     return cable_robot(

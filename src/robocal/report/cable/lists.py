@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.boundary import Outline
-from robocal.cables.poses import PoseBox, PoseList
+from robocal.cables.poses import LIMITS, PoseBox, PoseList
 from robocal.report.cable.paint import figure
 from robocal.report.cable.plane import Plane, cross, plane
 from robocal.report.svg import label, num, path
@@ -15,6 +15,7 @@ __all__ = ["reached"]
 
 Array = NDArray[np.float64]
 MOST = 2000
+WHY = {"statics": "statics", "cable-cable": "cable on cable", "cable-platform": "cable on platform"}
 
 
 def reached(
@@ -28,7 +29,7 @@ def reached(
     every = [wished, found, start[None]]
     every += [] if z is None else [z]
     every += [] if outline is None else [outline.points]
-    at = plane(axes, np.concatenate(every), right=190.0, most=(640.0, 560.0))
+    at = plane(axes, np.concatenate(every), right=204.0, most=(640.0, 560.0))
     parts = [at.frame]
     if outline is not None:
         parts.append(at.line(outline.points, "space", closed=True))
@@ -72,9 +73,9 @@ def _legend(at: Plane, listing: PoseList, space: bool, z: bool) -> str:
     if space:
         rows.append((f'<path class="space line" d="M{num(x)} {num(y + 22 * len(rows))}h16"/>', "workspace W"))
     parts = [mark + label(x + 24, y + 22 * k + 4, word, "name") for k, (mark, word) in enumerate(rows)]
-    share = f"{100 * listing.reached:.0f} % reached"
-    return (
-        "".join(parts)
-        + label(x, y + 22 * len(rows) + 14, share, "strong")
-        + label(x, y + 22 * len(rows) + 32, f"of {len(listing.fraction)}", "tick")
-    )
+    y += 22 * len(rows) + 16
+    parts.append(label(x, y, f"{100 * listing.reached:.0f} % reached", "strong"))
+    parts.append(label(x, y + 19, f"of {len(listing.fraction)}; the others ended", "tick"))
+    for k, word in enumerate(LIMITS[1:]):
+        parts.append(label(x, y + 38 + 18 * k, f"{int((listing.limit == k + 1).sum())} by {WHY[word]}", "tick"))
+    return "".join(parts)

@@ -35,15 +35,25 @@ class Mark:
 
 def draw(marks: Iterable[Mark], view: View, ordered: bool = True) -> str:
     """All marks as one text, far ones first."""
-    found = [(float(view.flat(m.points)[1].mean()) + m.lift, _one(m, view)) for m in marks]
+    listed = list(marks)
+    if not listed:
+        return ""
+    every = np.concatenate([m.points for m in listed])
+    cuts = np.cumsum([len(m.points) for m in listed])[:-1]
+    flat, near = view.flat(every)
+    places, data, depth = (np.split(part, cuts) for part in (flat, view.local(every), near))
+    found = [
+        (float(d.mean()) + m.lift, _one(m, xy.tolist(), local.ravel().tolist()))
+        for m, xy, local, d in zip(listed, places, data, depth, strict=True)
+    ]
     if ordered:
         found.sort(key=lambda pair: pair[0])
     return "".join(text for _, text in found)
 
 
-def _one(mark: Mark, view: View) -> str:
-    xy = view.flat(mark.points)[0].tolist()
-    data = " ".join(num(v) for v in view.local(mark.points).ravel().tolist())
+def _one(mark: Mark, xy: list[list[float]], local: list[float]) -> str:
+    """A mark drawn at places (px), with what turn.js needs to draw it elsewhere."""
+    data = " ".join(num(v) for v in local)
     lift = f' data-lift="{num(mark.lift)}"' if mark.lift else ""
     if len(xy) == 1:
         tag, shape = "circle", f'cx="{num(xy[0][0])}" cy="{num(xy[0][1])}" r="{num(mark.size)}"'

@@ -13,11 +13,13 @@ from robocal.report.page import style
 
 __all__ = ["Block", "page"]
 
+PRINT = "@media print { .whole { break-inside: avoid; } }\n"
+
 
 @dataclass(frozen=True)
 class Block:
     """A part of a page. `text`: paragraphs, parted by empty lines; `figure`: a picture of this folder, as it came; `table`: rows,
-    the first of which is the header. Text and cells are escaped, a figure is not."""
+    the first of which is the header (none where all its cells are empty). Text and cells are escaped, a figure is not."""
 
     heading: str
     text: str = ""
@@ -40,7 +42,7 @@ def page(title: str, blocks: Sequence[Block]) -> str:
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n<meta name="color-scheme" content="light dark">\n'
         f'<meta name="robots" content="noindex">\n<link rel="icon" href="data:,">\n<title>{name}</title>\n'
-        f"<style>\n{style()}</style>\n</head>\n<body>\n<main>\n"
+        f"<style>\n{style()}{PRINT}</style>\n</head>\n<body>\n<main>\n"
         f'<header><p class="eyebrow">Cable robot</p><h1>{name}</h1></header>\n{body}\n'
         "<footer>Made by robocal. This page is complete in itself and contacts nothing.</footer>\n</main>\n"
         + (f"<script>{script}</script>\n" if turns else "")
@@ -49,7 +51,12 @@ def page(title: str, blocks: Sequence[Block]) -> str:
 
 
 def _section(i: int, block: Block) -> str:
-    parts = [f'<section aria-labelledby="part-{i}">', f'<h2 id="part-{i}">{escape(block.heading)}</h2>']
+    # On paper, what fits a page stays on one.
+    whole = ' class="whole"' if block.figure or len(block.table) <= 20 else ""
+    parts = [
+        f'<section aria-labelledby="part-{i}"{whole}>',
+        f'<h2 id="part-{i}">{escape(block.heading)}</h2>',
+    ]
     parts += [f"<p>{escape(p.strip())}</p>" for p in block.text.split("\n\n") if p.strip()]
     if block.figure:
         parts.append(f'<figure><div class="scroll">{block.figure}</div></figure>')
@@ -62,7 +69,7 @@ def _table(block: Block) -> str:
     header, rows = block.table[0], block.table[1:]
     numeric = [all(_number(r[j]) for r in rows if j < len(r)) and bool(rows) for j in range(len(header))]
     kind = [' class="n"' if n else "" for n in numeric] + [""] * max((len(r) for r in rows), default=0)
-    head = "".join(f'<th scope="col"{kind[j]}>{escape(c)}</th>' for j, c in enumerate(header))
+    titles = "".join(f'<th scope="col"{kind[j]}>{escape(c)}</th>' for j, c in enumerate(header))
     lines = [
         "<tr>"
         + "".join(
@@ -72,9 +79,10 @@ def _table(block: Block) -> str:
         + "</tr>"
         for row in rows
     ]
+    head = f"<thead><tr>{titles}</tr></thead>" if any(header) else ""
     return (
         f'<div class="scroll" tabindex="0" role="group" aria-label="{escape(block.heading)}"><table>'
-        f"<thead><tr>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
+        f"{head}<tbody>{''.join(lines)}</tbody></table></div>"
     )
 
 

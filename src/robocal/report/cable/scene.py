@@ -55,7 +55,13 @@ def scene(
     right = WIDE - (SIDE if held is not None else 0.0)
     top = 34.0 if caption else 8.0
     seen = stage(robot, ends, np.concatenate([_around(surface), spots]), (0.0, top, right, HIGH))
-    marks = [*_platform(ends, at), *_cables(robot, ends, held), *_boundary(surface), *_cloud(spots), *seen.frame]
+    marks = [
+        *_platform(ends, at),
+        *_cables(robot, ends, held),
+        *_boundary(surface, behind=not seen.turns),
+        *_cloud(spots),
+        *seen.frame,
+    ]
     parts = [
         label(14, 22, brief(caption, 120), "strong") if caption else "",
         f'<g data-part="floor">{draw(seen.floor, seen.view, ordered=False)}{seen.ticks}</g>',
@@ -138,10 +144,10 @@ def _cables(robot: CableRobot, ends: Array, held: Tensions | None) -> Iterator[M
         yield Mark(rim, "pulley")
 
 
-def _boundary(surface: Surface | Outline | None) -> Iterator[Mark]:
+def _boundary(surface: Surface | Outline | None, behind: bool) -> Iterator[Mark]:
     if isinstance(surface, Outline) and len(surface.points):
-        # Behind everything: a section is drawn for planar robots, whose marks are all as near.
-        yield Mark(np.asarray(surface.points, float), "edge", closed=True, lift=-2e3)
+        # The marks of a planar robot are all as near: its workspace goes behind them.
+        yield Mark(np.asarray(surface.points, float), "edge", closed=True, lift=-2e3 if behind else 0.0)
     elif isinstance(surface, Surface) and len(surface.faces):
         vertices, faces = thinned(surface)
         corners = vertices[faces]

@@ -44,7 +44,7 @@ def stage(robot: CableRobot, ends: Array, others: Array, box: Box) -> Stage:
 
 
 def _plane(robot: CableRobot, others: Array, box: Box) -> Stage:
-    i, j = (0, 1) if robot.plane == "xy" else (0, 2)
+    i, j = ("xyz".index(axis) for axis in robot.plane)
     corners = np.repeat(robot.a.mean(axis=0)[None], 4, axis=0)
     ring = _ring(robot.a[:, [i, j]].min(axis=0), robot.a[:, [i, j]].max(axis=0))
     corners[:, [i, j]] = ring

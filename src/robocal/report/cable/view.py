@@ -19,7 +19,7 @@ __all__ = ["PLANES", "Box", "View", "best", "fitted"]
 Array = NDArray[np.float64]
 Box = tuple[float, float, float, float]  # left, top, right, bottom, px
 # Planar robots are seen straight on: azimuth and elevation, degrees.
-PLANES = {"xz": (-90.0, 0.0), "xy": (-90.0, 90.0)}
+PLANES = {"xz": (-90.0, 0.0), "yz": (0.0, 0.0), "xy": (-90.0, 90.0)}
 AWAY = 3.5  # distance of the eye, in radii of the scene
 
 
