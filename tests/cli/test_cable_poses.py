@@ -12,6 +12,7 @@ from cli.runs import files, robocal
 
 from robocal.cables.geometry import cable_robot
 from robocal.cables.interference import first_contact, hull
+from robocal.cables.pulley import Pulleys
 from robocal.files.cable import read_cable
 from robocal.files.cableshow import describe_cable
 from robocal.files.units import UNITS
@@ -149,6 +150,8 @@ def test_poses_worth_measuring(folder):
     )
     assert worse.document["choice"]["expected_rms_m"]["chosen"]["a"] > rms["chosen"]["a"]
     said = robocal("cable", "poses", "robot.yaml", "-n", 10, "--choose", 4)
+    metre = robocal("cable", "poses", "robot.yaml", "-n", 10, "--choose", 4, "--sigma", 1)
+    assert "--sigma 1 m is more than" in metre.err
     assert "1 mm is assumed" in said.err and said.out.splitlines()[0].endswith(",rank")
 
 
@@ -231,11 +234,16 @@ def test_a_start_that_will_not_do_is_refused_with_one_that_will(folder):
         (["--box", "0,0,0,1,1"], ["--box"]),
         (["--box", "1,0,0,-1,1,1"], ["--box", "an empty box"]),
         (["--scale", -1], ["--scale"]),
+        (["--scale", "1e300"], ["--scale"]),
         (["--turn", "nan"], ["--turn"]),
+        (["--turn", 181], ["--turn", "half a turn"]),
+        (["--box", "0,0,0,1,1,1e300"], ["--box"]),
         (["--body", "ball"], ["--body", "hull, box, none"]),
         (["--body", "0.1,0.1,0.1"], ["outside the platform's body"]),
-        (["--diameter", -1], ["diameter"]),
-        (["--relief", 0], ["relief"]),
+        (["--diameter", -1], ["--diameter"]),
+        (["--diameter", "nan"], ["--diameter"]),
+        (["--relief", 0], ["--relief"]),
+        (["-n", 10_000, "--steps", 100], ["--steps", "too many waypoints"]),
         (["--limits", "100,10"], ["--limits"]),
         (["--method", "nearest"], ["--method", "norm"]),
         (["--method", "closed", "--limits", "10,60"], ["--method", "none at"]),
@@ -243,6 +251,7 @@ def test_a_start_that_will_not_do_is_refused_with_one_that_will(folder):
         (["--choose", 300], ["--choose"]),
         (["--choose", 5, "--criterion", "Z"], ["--criterion"]),
         (["--choose", 5, "--sigma", 0], ["--sigma"]),
+        (["--choose", 5, "--sigma", "1e300"], ["noise of a length"]),
         (["--choose", 5, "--pose-noise", "1"], ["--pose-noise"]),
         (["--choose", 5, "--pose-noise", "-1,0"], ["--pose-noise"]),
         (["--steps", 0], ["--steps"]),
@@ -265,6 +274,36 @@ def test_bad_wishes_are_refused(folder, more, words):
 def test_what_the_file_has_to_know(folder, known, words):
     (folder / "robot.yaml").write_text(describe_cable(robot(**known)))
     robocal("cable", "poses", "robot.yaml").assert_refused(*words)
+
+
+def test_a_robot_that_its_cables_cannot_hold(folder):
+    a, b = robot().a[:5], robot().b[:5]
+    machine = cable_robot("five", a, b, mass=8.0, limits=np.tile([10.0, 400.0], (5, 1)))
+    (folder / "five.yaml").write_text(describe_cable(machine))
+    robocal("cable", "poses", "five.yaml").assert_refused(
+        "five.yaml", "fewer cables than degrees of freedom", "5 cables"
+    )
+
+
+def test_pulleys_are_left_out_of_contacts_and_that_is_said(folder):
+    wheels = Pulleys(np.full(8, 0.03), np.tile([0.0, 0.0, 1.0], (8, 1)))
+    (folder / "wheels.yaml").write_text(describe_cable(robot(pulleys=wheels)))
+    ran = robocal("cable", "poses", "wheels.yaml", "-n", 20, "-o", "list")
+    assert ran.status == 0 and "without pulleys" in ran.err
+    # Lengths and tensions know them.
+    assert robocal("cable", "tension", "wheels.yaml", "list/program.csv").status == 0
+
+
+def test_a_robot_that_lies_needs_no_mass(folder):
+    a = [[-2, -1, 0], [2, -1, 0], [2, 1, 0], [-2, 1, 0]]
+    machine = cable_robot("lying", a, np.zeros((4, 3)), degrees="2T", plane="xy", limits=np.tile([5.0, 60.0], (4, 1)))
+    (folder / "lying.yaml").write_text(describe_cable(machine))
+    ran = robocal(
+        "cable", "poses", "lying.yaml", "-n", 50, "--diameter", 0.002, "--choose", 5, "--sigma", 0.001, "--json"
+    )
+    assert ran.status == 0, ran.err
+    at = np.array([row["T_base_platform"] for row in ran.document["poses"]])
+    assert not at[:, 2, 3].any() and ran.document["choice"]["parameters"][:3] == ["c1.ax", "c1.ay", "c1.l0"]
 
 
 def test_nothing_is_overwritten_and_lines_are_said(folder):

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from robocal.cables.boundary import statics_along
+from robocal.cables.contact.segments import distances
 from robocal.cables.geometry import SYMBOLS
 from robocal.cables.interference import hull
 from robocal.cables.poses import LIMITS, PoseBox, default_box, reachable_poses
 from robocal.cables.program import program
 from robocal.cables.start import Clearance, examine
-from robocal.cables.workspace import Demand, margins
+from robocal.cables.workspace import Demand, holds, margins
 from robocal.errors import ModelError
 from robocal.files.cable import read_cable
 
@@ -94,9 +95,22 @@ def test_the_start_of_the_thesis_is_held_and_two_cables_pass_eight_millimetres_a
     assert found.gap + 4.8e-3 == pytest.approx(8.0e-3, abs=5e-5)
 
 
-def test_every_pose_is_within_the_limits(laval):
-    made = program(laval, listed(laval, 300), 10)
+def test_every_way_is_held_and_free_all_along(laval, rng):
+    """Not only at the waypoints, and asked in a way of its own: the platform put at 200 places of every way, at rest."""
+    listing = listed(laval, 150)
+    made = program(laval, listing, 10)
     assert made.tension.min() >= 20 - 1e-9 and made.tension.max() <= 125 + 1e-9
+    dense = listing.along(rng.uniform(0, 1, 200)).reshape(-1, 4, 4)
+    assert holds(laval, Demand(np.array([laval.mass])), dense).all()
+    ends = dense[:, None, :3, 3] + np.einsum("kij,mj->kmi", dense[:, :3, :3], laval.b)
+    for k, l in zip(*np.triu_indices(8, 1), strict=True):
+        apart = distances(
+            np.broadcast_to(laval.a[k], ends[:, k].shape),
+            ends[:, k],
+            np.broadcast_to(laval.a[l], ends[:, l].shape),
+            ends[:, l],
+        )
+        assert apart.min() > 4.8e-3
 
 
 def attached(robot, b):

@@ -23,7 +23,7 @@ from robocal.calibrate.design import Blocks, gathered, posed, predicted
 from robocal.errors import ModelError
 from robocal.estimate.selection import Design, greedy, limit, select
 
-__all__ = ["Choice", "Noise", "cable_blocks", "choose"]
+__all__ = ["EXPECTED", "Choice", "Noise", "cable_blocks", "choose"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -31,6 +31,7 @@ Watch = Callable[[dict[str, object]], None]
 # What a tape measure or radio beacons leave, by the thesis; four poses and more improve it a hundredfold.
 EXPECTED = 0.1  # m
 DEFAULT = ("ax", "ay", "az", "l0")
+LEAST, MOST = 1e-9, 1e3  # noise that can be computed with, m and rad
 DRAWS = 25
 LIMIT_ROUNDS = 80
 
@@ -104,12 +105,12 @@ def cable_blocks(robot: CableRobot, poses: Array, noise: Noise) -> Blocks:
     redundancy checks reads from its lengths, -L^+ J dtheta. Raises ModelError for noise that is none.
     """
     for name, value, least in (
-        ("length", noise.length, np.finfo(float).tiny),
+        ("length", noise.length, LEAST),
         ("position", noise.position, 0.0),
         ("orientation", noise.orientation, 0.0),
     ):
-        if not (np.isfinite(value) and value >= least):
-            raise ModelError(f"noise of a {name}", found=value, expected="a standard deviation, above 0 for lengths")
+        if not least <= value <= MOST:
+            raise ModelError(f"noise of a {name}", found=value, expected=f"{least:g} to {MOST:g}, in m or rad")
     names = _free(robot)
     rows = list(robot.axes)
     gradient = straight(robot, poses)[1][..., rows]

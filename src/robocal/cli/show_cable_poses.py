@@ -32,7 +32,7 @@ def show_poses(terminal: Terminal, made: Listed) -> None:
         terminal.show(Text(f"at X_0 {pair}; capacity margin {figure(made.start.margin)} N", style="dim"))
     stopped = table("stopped by", "motions", "share [%]", right=(1, 2))
     for name, count in made.limits.items():
-        stopped.add_row(WORDS[name], str(count), figure(100 * count / n))
+        stopped.add_row(WORDS[name], str(count), f"{100 * count / n:.1f}")
     terminal.show(Text(""), stopped)
     if made.choice is not None:
         _show_choice(terminal, made)
@@ -58,3 +58,4 @@ def _show_choice(terminal: Terminal, made: Listed) -> None:
     if choice.criterion == "A" and choice.limit:
         more = 100 * ((choice.design.value / choice.limit) ** 0.5 - 1)
         terminal.show(Text(f"no {count} of these poses are better by more than {figure(more, 2)} %", style="dim"))
+    terminal.show(Text(f"from lengths with {figure(1e3 * choice.noise.length)} mm of noise", style="dim"))

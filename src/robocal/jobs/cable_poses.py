@@ -19,13 +19,13 @@ from robocal.cables.program import Program, kept_to_what_is_held, program
 from robocal.cables.start import Clearance, Start
 from robocal.cables.tension import METHODS
 from robocal.cables.workspace import Demand
-from robocal.calibrate.choose import Choice, Noise, choose
+from robocal.calibrate.choose import EXPECTED, Choice, Noise, choose
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.cable import CableFile, read_cable
 from robocal.files.cableprogram import list_text, program_text
 from robocal.files.text import write_files
 from robocal.jobs.cable_load import limited, mass_of, numbers_of
-from robocal.jobs.cable_start import body_of, box_of, started
+from robocal.jobs.cable_start import box_of, clearance_of, started
 from robocal.jobs.inputs import Watch, computable
 from robocal.jobs.plain import plain
 from robocal.jobs.simulate import refuse_existing
@@ -35,6 +35,7 @@ __all__ = ["Listed", "cable_poses"]
 Array = NDArray[np.float64]
 FILES = ("poses.csv", "program.csv", "chosen.csv", "list.json", "report.html")
 STEPS = 256  # in which a motion is asked whether the platform is held
+MOST = 200_000  # waypoints, which take half a minute and a gigabyte
 UNSTATED = 1e-3  # m, noise of a length that nobody stated
 
 
@@ -163,11 +164,11 @@ def cable_poses(
     """Lists `count` poses and chooses `wanted` of them; numbers are in the robot file's units. Raises InputError."""
     if output is not None:
         refuse_existing(output, FILES, force)
-    _sane(margin, method)
+    _sane(count, steps, margin, method)
     tell = watch or (lambda event: None)
     file = read_cable(robot)
     able = replace(limited(file, limits), mass=mass_of(file, payload, mass))
-    clearance, warnings = _clearance(file, able, diameter, body, relief)
+    clearance, warnings = clearance_of(file, able, diameter, body, relief)
     noise = _noise(file, sigma, pose_noise)
     if len(able.cables) < len(able.axes):
         raise FormatError(
@@ -196,12 +197,19 @@ def cable_poses(
     text = list_text(able, names, listing, made, file.units, rank=rank)
     out = Listed(
         file, able, names, begin, z, clearance, listing, made, method, margin, seed, choice, text,
-        (*file.warnings, *warnings, *_doubts(listing, sigma, wanted)), command,
+        (*file.warnings, *warnings, *_doubts(listing, noise, sigma, wanted, file)), command,
     )  # fmt: skip
     return out if output is None else _save(out, output, tell)
 
 
-def _sane(margin: float, method: str) -> None:
+def _sane(count: int, steps: int, margin: float, method: str) -> None:
+    if count * steps > MOST:
+        raise ModelError(
+            "too many waypoints",
+            key="--steps",
+            found=f"{count} poses, {steps} steps",
+            expected=f"at most {MOST} in all",
+        )
     if not 0 < margin <= 1:
         raise ModelError("out of range", key="--mu", found=margin, expected="above 0 and at most 1")
     if method not in METHODS:
@@ -221,21 +229,6 @@ def _program(robot: CableRobot, listing: PoseList, steps: int, method: str) -> P
     except ModelError as error:
         key = f"--{error.key}" if error.key == "method" else error.key
         raise ModelError(error.message, key=key, found=error.found, expected=error.expected) from None
-
-
-def _clearance(
-    file: CableFile, robot: CableRobot, diameter: float | None, body: str, relief: float | None
-) -> tuple[Clearance, tuple[str, ...]]:
-    """What the search for contacts is told; without a diameter cables are lines, which is said."""
-    said: tuple[str, ...] = ()
-    if diameter is not None:
-        d = np.full(len(robot.cables), file.units.length.to_si(diameter))
-    elif robot.diameter is not None:
-        d = robot.diameter
-    else:
-        d, said = np.zeros(len(robot.cables)), ("no diameter is known: cables touch as lines do (--diameter)",)
-    room = None if relief is None else file.units.length.to_si(relief)
-    return Clearance(d, body_of(file, robot, body), room), said
 
 
 def _noise(file: CableFile, sigma: float | None, pose_noise: str | None) -> Noise:
@@ -262,7 +255,9 @@ def _choose(
         raise ModelError(error.message, key=key, **facts) from None
 
 
-def _doubts(listing: PoseList, sigma: float | None, wanted: int | None) -> tuple[str, ...]:
+def _doubts(
+    listing: PoseList, noise: Noise, sigma: float | None, wanted: int | None, file: CableFile
+) -> tuple[str, ...]:
     out = []
     open_ = int((~listing.contacts.resolved).sum())
     if open_:
@@ -271,6 +266,11 @@ def _doubts(listing: PoseList, sigma: float | None, wanted: int | None) -> tuple
         )
     if wanted is not None and sigma is None:
         out.append("no noise of a length is stated: 1 mm is assumed (--sigma)")
+    if wanted is not None and noise.length > EXPECTED:
+        out.append(
+            f"--sigma {sigma:g} {file.units.length.name} is more than is left where nobody measures "
+            f"({1e3 * EXPECTED:g} mm): nothing would be learned"
+        )
     return tuple(out)
 
 

@@ -78,7 +78,7 @@ def _summary(made: Listed) -> str:
 
 def _stopped(made: Listed) -> list[list[str]]:
     n = len(made.names)
-    rows = [[WORDS[name], str(count), significant(100 * count / n)] for name, count in made.limits.items()]
+    rows = [[WORDS[name], str(count), f"{100 * count / n:.1f}"] for name, count in made.limits.items()]
     return [["stopped by", "motions", "share, %"], *rows]
 
 

@@ -18,10 +18,11 @@ from robocal.files.cablelists import WRENCH
 from robocal.geometry import se3
 from robocal.jobs.cable_load import numbers_of
 
-__all__ = ["body_of", "box_of", "started"]
+__all__ = ["body_of", "box_of", "clearance_of", "started"]
 
 Array = NDArray[np.float64]
 TURN = math.radians(30.0)
+LARGEST = 1000.0  # box, as a multiple of the machine
 
 
 def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str) -> Start:
@@ -97,19 +98,42 @@ def body_of(file: CableFile, robot: CableRobot, said: str) -> Body | None:
     return box(0.5 * edges)
 
 
+def clearance_of(
+    file: CableFile, robot: CableRobot, diameter: float | None, body: str, relief: float | None
+) -> tuple[Clearance, tuple[str, ...]]:
+    """What the search for contacts is told; without a diameter cables are lines, which is said."""
+    said: tuple[str, ...] = ()
+    for key, value in (("--diameter", diameter), ("--relief", relief)):
+        if value is not None and not (0 <= value < np.inf and (value > 0 or key == "--diameter")):
+            raise ModelError("not a length", key=key, found=value, expected="above 0, in the robot file's unit")
+    if diameter is not None:
+        d = np.full(len(robot.cables), file.units.length.to_si(diameter))
+    elif robot.diameter is not None:
+        d = robot.diameter
+    else:
+        d, said = np.zeros(len(robot.cables)), ("no diameter is known: cables touch as lines do (--diameter)",)
+    if robot.pulleys is not None and (robot.pulleys.radius > 0).any():
+        said = (*said, "contacts are looked for as if cables left the frame at their anchors, without pulleys")
+    room = None if relief is None else file.units.length.to_si(relief)
+    return Clearance(d, body_of(file, robot, body), room), said
+
+
 def box_of(
     file: CableFile, robot: CableRobot, start: Array, said: str | None, scale: float, turn: float | None
 ) -> PoseBox:
     """The box Z: about the start and `scale` times the machine, or X0,Y0,Z0,X1,Y1,Z1; turns up to `turn` about each
     axis (30 degrees when nobody says)."""
     angle = TURN if turn is None else float(file.units.angle.to_si(turn))
-    for key, value in (("--turn", angle), ("--scale", scale)):
-        if not (math.isfinite(value) and value >= 0):
-            raise ModelError("out of range", key=key, found=value, expected="0 or more")
+    if not 0 <= angle <= math.pi:
+        raise ModelError("out of range", key="--turn", found=turn, expected="0 to half a turn about each axis")
+    if not 0 <= scale <= LARGEST:
+        raise ModelError("out of range", key="--scale", found=scale, expected=f"0 to {LARGEST:g} times the machine")
     if said is None:
         return default_box(robot.a, scale, angle, start)
     corners = numbers_of(said, "--box", ("X0", "Y0", "Z0", "X1", "Y1", "Z1"))
     low, high = np.asarray(file.units.length.to_si(np.array(corners))).reshape(2, 3)
+    if max(np.abs(low).max(), np.abs(high).max()) > LARGEST * np.abs(robot.a).max():
+        raise ModelError("out of range", key="--box", found=said, expected=f"less than {LARGEST:g} times the machine")
     if (low > high).any():
         raise ModelError(
             "an empty box", key="--box", found=said, expected="X0,Y0,Z0,X1,Y1,Z1 with X0 <= X1, Y0 <= Y1, Z0 <= Z1"
