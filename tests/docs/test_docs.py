@@ -135,13 +135,14 @@ def test_robot_and_data_files_in_the_format_page_are_valid(tmp_path):
     assert made.observations[0].frame.name == "tracker"
 
 
-def test_picture_is_what_the_script_draws(capsys, monkeypatch):
+@pytest.mark.parametrize(("call", "name"), [("draw", "before-after"), ("robot", "cable-robot")])
+def test_picture_is_what_the_script_draws(call, name, capsys, monkeypatch):
     """Titles and numbers; the last digit of a coordinate may differ between machines."""
     place = PROJECT / "docs" / "img"
     namespace = {"__name__": "make", "__file__": str(place / "make.py")}
     exec(compile((place / "make.py").read_text(), "make.py", "exec"), namespace)
     words = re.compile(r">([^<>]+)<")
-    assert words.findall(namespace["draw"]()) == words.findall((place / "before-after.svg").read_text())
+    assert words.findall(namespace[call]()) == words.findall((place / f"{name}.svg").read_text())
 
 
 # --- the ways to measure --------------------------------------------------------------------------------------------------
