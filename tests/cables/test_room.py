@@ -7,7 +7,7 @@ import pytest
 
 from robocal.cables.geometry import cable_robot
 from robocal.cables.pulley import Pulleys
-from robocal.cables.room import frame_box, regions, seen_from
+from robocal.cables.room import cut_off, frame_box, regions, seen_from
 from robocal.cables.workspace import Demand, Grid, grid, holds
 from robocal.errors import ModelError
 from robocal.geometry import so3
@@ -74,13 +74,21 @@ def test_parts_holes_and_what_is_cut_off():
     assert (found.parts, found.holes) == ((8, 1), ())
     ring = cells("##### ##### ##### |##### #.#.# ##### |##### ##### #####")
     found = regions(ring)
-    assert (found.parts, found.holes) == ((43,), (1, 1)) and found.cut == ("x-", "x+", "y-", "y+", "z-", "z+")
+    assert (found.parts, found.holes) == ((43,), (1, 1)) and cut_off(found.extent, found.extent) == (
+        "x-",
+        "x+",
+        "y-",
+        "y+",
+        "z-",
+        "z+",
+    )
     assert np.allclose(found.extent, [[0, 3], [0, 6], [0, 2.5]]) and np.allclose(found.centre, [1.5, 3, 1.25])
     # A section has no thickness: a ring in it is closed, and its heart is a held cell.
     flat = cells("..... ..... |.###. ..... |.#.#. ..... |.###. ##...")
     one = Grid((flat.axes[0], flat.axes[1][:1], flat.axes[2]), np.array([1.0, 0, 0.5]), flat.inside[:, :1], None)
     found = regions(one)
-    assert (found.parts, found.holes, found.cut) == ((8,), (1,), ("x+",))
+    assert (found.parts, found.holes) == ((8,), (1,))
+    assert cut_off(found.extent, [[0, 4], [1, 1], [0, 2.5]]) == ("x+",)
     assert one.inside[found.heart] and found.extent[1].tolist() == [1.0, 1.0]
     with pytest.raises(ModelError, match="no cell"):
         regions(cells("... ..."))

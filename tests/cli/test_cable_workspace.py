@@ -45,7 +45,7 @@ def rows(path):
 
 def test_the_files_say_one_thing(robot, tmp_path):
     out = tmp_path / "out"
-    ran = robocal("cable", "workspace", robot, *QUICK, "-o", out, "--json")
+    ran = robocal("cable", "workspace", robot, "--cells", 21, "--rays", 2000, "-o", out, "--json")
     assert ran.status == 0 and ran.err == "" and files(out) == EVERY
     found = json.loads((out / "workspace.json").read_text())
     assert {k: v for k, v in ran.document.items() if k not in ("written", "provenance")} == {
@@ -53,9 +53,9 @@ def test_the_files_say_one_thing(robot, tmp_path):
     }
     grid, rays = found["grid"], found["rays"]
     header, cells = rows(out / "workspace.csv")
-    assert header == ["x [m]", "y [m]", "z [m]", "held", "margin [N]", "acceleration [m/s2]"] and len(cells) == 15**3
+    assert header == ["x [m]", "y [m]", "z [m]", "held", "margin [N]", "acceleration [m/s2]"] and len(cells) == 21**3
     held = cells[:, 3] == 1
-    box = np.array(found["box"]["m"])
+    box = np.array(grid["m"])
     assert held.sum() == grid["held"] and grid["volume_m3"] == pytest.approx(held.mean() * np.prod(np.ptp(box, axis=1)))
     assert found["margin_N"] == pytest.approx(
         {"least": cells[held, 4].min(), "median": np.median(cells[held, 4]), "greatest": cells[held, 4].max()}, rel=1e-6
@@ -154,6 +154,34 @@ def test_nothing_is_held(robot, tmp_path):
     # How much is lacking is a lower bound of what is.
     short = -max(v for v in rows(out / "workspace.csv")[1][:, 4])
     assert 0 < short < 2000 * 9.81
+
+
+def test_a_grid_too_coarse_for_what_the_rays_find(robot, tmp_path):
+    ran = robocal("cable", "workspace", robot, "--box=-100,-100,0,100,100,100", "--cells", 2, "--rays", 500, "-o", tmp_path / "out", "--json")
+    found = ran.document
+    assert ran.status == 3 and "but the start of the rays can" in ran.err and found["verdict"]["status"] == "found"
+    assert found["grid"]["held"] == 0 and found["rays"]["difference"] is None and found["rays"]["volume_m3"] > 5
+    assert "surface.stl" in files(tmp_path / "out") and found["extent_m"] is None
+
+
+def test_a_box_that_leaves_x_0_out(robot):
+    ran = robocal("cable", "workspace", robot, *QUICK, "--box", "0.5,0.3,0.5,1,0.9,1", "--json")
+    found = ran.document
+    assert "X_0 lies outside the box" in found["rays"]["start"] and found["home"]["held"]
+    # All of the box; the rays' triangles cut its corners.
+    assert found["grid"]["volume_m3"] == pytest.approx(0.5 * 0.6 * 0.5)
+    assert found["rays"]["volume_m3"] == pytest.approx(0.5 * 0.6 * 0.5, rel=0.02)
+    assert found["reaches_box"] == ["x-", "x+", "y-", "y+", "z-", "z+"] and found["grid"]["share_of_box"] == 1.0
+
+
+def test_singular_poses_are_no_workspace(tmp_path):
+    """A platform that is a small frame: where its cables balance the weight they balance nothing else."""
+    text = ROBOT.split("platform_anchors")[0] + "platform_anchors:\n"
+    corners = [(x, y, z) for z in (0.1, -0.1) for x, y in ((-2, 1.5), (2, 1.5), (2, -1.5), (-2, -1.5))]
+    text += "".join(f"  B{i}: [{x / 20}, {y / 20}, {z}]\n" for i, (x, y, z) in enumerate(corners, 1))
+    (tmp_path / "robot.yaml").write_text(text + "every_cable: {tension: [5, 500]}\nplatform: {mass: 10}\n")
+    ran = robocal("cable", "workspace", tmp_path / "robot.yaml", *QUICK, "--json")
+    assert ran.status == 3 and "every held cell is a singular pose" in ran.err
 
 
 def test_an_existing_folder_is_left_alone(robot, tmp_path):

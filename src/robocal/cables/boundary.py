@@ -176,6 +176,7 @@ def outline(
     box: ArrayLike,
     axes: tuple[int, int] = (0, 1),
     count: int = 720,
+    steps: int = 64,
 ) -> Outline:
     """The section through `start` in the plane of two axes (0 x, 1 y, 2 z), within a box (3, 2) m; all of it for a planar robot."""
     origin = np.asarray(start, dtype=float)
@@ -183,4 +184,4 @@ def outline(
     way = np.zeros((count, 3))
     way[:, axes[0]], way[:, axes[1]] = np.cos(turn), np.sin(turn)
     ends = _ends(origin, way, box)
-    return Outline(origin, origin + rays(machine, demand, origin, ends)[:, None] * (ends - origin))
+    return Outline(origin, origin + rays(machine, demand, origin, ends, steps)[:, None] * (ends - origin))

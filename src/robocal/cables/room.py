@@ -13,9 +13,10 @@ from robocal.errors import ModelError
 from .geometry import CableRobot
 from .workspace import Grid
 
-__all__ = ["FLAT", "Regions", "frame_box", "regions", "seen_from"]
+__all__ = ["FLAT", "Regions", "cut_off", "frame_box", "regions", "seen_from"]
 
 Array = NDArray[np.float64]
+SAMPLE = 20_000
 FLAT = 0.1  # a frame lower than this share of its width hangs its platform below itself
 
 
@@ -58,8 +59,7 @@ class Regions:
     """What the held cells of a grid make up.
 
     `parts` and `holes`: numbers of cells, greatest first, of parts that touch by faces and of holes enclosed in them; `main`
-    (nx, ny, nz): the cells of the greatest part; `centre` (3,) m of the held cells, `extent` (3, 2) m, and `cut`: the sides of the
-    box that they reach, such as "z-".
+    (nx, ny, nz): the cells of the greatest part; `centre` (3,) m of the held cells, and their `extent` (3, 2) m.
     """
 
     parts: tuple[int, ...]
@@ -67,7 +67,6 @@ class Regions:
     main: NDArray[np.bool_]
     centre: Array
     extent: Array
-    cut: tuple[str, ...]
 
     @property
     def heart(self) -> tuple[int, int, int]:
@@ -92,19 +91,28 @@ def regions(made: Grid) -> Regions:
     cells = np.argwhere(held)
     x = np.stack([made.axes[i][cells[:, i]] for i in range(3)], axis=1)
     extent = np.stack([x.min(axis=0) - made.cell / 2, x.max(axis=0) + made.cell / 2], axis=1)
-    cut = [
+    main = labels == 1 + int(np.argmax(sizes))
+    return Regions(_falling(sizes), _falling(hollow[hollow > 0]), main, x.mean(axis=0), extent)
+
+
+def cut_off(extent: ArrayLike, box: ArrayLike) -> tuple[str, ...]:
+    """The sides of a box (3, 2), such as "z-", that an extent (3, 2) reaches; none where the box has no thickness."""
+    held, sides = np.asarray(extent, float), np.asarray(box, float)
+    room = 1e-9 * (sides[:, 1] - sides[:, 0])
+    below, above = held[:, 0] <= sides[:, 0] + room, held[:, 1] >= sides[:, 1] - room
+    return tuple(
         f"{'xyz'[i]}{sign}"
         for i in range(3)
-        for sign, at in (("-", 0), ("+", -1))
-        if wide[i] and held.take(at, axis=i).any()
-    ]
-    main = labels == 1 + int(np.argmax(sizes))
-    return Regions(_falling(sizes), _falling(hollow[hollow > 0]), main, x.mean(axis=0), extent, tuple(cut))
+        for sign, hit in (("-", below[i]), ("+", above[i]))
+        if hit and room[i] > 0.0
+    )
 
 
 def seen_from(made: Grid, start: ArrayLike) -> float:
-    """The share of a grid's held cells that are seen from `start` (3,) m: every cell on the straight way is held too."""
+    """The share of a grid's held cells that are seen from `start` (3,) m: every cell on the straight way is held too. Many cells
+    are represented by SAMPLE of them."""
     cells = np.argwhere(made.inside)
+    cells = cells[:: max(1, len(cells) // SAMPLE)]
     if not len(cells):
         return 0.0
     size = np.where(made.cell > 0.0, made.cell, 1.0)

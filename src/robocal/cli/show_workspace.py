@@ -35,12 +35,14 @@ def show_workspace(terminal: Terminal, made: Workspace) -> None:
     counts = " x ".join(str(n) for n in grid["cells"] if n > 1)
     shown.add_row("grid", figure(grid[what]), f"{counts} cells, {100 * grid['share_of_box']:.1f} % of the box")
     if rays is not None:
-        start = f"{rays['count']} rays from {at(rays['start_m'])} {length.name} ({rays['start']}), {100 * rays['difference']:+.2f} %"
+        start = f"{rays['count']} rays from {at(rays['start_m'])} {length.name} ({rays['start']})"
+        if rays["difference"] is not None:
+            start += f", {100 * rays['difference']:+.2f} %"
         shown.add_row("rays", figure(rays[what]), start)
     terminal.show(shown, Text(""))
     ends = "   ".join(f"{axis} {at([low])} to {at([high])}" for axis, (low, high) in zip("xyz", made.box, strict=True))
     terminal.say(f"box: {ends} {length.name}  ({made.how})")
-    if rays is not None:
+    if found["extent_m"] is not None:
         ends = "   ".join(
             f"{a} {at([low])} to {at([high])}" for a, (low, high) in zip("xyz", found["extent_m"], strict=True)
         )

@@ -34,6 +34,7 @@ FILES = ("workspace.json", "workspace.csv", "outlines.csv", "report.html")
 MESHES = ("surface.ply", "surface.stl")
 CORNERS = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
 SECTION = 720  # rays of a section, at most
+STEPS, MOST_STEPS = 64, 4096  # of a ray
 NEAR = 0.02  # by how much volumes may differ without a remark
 SEEN = 0.99  # the share of the held cells that the start has to see without one
 
@@ -76,17 +77,18 @@ def cable_workspace(
         acceleration=acceleration, reserve=reserve, length=length,
     )  # fmt: skip
     sides, how = frame_box(able, demand.rotations) if box is None else (_box(box, able, file), "--box")
-    made = _grid(able, demand, sides, tuple(cells if high > low else 1 for low, high in sides), watch)
+    counts = tuple(cells if high > low else 1 for low, high in sides)
+    made, room = _grid(
+        able, demand, sides if box is not None else _close(able, demand, sides, counts, watch), counts, watch
+    )
     found = regions(made) if made.inside.any() else None
     begin = _start(able, demand, made, found, sides, start, file)
-    edge, cuts = _boundary(able, demand, begin, sides, rays, watch)
-    room = np.full(made.inside.shape, np.nan)
-    room[made.inside] = accelerations(able, demand, _centres(made)[made.inside])
+    edge, cuts = _boundary(able, demand, begin, sides, rays, _steps(made, sides), watch)
     remarks = () if found is None or begin is None else _remarks(made, found, begin, edge)
     result = Workspace(
         able, demand, file.units, sides, how, made, room, found, begin, edge, cuts, rays,
         bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *remarks),
-        _doubts(made, file), (file.path or Path(robot), file.sha256), command,
+        _doubts(able, made, begin, file), (file.path or Path(robot), file.sha256), command,
     )  # fmt: skip
     return result if output is None else _save(result, output, watch)
 
@@ -103,23 +105,38 @@ def _box(text: str, robot: CableRobot, file: CableFile) -> Array:
     return as_box(sides)
 
 
-def _grid(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None) -> Grid:
-    """The grid with margins, slab by slab along x, so that somebody may watch, and stop it."""
+def _close(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None) -> Array:
+    """The part of a box in which a first look finds anything held, one cell wider, so that the grid is not spent on the rest."""
+    if watch is not None:
+        watch({"stage": "looking where anything can be held"})
+    first = grid(robot, demand, sides, (counts[0], counts[1], counts[2]))
+    if not first.inside.any():
+        return sides
+    near, cell = regions(first).extent, first.cell[:, None]
+    return np.clip(near + cell * [-1.0, 1.0], sides[:, :1], sides[:, 1:])
+
+
+def _grid(
+    robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None
+) -> tuple[Grid, Array]:
+    """The grid with margins, and the accelerations that are possible in its held cells, slab by slab along x, so that somebody
+    may watch, and stop it."""
     edges = np.linspace(sides[0, 0], sides[0, 1], counts[0] + 1)
-    slabs = []
+    slabs, rooms = [], []
     for i in range(counts[0]):
         if watch is not None:
             watch({"stage": "filling the grid", "done": i, "total": counts[0]})
-        slab = np.stack([edges[i : i + 2], sides[1], sides[2]])
-        slabs.append(grid(robot, demand, slab, (1, counts[1], counts[2]), with_margins=True))
+        slab = grid(robot, demand, np.stack([edges[i : i + 2], sides[1], sides[2]]), (1, counts[1], counts[2]), True)
+        room = np.full(slab.inside.shape, np.nan)
+        points = np.stack(np.meshgrid(*slab.axes, indexing="ij"), axis=-1)[slab.inside]
+        room[slab.inside] = accelerations(robot, demand, points)
+        slabs.append(slab)
+        rooms.append(room)
     x = np.concatenate([slab.axes[0] for slab in slabs])
     inside = np.concatenate([slab.inside for slab in slabs])
     margin = np.concatenate([slab.margin for slab in slabs if slab.margin is not None])
-    return Grid((x, slabs[0].axes[1], slabs[0].axes[2]), slabs[0].cell, inside, margin)
-
-
-def _centres(made: Grid) -> Array:
-    return np.stack(np.meshgrid(*made.axes, indexing="ij"), axis=-1)
+    cell = (sides[:, 1] - sides[:, 0]) / np.array(counts)
+    return Grid((x, slabs[0].axes[1], slabs[0].axes[2]), cell, inside, margin), np.concatenate(rooms)
 
 
 def _start(
@@ -144,17 +161,26 @@ def _start(
                 "the start cannot be held", key="--start", found=text, expected="a position inside the workspace"
             )
         return Start(at, "--start", seen_from(made, at))
+    home, why = robot.home[:3, 3], "X_0 is not held"
+    if ((home < sides[:, 0]) | (home > sides[:, 1])).any():
+        why = "X_0 lies outside the box"
+    elif holds(robot, demand, home[None])[0]:
+        return Start(home, "X_0", seen_from(made, home))
     if found is None:
         return None
-    home = robot.home[:3, 3]
-    if (home >= sides[:, 0]).all() and (home <= sides[:, 1]).all() and holds(robot, demand, home[None])[0]:
-        return Start(home, "X_0", seen_from(made, home))
-    heart = _centres(made)[found.heart]
-    return Start(heart, "the middle of the greatest part, since X_0 is not held", seen_from(made, heart))
+    heart = np.array([made.axes[i][k] for i, k in enumerate(found.heart)])
+    return Start(heart, f"the middle of the greatest part, since {why}", seen_from(made, heart))
+
+
+def _steps(made: Grid, sides: Array) -> int:
+    """Steps of a ray: 64 across what the grid fills, where that is a small part of the box."""
+    filled = np.array([x[-1] - x[0] for x in made.axes]) + made.cell
+    wide = sides[:, 1] - sides[:, 0]
+    return int(min(np.ceil(STEPS * (wide[wide > 0] / filled[wide > 0]).max()), MOST_STEPS))
 
 
 def _boundary(
-    robot: CableRobot, demand: Demand, start: Start | None, sides: Array, rays: int, watch: Watch | None
+    robot: CableRobot, demand: Demand, start: Start | None, sides: Array, rays: int, steps: int, watch: Watch | None
 ) -> tuple[Surface | Outline | None, dict[str, Outline]]:
     """The boundary seen from the start, and its sections by the names of their planes."""
     if start is None:
@@ -162,11 +188,11 @@ def _boundary(
     planes = {n: ax for n, ax in PLANES.items() if set(ax) <= set(robot.axes)}
     if watch is not None:
         watch({"stage": "following rays to the boundary"})
-    cuts = {n: outline(robot, demand, start.at, sides, ax, min(rays, SECTION)) for n, ax in planes.items()}
+    cuts = {n: outline(robot, demand, start.at, sides, ax, min(rays, SECTION), steps) for n, ax in planes.items()}
     if len(planes) == 1:
         (ax,) = planes.values()
-        return outline(robot, demand, start.at, sides, ax, rays), cuts
-    return surface(robot, demand, start.at, sides, rays), cuts
+        return outline(robot, demand, start.at, sides, ax, rays, steps), cuts
+    return surface(robot, demand, start.at, sides, rays, steps), cuts
 
 
 def _remarks(made: Grid, found: Regions, start: Start, edge: Surface | Outline | None) -> tuple[str, ...]:
@@ -175,7 +201,7 @@ def _remarks(made: Grid, found: Regions, start: Start, edge: Surface | Outline |
     unit, size = ("m2", edge.area) if isinstance(edge, Outline) else ("m3", edge.volume if edge else 0.0)
     one = made.volume / made.inside.sum()
     out = []
-    if (len(found.parts) > 1) and sum(found.parts[1:]) > 1e-3 * sum(found.parts):
+    if (len(found.parts) > 1) and sum(found.parts[1:]) > 0.01 * sum(found.parts):
         shown = ", ".join(f"{n * one:.3g}" for n in found.parts[:5])
         out.append(f"{len(found.parts)} parts that do not touch ({shown} {unit}): rays see the one around their start")
     if found.holes:
@@ -193,17 +219,23 @@ def _remarks(made: Grid, found: Regions, start: Start, edge: Surface | Outline |
     return tuple(out)
 
 
-def _doubts(made: Grid, file: CableFile) -> tuple[str, ...]:
-    """Nothing can be held: the cell that comes closest."""
-    if made.inside.any() or made.margin is None:
+def _doubts(robot: CableRobot, made: Grid, start: Start | None, file: CableFile) -> tuple[str, ...]:
+    """Why the result must not be trusted: no cell is held, and which comes closest; or nothing but singular poses are."""
+    if made.margin is None:
         return ()
+    if made.inside.any():
+        if made.margin[made.inside].max() > 1e-9 * float(robot.need("limits").max()):
+            return ()
+        return (
+            "every held cell is a singular pose: the cables balance what is demanded there and no disturbance beside it; "
+            "the volume by the grid says nothing",
+        )
     k = np.unravel_index(int(np.argmax(made.margin)), made.margin.shape)
-    at = [f"{file.units.length.from_si(float(made.axes[i][k[i]])):.4g}" for i in range(3)]
+    at = ", ".join(f"{file.units.length.from_si(float(made.axes[i][k[i]])):.4g}" for i in range(3))
     short = file.units.force.from_si(-float(made.margin[k]))
-    return (
-        f"no cell of the grid can be held: the one that comes closest, at {', '.join(at)} {file.units.length.name}, lacks "
-        f"{short:.3g} {file.units.force.name} or more",
-    )
+    lack = f"{short:.3g} {file.units.force.name} or more"
+    out = f"no cell of the grid can be held: the one that comes closest, at {at} {file.units.length.name}, lacks {lack}"
+    return (out if start is None else f"{out}; but the start of the rays can: a smaller --box, or more --cells",)
 
 
 def _save(made: Workspace, output: Path, watch: Watch | None) -> Workspace:

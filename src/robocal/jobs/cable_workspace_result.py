@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from robocal import __version__
 from robocal.cables.boundary import Outline, Surface
 from robocal.cables.geometry import CableRobot
-from robocal.cables.room import Regions
+from robocal.cables.room import Regions, cut_off
 from robocal.cables.workspace import Demand, Grid, margins
 from robocal.files.cablevalues import CableUnits
 from robocal.geometry import so3
@@ -76,15 +76,16 @@ class Workspace:
         return {
             "robocal": 1,
             "robot": self.robot.name,
-            "verdict": {"status": "empty" if self.regions is None else "found", "reasons": list(self.doubts)},
+            "verdict": {"status": "empty" if self.start is None else "found", "reasons": list(self.doubts)},
             "demand": self._demanded(),
             "box": {"m": self.box, "chosen": self.how},
             "grid": {
+                "m": np.stack([[x[0] - c / 2, x[-1] + c / 2] for x, c in zip(made.axes, made.cell, strict=True)]),
                 "cells": list(made.inside.shape), "held": int(made.inside.sum()), what: made.volume, "share_of_box": made.volume / wide,
             },
             "rays": None if self.start is None or size is None else {
                 "count": self.rays, "start_m": self.start.at, "start": self.start.why, what: size,
-                "difference": size / made.volume - 1.0, "seen_share": self.start.seen,
+                "difference": size / made.volume - 1.0 if made.volume > 0 else None, "seen_share": self.start.seen,
             },
             **self._shape(what),
             "home": {"position_m": home, "held": self.home_held,
@@ -128,7 +129,7 @@ class Workspace:
         return {
             "centre_m": found.centre,
             "extent_m": found.extent,
-            "reaches_box": list(found.cut),
+            "reaches_box": list(cut_off(found.extent, self.box)),
             f"parts_{what}": [n * one for n in found.parts],
             f"holes_{what}": [n * one for n in found.holes],
             "margin_N": _spread(margin),

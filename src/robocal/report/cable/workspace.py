@@ -74,8 +74,12 @@ def _numbers(document: Mapping[str, Any]) -> list[list[str]]:
     rows = [["", "", ""], [f"{name} by the grid", f"{significant(grid[what], 4)} {unit}", f"{counts} cells"]]
     if rays is None:
         return rows
-    said = f"{rays['count']} rays from {_point(rays['start_m'])}: {rays['start']}; {100 * rays['difference']:+.2f} %"
+    said = f"{rays['count']} rays from {_point(rays['start_m'])}: {rays['start']}"
+    if rays["difference"] is not None:
+        said += f"; {100 * rays['difference']:+.2f} %"
     rows.append([f"{name} by rays", f"{significant(rays[what], 4)} {unit}", said])
+    if document["extent_m"] is None:
+        return rows
     rows.append(["Share of the box", f"{100 * grid['share_of_box']:.1f} %", f"box: {document['box']['chosen']}"])
     for axis, (low, high), (b0, b1) in zip("xyz", document["extent_m"], document["box"]["m"], strict=True):
         rows.append(
