@@ -157,7 +157,19 @@ def test_nothing_is_held(robot, tmp_path):
 
 
 def test_a_grid_too_coarse_for_what_the_rays_find(robot, tmp_path):
-    ran = robocal("cable", "workspace", robot, "--box=-100,-100,0,100,100,100", "--cells", 2, "--rays", 500, "-o", tmp_path / "out", "--json")
+    ran = robocal(
+        "cable",
+        "workspace",
+        robot,
+        "--box=-100,-100,0,100,100,100",
+        "--cells",
+        2,
+        "--rays",
+        500,
+        "-o",
+        tmp_path / "out",
+        "--json",
+    )
     found = ran.document
     assert ran.status == 3 and "but the start of the rays can" in ran.err and found["verdict"]["status"] == "found"
     assert found["grid"]["held"] == 0 and found["rays"]["difference"] is None and found["rays"]["volume_m3"] > 5
