@@ -57,12 +57,15 @@ def read_cable(path: str | os.PathLike[str]) -> CableFile:
     document = parse(source)
     if "robocal" not in document.data and "frame_anchors" in document.data:
         return read_published(document)
-    return parse_cable(source)
+    return _described(source, document)
 
 
 def parse_cable(source: Source) -> CableFile:
     """The same from the text of a robot.yaml. Raises FormatError with file, line and key of whatever is wrong."""
-    document = parse(source)
+    return _described(source, parse(source))
+
+
+def _described(source: Source, document: Document) -> CableFile:
     if document.data.get("kind") in (None, "arm") and "joints" in document.data:
         document.fail(
             "this is an arm", ("kind",), found="arm", expected="a cable robot: kind: cable, frame_anchors, ..."
