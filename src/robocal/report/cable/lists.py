@@ -44,7 +44,7 @@ def reached(
     home = at.flat(start[None]).tolist()
     parts += [path(cross(home, 6.0), "home"), label(home[0][0] + 10, home[0][1] + 4, "X₀", "strong halo-text")]
     parts.append(_legend(at, listing, outline is not None, z is not None))
-    said = f"{len(listing.fraction)} poses; {100 * listing.reached:.0f} % of those wished for were reached all the way."
+    said = f"{len(listing.fraction)} poses; {_percent(listing.reached)} % of those wished for were reached all the way."
     title = f"Poses wished for and poses found, plane {'xyz'[axes[0]]}{'xyz'[axes[1]]}"
     return figure("reached", at.width, at.height, parts, title=title, text=said)
 
@@ -74,8 +74,14 @@ def _legend(at: Plane, listing: PoseList, space: bool, z: bool) -> str:
         rows.append((f'<path class="space line" d="M{num(x)} {num(y + 22 * len(rows))}h16"/>', "workspace W"))
     parts = [mark + label(x + 24, y + 22 * k + 4, word, "name") for k, (mark, word) in enumerate(rows)]
     y += 22 * len(rows) + 16
-    parts.append(label(x, y, f"{100 * listing.reached:.0f} % reached", "strong"))
+    parts.append(label(x, y, f"{_percent(listing.reached)} % reached", "strong"))
     parts.append(label(x, y + 19, f"of {len(listing.fraction)}; the others ended", "tick"))
     for k, word in enumerate(LIMITS[1:]):
         parts.append(label(x, y + 38 + 18 * k, f"{int((listing.limit == k + 1).sum())} by {WHY[word]}", "tick"))
     return "".join(parts)
+
+
+def _percent(share: float) -> str:
+    """Two digits where so few are reached that a rounded number would say none."""
+    value = 100.0 * share
+    return f"{value:.0f}" if value == 0 or value >= 10 else f"{value:.2g}"
