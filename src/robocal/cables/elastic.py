@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal.cables.newton import inverted, newton
+from robocal.cables.newton import Rows, inverted, newton
 
 __all__ = ["Hanging", "catenary", "hang_by_length", "hang_by_tension", "sag", "shape", "stretch"]
 
@@ -81,7 +81,7 @@ def hang_by_tension(ends: ArrayLike, tension: ArrayLike, weight: ArrayLike, elas
     Of a taut and a deeply sagging cable with the same tension, the taut one. Where no cable hangs so, because the
     tension does not carry its weight, the result is not a number and `converged` false.
     """
-    p, t, w, e = _together(ends, tension, weight, elasticity)
+    shape, p, t, w, e = _together(ends, tension, weight, elasticity)
     chord = np.linalg.norm(p, axis=-1)
     length = chord / (1 + e * t)
     # The tension of a light cable turns by half of what its weight takes from it.
@@ -90,18 +90,18 @@ def hang_by_tension(ends: ArrayLike, tension: ArrayLike, weight: ArrayLike, elas
     angle = np.arctan2(p[..., 1], p[..., 0]) + turned
     angle = np.clip(angle, -np.pi / 2, np.pi / 2)
 
-    def evaluate(y: Array) -> tuple[Array, Array]:
-        force = t[..., None] * np.stack([np.cos(y[..., 0]), np.sin(y[..., 0])], axis=-1)
-        out, jac = catenary(force, y[..., 1], w, e)
+    def evaluate(y: Array, at: Rows) -> tuple[Array, Array]:
+        force = t[at, None] * np.stack([np.cos(y[..., 0]), np.sin(y[..., 0])], axis=-1)
+        out, jac = catenary(force, y[..., 1], w[at], e[at])
         by_angle = -jac[..., 0] * force[..., 1:] + jac[..., 1] * force[..., :1]
-        return out - p, np.stack([by_angle, jac[..., 2]], axis=-1)
+        return out - p[at], np.stack([by_angle, jac[..., 2]], axis=-1)
 
     def allowed(y: Array) -> NDArray[np.bool_]:
         return np.asarray((np.abs(y[..., 0]) <= np.pi / 2 + 1e-12) & (y[..., 1] > 0))
 
     y, jac, good = newton(evaluate, np.stack([angle, length], axis=-1), allowed, chord)
     force = t[..., None] * np.stack([np.cos(y[..., 0]), np.sin(y[..., 0])], axis=-1)
-    return _result(y[..., 1], force, inverted(jac)[..., 1, :], good)
+    return _result(shape, y[..., 1], force, inverted(jac)[..., 1, :], good)
 
 
 def hang_by_length(ends: ArrayLike, length: ArrayLike, weight: ArrayLike, elasticity: ArrayLike) -> Hanging:
@@ -110,7 +110,7 @@ def hang_by_length(ends: ArrayLike, length: ArrayLike, weight: ArrayLike, elasti
     The gradient is that of the length at the tension found. A cable that is too short and cannot stretch, or that has
     neither weight nor elasticity, is not a number.
     """
-    p, length, w, e = _together(ends, length, weight, elasticity)
+    shape, p, length, w, e = _together(ends, length, weight, elasticity)
     x, z = p[..., 0], p[..., 1]
     chord = np.linalg.norm(p, axis=-1)
     # Irvine's start for a slack cable, Hooke's for a taut one.
@@ -121,9 +121,9 @@ def hang_by_length(ends: ArrayLike, length: ArrayLike, weight: ArrayLike, elasti
     h = np.where(slack, w * level / (2 * np.maximum(lam, 0.05)), pull * level / chord)
     v = np.where(slack, w / 2 * (z / np.tanh(np.maximum(lam, 0.05)) + length), pull * z / chord + w * length / 2)
 
-    def evaluate(y: Array) -> tuple[Array, Array]:
-        out, jac = catenary(y, length, w, e)
-        return out - p, jac[..., :2]
+    def evaluate(y: Array, at: Rows) -> tuple[Array, Array]:
+        out, jac = catenary(y, length[at], w[at], e[at])
+        return out - p[at], jac[..., :2]
 
     def allowed(y: Array) -> NDArray[np.bool_]:
         return np.asarray(y[..., 0] > 0)
@@ -131,7 +131,7 @@ def hang_by_length(ends: ArrayLike, length: ArrayLike, weight: ArrayLike, elasti
     y, _, good = newton(evaluate, np.stack([np.maximum(h, 1e-12), v], axis=-1), allowed, chord)
     _, jac = catenary(y, length, w, e)
     by_angle = -jac[..., 0] * y[..., 1:] + jac[..., 1] * y[..., :1]
-    return _result(length, y, inverted(np.stack([by_angle, jac[..., 2]], axis=-1))[..., 1, :], good)
+    return _result(shape, length, y, inverted(np.stack([by_angle, jac[..., 2]], axis=-1))[..., 1, :], good)
 
 
 def shape(
@@ -160,19 +160,20 @@ def sag(force: Array, length: Array, weight: ArrayLike, elasticity: ArrayLike) -
     return np.asarray(slope * at[..., 0] - at[..., 1])
 
 
-def _together(ends: ArrayLike, *more: ArrayLike) -> tuple[Array, Array, Array, Array]:
+def _together(ends: ArrayLike, *more: ArrayLike) -> tuple[tuple[int, ...], Array, Array, Array, Array]:
+    """The common shape (...), and all that is given in one row."""
     p = np.asarray(ends, float)
-    one, two, three = (np.asarray(m, float) for m in more)
-    shape = np.broadcast_shapes(p.shape[:-1], one.shape, two.shape, three.shape)
-    p = np.broadcast_to(p, (*shape, 2))
-    return p, *(np.broadcast_to(m, shape) for m in (one, two, three))  # type: ignore[return-value]
+    given = [np.asarray(m, float) for m in more]
+    shape = np.broadcast_shapes(p.shape[:-1], *(m.shape for m in given))
+    one, two, three = (np.broadcast_to(m, shape).reshape(-1) for m in given)
+    return shape, np.broadcast_to(p, (*shape, 2)).reshape(-1, 2), one, two, three
 
 
-def _result(length: Array, force: Array, gradient: Array, good: NDArray[np.bool_]) -> Hanging:
+def _result(shape: tuple[int, ...], length: Array, force: Array, gradient: Array, good: NDArray[np.bool_]) -> Hanging:
     bad = ~good
     return Hanging(
-        np.where(bad, np.nan, length),
-        np.where(bad[..., None], np.nan, force),
-        np.where(bad[..., None], np.nan, gradient),
-        good,
+        np.where(bad, np.nan, length).reshape(shape),
+        np.where(bad[..., None], np.nan, force).reshape(*shape, 2),
+        np.where(bad[..., None], np.nan, gradient).reshape(*shape, 2),
+        good.reshape(shape),
     )

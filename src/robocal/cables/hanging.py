@@ -15,14 +15,13 @@ angle, beta and L together in space, so any n will do. The wrapped part has the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal.cables.elastic import catenary, hang_by_tension
-from robocal.cables.newton import inverted, newton
+from robocal.cables.newton import Rows, inverted, newton
 from robocal.cables.pulley import run
 
 __all__ = ["Hung", "hang"]
@@ -71,7 +70,9 @@ def hang(
         out[at] = _eyelet(flat[at], t[at], w[at], e[at])
     if wheel.any():
         at = wheel
-        out[at] = _over(_Wheel(flat[at], t[at], w[at], e[at], r[at], n[at]))
+        across = flat[at] - (flat[at] * n[at]).sum(axis=-1, keepdims=True) * n[at]
+        side = across / np.maximum(np.linalg.norm(across, axis=-1), 1e-300)[:, None]
+        out[at] = _over(_Wheel(flat[at], t[at], w[at], e[at], r[at], n[at], side))
     return Hung(*(out[:, i].reshape((*shape, *more)) for i, more in COLUMNS))
 
 
@@ -85,7 +86,8 @@ def _eyelet(d: Array, t: Array, w: Array, e: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Wheel:
-    """Cables (k,) over wheels: the ends d (k, 3), tensions there, weights, elasticities, radii and swivel axes (k, 3)."""
+    """Cables (k,) over wheels: the ends d (k, 3), tensions there, weights, elasticities, radii, swivel axes (k, 3), and
+    where a taut string's wheel swivels to (k, 3), from where the swivel is counted."""
 
     d: Array
     t: Array
@@ -93,28 +95,26 @@ class _Wheel:
     e: Array
     r: Array
     n: Array
+    side: Array
 
-    @cached_property
-    def start(self) -> tuple[Array, Array, Array]:
-        """The taut string: length of it all (k,), wrap (k,), and where the wheel has swivelled to (k, 3)."""
+    def part(self, at: Rows) -> _Wheel:
+        """Some of the cables."""
+        return _Wheel(*(getattr(self, field.name)[at] for field in fields(self)))
+
+    def guess(self) -> tuple[Array, Array]:
+        """Length of the taut string (k,); swivel from its, wrap and unstretched free length (k, 3). A light cable leaves
+        lower by half of what its weight takes from its tension."""
         full, u = run(self.d, (self.r, self.n))
-        across = self.d - (self.d * self.n).sum(axis=-1, keepdims=True) * self.n
-        side = across / np.maximum(np.linalg.norm(across, axis=-1), 1e-300)[:, None]
-        beta = np.arctan2((u * side).sum(axis=-1), (u * self.n).sum(axis=-1))
-        return full, np.where(beta < -1e-9, beta + 2 * np.pi, beta), side
-
-    def guess(self) -> Array:
-        """Swivel from the taut string's, wrap, unstretched free length (k, 3). A light cable leaves lower by half of
-        what its weight takes from its tension."""
-        full, beta, side = self.start
+        beta = np.arctan2((u * self.side).sum(axis=-1), (u * self.n).sum(axis=-1))
+        beta = np.where(beta < -1e-9, beta + 2 * np.pi, beta)
         free = (full - self.r * beta) / (1 + self.e * self.t)
-        rise = np.cos(beta) * side[:, 2] - np.sin(beta) * self.n[:, 2]
+        rise = np.cos(beta) * self.side[:, 2] - np.sin(beta) * self.n[:, 2]
         beta = beta - np.minimum(self.w * free / (2 * self.t), 0.5) * rise
-        return np.stack([np.zeros_like(beta), np.clip(beta, 0, 2 * np.pi), free], axis=-1)
+        return full, np.stack([np.zeros_like(beta), np.clip(beta, 0, 2 * np.pi), free], axis=-1)
 
     def at(self, y: Array) -> tuple[Array, Array, Array, Array, Array]:
         """Where the cable ends (k, 3), its derivatives by y (k, 3, 3), length (k,), its derivatives (k, 3), force."""
-        side = self.start[2]
+        side = self.side
         cross = np.cross(self.n, side)
         turn, c, s, free = y[:, :1], np.cos(y[:, 1:2]), np.sin(y[:, 1:2]), y[:, 2]
         e, by_turn = np.cos(turn) * side + np.sin(turn) * cross, np.cos(turn) * cross - np.sin(turn) * side
@@ -159,15 +159,17 @@ def _hanging(force: Array, length: Array, weight: Array, elasticity: Array) -> t
 
 
 def _over(wheel: _Wheel) -> Array:
-    def evaluate(y: Array) -> tuple[Array, Array]:
-        place, jac, *_ = wheel.at(y)
-        return place - wheel.d, jac
+    def evaluate(y: Array, at: Rows) -> tuple[Array, Array]:
+        part = wheel.part(at)
+        place, jac, *_ = part.at(y)
+        return place - part.d, jac
 
     def allowed(y: Array) -> NDArray[np.bool_]:
         return np.asarray((y[:, 1] > -1e-9) & (y[:, 1] < 2 * np.pi) & (y[:, 2] > 0))
 
     with np.errstate(all="ignore"):
-        y, _, good = newton(evaluate, wheel.guess(), allowed, wheel.start[0])
+        full, y = wheel.guess()
+        y, _, good = newton(evaluate, y, allowed, full)
         _, jac, length, by, force = wheel.at(y)
         gradient = np.einsum("ki,kij->kj", by, inverted(jac))
     found = np.column_stack([length, gradient, force, y[:, 1]])

@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["inverted", "newton"]
+__all__ = ["Rows", "inverted", "newton"]
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
 ITERATIONS, HALVINGS = 100, 40
 RESOLUTION, FOUND = 1e-13, 1e-10  # of the scale: where the search ends, and what counts as a root
 
@@ -27,40 +28,46 @@ def inverted(jac: Array) -> Array:
 
 
 def newton(
-    evaluate: Callable[[Array], tuple[Array, Array]],
-    y: Array,
+    evaluate: Callable[[Array, Rows], tuple[Array, Array]],
+    start: Array,
     allowed: Callable[[Array], NDArray[np.bool_]],
     scale: Array,
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Roots y (..., n) with the Jacobians there (..., n, n), and which were found (...): Newton's method with halving.
+    """Roots y (k, n) with the Jacobians there (k, n, n), and which were found (k,): Newton's method with halving.
 
-    evaluate(y) gives the residuals (..., n) and their Jacobians; a step is taken only to where `allowed` says so and the
-    residual is smaller. scale (...) is the size of what the residual is measured against.
+    evaluate(y, rows) gives the residuals of these rows (r, n) and their Jacobians. A step is taken only to where
+    `allowed` says so and the residual is smaller; a row that has arrived, or can take none, is not asked again.
+    scale (k,) is the size of what a residual is measured against.
     """
+    y = np.array(start)
     with np.errstate(all="ignore"):
-        r, jac = evaluate(y)
+        r, jac = evaluate(y, np.arange(len(y)))
         size = np.linalg.norm(r, axis=-1)
+        rows = np.flatnonzero(size > RESOLUTION * scale)
         for _ in range(ITERATIONS):
-            step = -(inverted(jac) @ r[..., None])[..., 0]
-            running = (size > RESOLUTION * scale) & np.isfinite(step).all(axis=-1)
-            if not running.any():
+            if not len(rows):
                 break
-            share = np.where(running, 1.0, 0.0)
-            waiting = running
+            step = -(inverted(jac[rows]) @ r[rows][..., None])[..., 0]
+            took = np.asarray(np.isfinite(step).all(axis=-1))
+            waiting = np.flatnonzero(took)
             for _ in range(HALVINGS):
-                trial = y + share[..., None] * np.where(running[..., None], step, 0.0)
-                new_r, new_jac = evaluate(trial)
+                at = rows[waiting]
+                trial = y[at] + step[waiting]
+                new_r, new_jac = evaluate(trial, at)
                 new_size = np.linalg.norm(new_r, axis=-1)
-                better = allowed(trial) & (new_size < size)
-                waiting = running & ~better
-                if not waiting.any():
+                better = allowed(trial) & (new_size < size[at])
+                done = at[better]
+                y[done], r[done], jac[done], size[done] = (
+                    trial[better],
+                    new_r[better],
+                    new_jac[better],
+                    new_size[better],
+                )
+                waiting = waiting[~better]
+                if not len(waiting):
                     break
-                share = np.where(waiting, share / 2, share)
-            took = running & ~waiting
-            if not took.any():
-                break
-            y = np.where(took[..., None], trial, y)
-            r = np.where(took[..., None], new_r, r)
-            jac = np.where(took[..., None, None], new_jac, jac)
-            size = np.where(took, new_size, size)
+                step[waiting] /= 2
+            took[waiting] = False
+            rows = rows[took]
+            rows = rows[size[rows] > RESOLUTION * scale[rows]]
     return y, jac, np.asarray(size <= FOUND * scale)
