@@ -183,7 +183,9 @@ def test_a_box_that_leaves_x_0_out(robot):
     # All of the box; the rays' triangles cut its corners.
     assert found["grid"]["volume_m3"] == pytest.approx(0.5 * 0.6 * 0.5)
     assert found["rays"]["volume_m3"] == pytest.approx(0.5 * 0.6 * 0.5, rel=0.02)
-    assert found["reaches_box"] == ["x-", "x+", "y-", "y+", "z-", "z+"] and found["grid"]["share_of_box"] == pytest.approx(1)
+    assert found["reaches_box"] == ["x-", "x+", "y-", "y+", "z-", "z+"] and found["grid"][
+        "share_of_box"
+    ] == pytest.approx(1)
 
 
 def test_singular_poses_are_no_workspace(tmp_path):
