@@ -96,7 +96,13 @@ def test_contours_lie_where_a_quantity_passes() -> None:
     assert np.abs(np.linalg.norm(found, axis=-1) - 0.7).max() < 1e-3
     assert np.linalg.norm(found[:, 1] - found[:, 0], axis=1).sum() == pytest.approx(2 * np.pi * 0.7, rel=2e-3)
     # A saddle is cut twice; what is infinite counts as outside.
-    assert len(contour(np.array([0.0, 1]), np.array([0.0, 1]), np.array([[1.0, -1], [-1, 1]]))) == 2
+    sides = np.array([0.0, 1.0])
+    for high in (2.0, 0.5):
+        cuts = contour(sides, sides, np.array([[high, -1], [-1, high]]))
+        # The middle decides which pair of corners is joined: the cuts part the other two from it.
+        parted = [[0.0, 1], [1, 0]] if high > 1 else [[0.0, 0], [1, 1]]
+        assert len(cuts) == 2
+        assert all(min(np.linalg.norm(c.mean(0) - p) for p in parted) < 0.4 for c in cuts)
     lone = np.full((3, 3), -np.inf)
     lone[1, 1] = 2.0
     assert len(contour(np.arange(3.0), np.arange(3.0), lone)) == 4
@@ -149,6 +155,14 @@ def test_figure_3_6_counts_what_it_shows(rng: np.random.Generator) -> None:
     dots = np.array([[float(x), float(y)] for x, y in re.findall(r"M(\S+) (\S+?)a", wished)])
     assert (dots >= z.min(0) - 3).all() and (dots <= z.max(0) + 3).all()
     assert np.ptp(z[:, 0]) / np.ptp(z[:, 1]) == pytest.approx(1.2 / 1.1, rel=0.01)
+    # Every cross lies on the straight way from X_0 to its dot.
+    crosses = np.array([[float(x), float(y)] for x, y in re.findall(r"M(\S+) (\S+?)l", found)])
+    crosses += 3.4
+    dots[:, 0] += 0.75 * 3.4
+    middle = z[:4].mean(0)
+    np.testing.assert_allclose(crosses - middle, (dots - middle) * listing.fraction[:, None], atol=0.3)
+    # x goes right and y up.
+    assert np.corrcoef(dots[:, 0], v[:, 0])[0, 1] > 0.999 and np.corrcoef(dots[:, 1], v[:, 1])[0, 1] < -0.999
     assert f"{100 * listing.reached:.0f} % reached" in "".join(root.itertext())
     bare = parsed(reached(None, listing, (0, 2)))
     assert inside(bare) and not of_class(bare, "zbox") and not of_class(bare, "space")

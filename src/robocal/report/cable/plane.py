@@ -58,8 +58,8 @@ def plane(
     low, high = p.min(axis=0), p.max(axis=0)
     air = 0.06 * float(max((high - low).max(), 1e-6))
     low, high = low - air, high + air
-    # A plane without height is a line; it still gets a strip.
-    short = np.maximum(0.15 * float((high - low).max()) - (high - low), 0.0) / 2
+    # What is seen as a line still gets a strip, and words their room.
+    short = np.maximum(np.array([0.55, 0.15]) * float((high - low).max()) - (high - low), 0.0) / 2
     low, high = low - short, high + short
     scale = float(min(most[0] / (high[0] - low[0]), most[1] / (high[1] - low[1])))
     wide, tall = scale * float(high[0] - low[0]), scale * float(high[1] - low[1])

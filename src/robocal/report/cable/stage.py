@@ -106,9 +106,9 @@ def _spatial(robot: CableRobot, ends: Array, others: Array, box: Box) -> Stage:
     frame += [Mark(np.linspace(corners[k], corners[4 + k], 5)[s : s + 2], "wire") for k in range(4) for s in range(4)]
     frame += [Mark(np.array([origin, origin + arrow * axis]), f"axis-{'xyz'[k]}") for k, axis in enumerate(np.eye(3))]
     z = (fixed(v, 2) for v in (low[2], robot.a[:, 2].min(), robot.a[:, 2].max()))
-    foot = "floor at z = {} m, squares of {step} m; frame anchors from z = {} to {} m".format(*z, step=tick_text(step))
+    foot = "floor at z = {} m, squares of {step} m; frame anchors z = {} to {} m".format(*z, step=tick_text(step))
     if not at_origin:
-        foot += "; the base's origin lies outside, its axes at a corner"
+        foot += "; base origin outside, its axes at a corner"
     floor = (Mark(ground, "ground", closed=True), *_grid(floor_low, floor_high, float(low[2]), step))
     names = "".join(_fixed_name(view, p, name, f"strong name-{name}") for p, name in zip(tips, "xyz", strict=True))
     return Stage(

@@ -18,7 +18,7 @@ __all__ = ["STATES", "Tensions", "tensions_of"]
 
 Array = NDArray[np.float64]
 WIDE = 20.0  # ratio of the limits from which the scale is logarithmic
-STATES = {"held": "", "slack": "slack", "over": "over its limit", "none": "no tension"}
+STATES = {"held": "", "slack": "slack", "over": "over limit", "none": "no tension"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class Tensions:
                 if self.low <= value <= self.high:
                     taken.append(y(value))
                     parts.append(f'<path class="limit" d="M{num(x - 3)} {num(y(value))}h20"/>')
-                    parts.append(label(x + 22, y(value) + 4, f"{word} {tick_text(value)}", "name"))
+                    parts.append(label(x + 22, y(value) + 4, f"{word} {tick_text(float(f"{value:.3g}"))}", "name"))
         for t in y.ticks:
             if all(abs(y(t) - other) > 13 for other in taken):
                 parts.append(label(x + 22, y(t) + 4, tick_text(t), "tick"))
