@@ -69,7 +69,8 @@ class Tensions:
                 if self.low <= value <= self.high:
                     taken.append(y(value))
                     parts.append(f'<path class="limit" d="M{num(x - 3)} {num(y(value))}h20"/>')
-                    parts.append(label(x + 22, y(value) + 4, f"{word} {tick_text(float(f"{value:.3g}"))}", "name"))
+                    rounded = tick_text(float(f"{value:.3g}"))
+                    parts.append(label(x + 22, y(value) + 4, f"{word} {rounded}", "name"))
         for t in y.ticks:
             if all(abs(y(t) - other) > 13 for other in taken):
                 parts.append(label(x + 22, y(t) + 4, tick_text(t), "tick"))
