@@ -9,6 +9,7 @@ import pytest
 from cables.cable_robots import box
 from cli.runs import files, robocal
 
+from robocal.cables.elastic import hang_by_tension
 from robocal.cables.geometry import cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.cables.statics import gravity_wrench, structure_of
@@ -109,6 +110,26 @@ def test_the_list_feeds_inverse_and_forward(folder):
     back = robocal("cable", "forward", robot, out / "lengths.csv", "--sag", "--json").document["poses"]
     pose = read_platform_poses(folder / "held.csv", box()).values
     np.testing.assert_allclose([p["T_base_platform"] for p in back], pose, atol=1e-8)
+
+
+def test_what_cables_weigh_is_left_out_and_half_of_it_as_payload_nearly_puts_it_right(folder):
+    """The forces with which hanging cables pull at the platform with these tensions."""
+    robot, _, _ = truth(folder)
+    pose = read_platform_poses(folder / "held.csv", robot).values
+    d = pose[:, None, :3, 3] + robot.b @ pose[:, :3, :3].swapaxes(1, 2) - robot.a
+    across = np.hypot(d[..., 0], d[..., 1])
+    weight = 0.3 * np.linalg.norm(d, axis=-1).sum(axis=1)
+
+    def left(payload):
+        """The share of the cables' weight that nothing holds, at every pose."""
+        found = run(folder, "--json", "--payload", payload, poses="held.csv").document["poses"]
+        t = np.array([p["tension_N"] for p in found])
+        up = -hang_by_tension(np.stack([across, d[..., 2]], axis=-1), t, robot.density, robot.elasticity).force[..., 1]
+        return (robot.mass * 9.81 - up.sum(axis=1)) / weight
+
+    half = 0.5 * weight.mean() / 9.81
+    assert ((left(0) > 0.35) & (left(0) < 0.5)).all()
+    assert (np.abs(left(half)) < 0.15).all()
 
 
 def test_an_infeasible_pose_has_no_lengths(folder):
