@@ -11,7 +11,8 @@ import pytest
 from cables.rigs import box, slack
 
 from robocal.cables.geometry import cable_robot
-from robocal.cables.statics import GRAVITY, structure
+from robocal.cables.pulley import Pulleys
+from robocal.cables.statics import GRAVITY, structure, structure_of
 from robocal.cables.workspace import Demand, accelerations, grid, holds, margins
 from robocal.geometry import so3
 
@@ -23,6 +24,7 @@ MANY = Demand(
     reserve=4.0,
     length=0.5,
 )
+PLANE = replace(MANY, masses=np.array([4.0, 9.0]), rotations=so3.exp(np.array([[0.0, 0.05, 0], [0, -0.2, 0]])))
 
 
 @pytest.fixture
@@ -38,26 +40,38 @@ def machine():
     )
 
 
+def upright():
+    """Five cables for a platform in the plane x z that also turns."""
+    a = [[-2.0, 0, 0.1], [2.1, 0, 0], [2, 0, 3], [-2, 0, 2.9], [0.2, 0, 3.2]]
+    b = [[-0.2, 0, 0.15], [0.2, 0, 0.15], [0.25, 0, -0.1], [-0.2, 0, -0.12], [0.05, 0, 0.2]]
+    limits, com = np.array([[5.0, 200], [5, 200], [8, 300], [5, 250], [10, 200]]), np.array([0.03, 0, -0.05])
+    return cable_robot("upright", a, b, limits=limits, com=com, degrees="1R2T", plane="xz")
+
+
+def over_pulleys(machine):
+    return replace(machine, pulleys=Pulleys(np.full(8, 0.08), np.tile([0.0, 0.0, 1.0], (8, 1))))
+
+
 def worst(robot, demand, position):
     """The reserve [N] that is left at the worst of everything demanded, and that case: W and its wrench without the reserve,
-    the direction in which it is least. By all hyperplanes through five cable directions, each from a singular value
+    the direction in which it is least. By all hyperplanes through cable directions, each from a singular value
     decomposition."""
-    low, high = robot.limits.T
-    ball = np.diag([1, 1, 1, demand.length, demand.length, demand.length])
+    low, high, rows = *robot.limits.T, list(robot.axes)
+    ball = np.diag([1.0 if row < 3 else demand.length for row in rows])
     least, case = np.inf, None
     for rotation in demand.rotations:
         pose = np.eye(4)[None].copy()
         pose[0, :3, 3], pose[0, :3, :3] = position, rotation
-        w = structure(pose, robot.a, robot.b)[0]
-        columns = np.stack([w[:, list(five)].T for five in combinations(range(8), 5)])
+        w = structure_of(robot, pose)[0]
+        columns = np.stack([w[:, list(those)].T for those in combinations(range(len(low)), len(rows) - 1)])
         normal = np.linalg.svd(columns)[2][:, -1]
         normal = np.concatenate([normal, -normal])
         seen = normal @ w
         reach = np.maximum(-seen * low, -seen * high).sum(axis=1)
         for mass in demand.masses:
-            push = np.vstack([np.eye(3), np.cross(rotation @ robot.com, np.eye(3)).T])
+            push = np.vstack([np.eye(3), np.cross(rotation @ robot.com, np.eye(3)).T])[rows]
             for extra in demand.extra:
-                load = mass * push @ np.array(GRAVITY) + extra
+                load = mass * push @ np.array(GRAVITY) + extra[rows]
                 along = demand.acceleration * mass * np.linalg.norm(normal @ push, axis=1)
                 size = np.linalg.norm(normal @ ball, axis=1)
                 room = (reach - normal @ load - along) / size
@@ -69,18 +83,22 @@ def worst(robot, demand, position):
     return least, case
 
 
-def test_everything_at_once_against_hyperplanes_and_linear_programs(machine, rng):
-    where = rng.uniform([-3, -2.2, 0.3], [3, 2.2, 2.7], (150, 3))
-    found, left = holds(machine, MANY, where), margins(machine, MANY, where)
+@pytest.mark.parametrize("kind", ["crossed", "over pulleys", "upright"])
+def test_everything_at_once_against_hyperplanes_and_linear_programs(kind, machine, rng):
+    machine = {"crossed": machine, "over pulleys": over_pulleys(machine), "upright": upright()}[kind]
+    demand = MANY if kind != "upright" else PLANE
+    low, high = ([-3, -2.2, 0.3], [3, 2.2, 2.7]) if kind != "upright" else ([-1.8, 0, 0.3], [1.8, 0, 2.7])
+    where = rng.uniform(low, high, (150, 3))
+    found, left = holds(machine, demand, where), margins(machine, demand, where)
     assert 20 < found.sum() < 130
     for k, point in enumerate(where):
-        truth, (w, load, way) = worst(machine, MANY, point)
+        truth, (w, load, way) = worst(machine, demand, point)
         if truth > 0:
             assert left[k] == pytest.approx(truth, abs=1e-7)
-        assert found[k] == (truth >= MANY.reserve) or abs(truth - MANY.reserve) < 1e-6
+        assert found[k] == (truth >= demand.reserve) or abs(truth - demand.reserve) < 1e-6
         # The case that decides is one that a linear program cannot do, or only just can.
-        needed = load + MANY.reserve * way
-        assert (slack(w, needed, machine.limits) < 0) == found[k] or abs(truth - MANY.reserve) < 1e-6
+        needed = load + demand.reserve * way
+        assert (slack(w, needed, machine.limits) < 0) == found[k] or abs(truth - demand.reserve) < 1e-6
 
 
 def test_what_lies_between_the_corners_of_a_payload_range_is_held(machine, rng):

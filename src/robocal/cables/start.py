@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.cables.contact.segments import distances
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.interference import Body, Contacts, first_contact
+from robocal.cables.room import frame_box
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, distribute
 from robocal.cables.workspace import Demand, margins
@@ -22,7 +23,6 @@ __all__ = ["Clearance", "Start", "examine", "propose"]
 
 Array = NDArray[np.float64]
 CELLS = 15  # along each direction in which a start is looked for
-FLAT = 0.25  # a frame lower than this share of its width hangs its platform below itself
 
 
 @dataclass(frozen=True)
@@ -77,12 +77,9 @@ def propose(robot: CableRobot, clearance: Clearance) -> Array | None:
     """The pose (4, 4) with the largest capacity margin among CELLS cells along every direction that the robot has, at identity,
     that is held and where nothing touches; None where there is none.
 
-    Cells fill the frame's box; below a flat frame they reach half its width down, but not through z = 0 from above.
+    Cells fill the box in which the frame can hold its platform (`room.frame_box`).
     """
-    low, high = robot.a.min(axis=0), robot.a.max(axis=0)
-    wide = float((high - low)[:2].max())
-    if 2 in robot.axes and high[2] - low[2] < FLAT * wide:
-        low[2] = max(low[2] - wide / 2, 0.0) if low[2] > 0 else low[2] - wide / 2
+    low, high = frame_box(robot)[0].T
     steps = (np.arange(CELLS) + 0.5) / CELLS
     lines = [low[i] + (high - low)[i] * steps if i in robot.axes else robot.home[i : i + 1, 3] for i in range(3)]
     pose = np.tile(np.eye(4), (int(np.prod([len(x) for x in lines])), 1, 1))
