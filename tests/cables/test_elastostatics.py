@@ -12,7 +12,7 @@ from robocal.cables.inverse import inverse
 from robocal.cables.poses import default_box
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
-from robocal.files.cable import read_cable
+from robocal.files.cable.robot import read_cable
 from robocal.geometry import se3, so3
 
 

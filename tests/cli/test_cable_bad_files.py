@@ -10,7 +10,7 @@ import pytest
 from cables.cable_robots import box
 from cli.runs import files, robocal
 
-from robocal.files.cableshow import describe_cable
+from robocal.files.cable.show import describe_cable
 
 VERBS = ("inverse", "forward", "tension")
 WITHOUT_LIST = ("workspace", "poses")

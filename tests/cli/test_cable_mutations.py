@@ -11,8 +11,8 @@ from cli.runs import files, robocal
 from cli.test_cable_bad_files import POSES, ROBOT, VERBS
 from cli.test_mutations import ANY, column
 
-from robocal.files.cable import read_cable
-from robocal.files.cablelists import read_platform_poses
+from robocal.files.cable.lists import read_platform_poses
+from robocal.files.cable.robot import read_cable
 
 QUICK, MANY, EACH = 1, 24, 20
 PLANAR = """robocal: 1

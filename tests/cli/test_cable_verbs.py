@@ -8,7 +8,7 @@ from cables.cable_robots import box
 from cli.runs import files, robocal
 
 from robocal.cables.geometry import cable_robot
-from robocal.files.cableshow import describe_cable
+from robocal.files.cable.show import describe_cable
 
 POSES = """id,x [mm],y [mm],z [mm],rx [deg],ry [deg],rz [deg]
 low,100,-200,900,0,0,0

@@ -12,7 +12,7 @@ import pytest
 from cli.runs import files, robocal
 
 from robocal.cables.workspace import Demand, holds
-from robocal.files.cable import read_cable
+from robocal.files.cable.robot import read_cable
 
 PUBLISHED = Path(__file__).parents[2] / "examples" / "cable-published"
 ROBOT = (PUBLISHED / "ipanema-1.yaml").read_text()

@@ -9,9 +9,9 @@ import pytest
 from cables.cable_robots import PUBLISHED, published
 
 from robocal.errors import FileError, FormatError, ModelError
-from robocal.files.cable import parse_cable, read_cable
-from robocal.files.cableshow import describe_cable
-from robocal.files.cablewrite import render_cable, write_cable
+from robocal.files.cable.robot import parse_cable, read_cable
+from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import render_cable, write_cable
 from robocal.files.text import Source
 
 ROBOT = """\

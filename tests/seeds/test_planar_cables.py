@@ -15,8 +15,8 @@ from robocal.cables.geometry import cable_robot, straight
 from robocal.cables.inverse import inverse
 from robocal.cables.statics import gravity_wrench, null_vector, structure_of
 from robocal.cables.tension import distribute
-from robocal.files.cable import read_cable
-from robocal.files.cablelists import read_platform_poses
+from robocal.files.cable.lists import read_platform_poses
+from robocal.files.cable.robot import read_cable
 from robocal.geometry import se3
 
 FOLDER = Path(__file__).parents[2] / "examples" / "cable-planar"

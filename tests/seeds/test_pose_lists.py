@@ -17,7 +17,7 @@ from robocal.cables.program import program
 from robocal.cables.start import Clearance, examine
 from robocal.cables.workspace import Demand, holds, margins
 from robocal.errors import ModelError
-from robocal.files.cable import read_cable
+from robocal.files.cable.robot import read_cable
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

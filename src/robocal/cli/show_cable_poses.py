@@ -10,7 +10,7 @@ from robocal.cli.show import figure, show_paths, table
 from robocal.cli.terminal import Terminal
 
 if TYPE_CHECKING:
-    from robocal.jobs.cable_poses import Listed
+    from robocal.jobs.cable.poses import Listed
 
 __all__ = ["show_poses"]
 WORDS = {

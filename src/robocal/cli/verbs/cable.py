@@ -28,7 +28,7 @@ def inverse(
     robocal cable inverse robot.yaml poses.csv -o lengths.csv
     robocal cable inverse robot.yaml poses.csv --tension 60 --sag
     """
-    return task("cable_inverse", locals())
+    return task("cable.inverse", locals())
 
 
 def forward(
@@ -50,7 +50,7 @@ def forward(
     \b
     robocal cable forward robot.yaml lengths.csv --sigma 0.5 -o poses.csv
     """
-    return task("cable_forward", locals())
+    return task("cable.forward", locals())
 
 
 def tension(
@@ -75,7 +75,7 @@ def tension(
     robocal cable tension robot.yaml poses.csv -o held
     robocal cable tension robot.yaml poses.csv --method barycentre --payload 5
     """
-    return task("cable_tension", locals())
+    return task("cable.tension", locals())
 
 
 def workspace(
@@ -105,7 +105,7 @@ def workspace(
     robocal cable workspace robot.yaml -o held
     robocal cable workspace robot.yaml --payload 0,20 --tilt 10 --acceleration 2
     """
-    return task("cable_workspace", locals())
+    return task("cable.workspace", locals())
 
 
 def poses(
@@ -139,7 +139,7 @@ def poses(
     robocal cable poses robot.yaml -n 500 --choose 20 -o list
     robocal cable poses robot.yaml --start best --mu 0.8
     """
-    return task("cable_poses", locals())
+    return task("cable.poses", locals())
 
 
 CABLE: dict[Callable[..., Any], str] = {

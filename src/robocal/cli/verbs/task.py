@@ -12,5 +12,5 @@ Task = Callable[[], int]
 
 
 def task(verb: str, options: dict[str, Any]) -> Task:
-    """The act of this verb with its options, loaded when it is called."""
-    return lambda: int(getattr(import_module(f"robocal.cli.acts.{verb}"), verb)(**options))
+    """The act of this verb ("plan", "cable.poses") with its options, loaded when it is called."""
+    return lambda: int(getattr(import_module(f"robocal.cli.acts.{verb}"), verb.rpartition(".")[2])(**options))

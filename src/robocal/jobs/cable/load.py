@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
-from robocal.files.cable import CableFile
+from robocal.files.cable.robot import CableFile
 
 __all__ = ["limited", "mass_of", "numbers_of", "wrench_of"]
 

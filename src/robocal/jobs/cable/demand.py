@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
-from robocal.files.cable import CableFile
+from robocal.files.cable.robot import CableFile
 from robocal.geometry import so3
-from robocal.jobs.cable_load import mass_of, numbers_of, wrench_of
+from robocal.jobs.cable.load import mass_of, numbers_of, wrench_of
 
 __all__ = ["demand_of"]
 

@@ -9,13 +9,13 @@ from typing import Any
 from robocal.cli.guard import DONE
 from robocal.cli.terminal import Terminal
 
-__all__ = ["cable_inverse"]
+__all__ = ["inverse"]
 
 
-def cable_inverse(*, robot: str, poses: str, output: str | None, json: bool, **options: Any) -> int:
+def inverse(*, robot: str, poses: str, output: str | None, json: bool, **options: Any) -> int:
     """cable inverse: the CSV on stdout, or a file."""
     terminal = Terminal(json=json)
-    from robocal.jobs.cable_inverse import cable_inverse as job
+    from robocal.jobs.cable.inverse import cable_inverse as job
 
     made = job(robot, poses, output=None if output is None else Path(output), **options)
     for warning in made.warnings:

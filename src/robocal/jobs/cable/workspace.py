@@ -16,13 +16,13 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.room import Regions, frame_box, regions, seen_from
 from robocal.cables.workspace import Demand, Grid, accelerations, as_box, grid, holds
 from robocal.errors import FormatError, ModelError
-from robocal.files.cable import CableFile, read_cable
-from robocal.files.cablegrid import cells_text, outlines_text
+from robocal.files.cable.grid import cells_text, outlines_text
+from robocal.files.cable.robot import CableFile, read_cable
 from robocal.files.mesh import ply_text, stl_bytes
 from robocal.files.text import write_files
-from robocal.jobs.cable_demand import demand_of
-from robocal.jobs.cable_load import limited, numbers_of
-from robocal.jobs.cable_workspace_result import PLANES, Start, Workspace
+from robocal.jobs.cable.demand import demand_of
+from robocal.jobs.cable.load import limited, numbers_of
+from robocal.jobs.cable.workspace_result import PLANES, Start, Workspace
 from robocal.jobs.inputs import Watch
 from robocal.jobs.plain import plain
 from robocal.jobs.simulate import refuse_existing

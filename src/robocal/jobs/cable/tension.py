@@ -15,12 +15,12 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, capacity_margin, distribute
 from robocal.errors import FormatError, ModelError
-from robocal.files.cable import CableFile, read_cable
-from robocal.files.cablelists import WRENCH, CableList, platform_text, read_platform_poses, tension_columns
+from robocal.files.cable.lists import WRENCH, CableList, platform_text, read_platform_poses, tension_columns
+from robocal.files.cable.robot import CableFile, read_cable
 from robocal.files.dataset import InputFile
 from robocal.files.text import write_files
 from robocal.files.units import number
-from robocal.jobs.cable_load import limited, mass_of, wrench_of
+from robocal.jobs.cable.load import limited, mass_of, wrench_of
 from robocal.jobs.plain import plain
 from robocal.jobs.simulate import refuse_existing
 
@@ -217,7 +217,7 @@ def _inputs(file: CableFile, robot: str, rows: CableList, poses: str) -> tuple[I
 
 def _save(made: Tensions, output: Path) -> Tensions:
     """Writes the list, the document and the page."""
-    from robocal.jobs.cable_tension_page import tension_page
+    from robocal.jobs.cable.tension_page import tension_page
 
     found = plain(made.document)
     document = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

@@ -16,7 +16,7 @@ from robocal.cables.boundary import Outline, Surface
 from robocal.cables.geometry import CableRobot
 from robocal.cables.room import Regions, cut_off
 from robocal.cables.workspace import Demand, Grid, margins
-from robocal.files.cablevalues import CableUnits
+from robocal.files.cable.values import CableUnits
 from robocal.geometry import so3
 
 __all__ = ["PLANES", "Start", "Workspace"]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from robocal.cables.boundary import Outline
 from robocal.cables.workspace import Grid
-from robocal.files.cablevalues import CableUnits
+from robocal.files.cable.values import CableUnits
 
 __all__ = ["cells_text", "outlines_text"]
 

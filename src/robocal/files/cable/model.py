@@ -1,4 +1,4 @@
-"""What robot.yaml with `kind: cable` may say: its keys. Values are read by `files/cablevalues.py`."""
+"""What robot.yaml with `kind: cable` may say: its keys. Values are read by `values.py`."""
 
 from __future__ import annotations
 

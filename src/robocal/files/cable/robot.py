@@ -1,6 +1,6 @@
 """A cable robot as a file describes it: robot.yaml with `kind: cable`, to a CableRobot in SI and back.
 
-Other descriptions (CASPR's XML, the YAML of published robots) are read by `files/caspr.py` and `files/cableimport.py`
+Other descriptions (CASPR's XML, the YAML of published robots) are read by `caspr.py` and `published.py`
 and written as this.
 """
 
@@ -18,8 +18,8 @@ from robocal.cables.check import check
 from robocal.cables.geometry import SYMBOLS, CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import FormatError, ModelError, nearest
-from robocal.files.cablemodel import CableModel, CableRobotModel, CommonModel, PlatformModel, PulleyModel, UnitsModel
-from robocal.files.cablevalues import CableUnits, Values
+from robocal.files.cable.model import CableModel, CableRobotModel, CommonModel, PlatformModel, PulleyModel, UnitsModel
+from robocal.files.cable.values import CableUnits, Values
 from robocal.files.schema import validate
 from robocal.files.text import Source, read_text
 from robocal.files.units import Unit, parse_unit
@@ -48,8 +48,8 @@ class CableFile:
 def read_cable(path: str | os.PathLike[str]) -> CableFile:
     """Reads a cable robot: robot.yaml, CASPR's `X_cables.xml` (with `X_bodies.xml` beside it), or the YAML of a
     published robot. Raises FileError or FormatError."""
-    from robocal.files.cableimport import read_published
-    from robocal.files.caspr import read_caspr
+    from robocal.files.cable.caspr import read_caspr
+    from robocal.files.cable.published import read_published
 
     source = read_text(path)
     if source.path.suffix.lower() == ".xml" or source.text.lstrip().startswith("<"):

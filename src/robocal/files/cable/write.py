@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import robocal
 from robocal.errors import ModelError
-from robocal.files.cable import CableFile
-from robocal.files.cableshow import describe_cable
+from robocal.files.cable.robot import CableFile
+from robocal.files.cable.show import describe_cable
 from robocal.files.rows import same
 from robocal.files.text import write_text
 from robocal.files.yamlio import Path_, edit, path_text

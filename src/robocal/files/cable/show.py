@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
-from robocal.files.cablevalues import CableUnits
+from robocal.files.cable.values import CableUnits
 from robocal.files.rows import quoted
 from robocal.files.units import number
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from robocal.cables.geometry import CableRobot
 from robocal.cables.inverse import inverse, model_of
 from robocal.errors import FileError, FormatError, ModelError
-from robocal.files.cable import CableFile, read_cable
-from robocal.files.cablelists import CableList, lengths_text, read_platform_poses
+from robocal.files.cable.lists import CableList, lengths_text, read_platform_poses
+from robocal.files.cable.robot import CableFile, read_cable
 from robocal.files.text import write_text
 
 __all__ = ["Lengths", "cable_inverse", "fitting", "located", "tensions_of", "written"]

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from robocal.cables.forward import Forward, forward
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
-from robocal.files.cable import read_cable
-from robocal.files.cablelists import platform_text, read_cable_lengths
+from robocal.files.cable.lists import platform_text, read_cable_lengths
+from robocal.files.cable.robot import read_cable
 from robocal.files.units import number
-from robocal.jobs.cable_inverse import fitting, located, tensions_of, written
+from robocal.jobs.cable.inverse import fitting, located, tensions_of, written
 
 __all__ = ["Poses", "cable_forward"]
 

@@ -1,4 +1,4 @@
-"""Cable robots described elsewhere: the YAML of published robots (CASPR is in `files/caspr.py`)."""
+"""Cable robots described elsewhere: the YAML of published robots (CASPR is in `caspr.py`)."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from robocal.cables.geometry import cable_robot
-from robocal.files.cable import CableFile, checked
-from robocal.files.cablevalues import CableUnits, Values
+from robocal.files.cable.robot import CableFile, checked
+from robocal.files.cable.values import CableUnits, Values
 from robocal.files.schema import Model, validate
 from robocal.files.units import parse_unit
 from robocal.files.yamlio import Document

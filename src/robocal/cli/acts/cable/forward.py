@@ -9,14 +9,14 @@ from typing import Any
 from robocal.cli.guard import DONE, UNTRUSTED
 from robocal.cli.terminal import Terminal
 
-__all__ = ["cable_forward"]
+__all__ = ["forward"]
 
 
-def cable_forward(*, robot: str, lengths: str, output: str | None, json: bool, **options: Any) -> int:
+def forward(*, robot: str, lengths: str, output: str | None, json: bool, **options: Any) -> int:
     """cable forward: the CSV on stdout, or a file; doubts on stderr."""
     terminal = Terminal(json=json)
     with terminal.watching():
-        from robocal.jobs.cable_forward import cable_forward as job
+        from robocal.jobs.cable.forward import cable_forward as job
 
         made = job(robot, lengths, output=None if output is None else Path(output), **options)
     for warning in (*made.warnings, *made.doubts):

@@ -16,7 +16,7 @@ from robocal.report.cable.series import tensions
 from robocal.report.numbers import significant
 
 if TYPE_CHECKING:
-    from robocal.jobs.cable_poses import Listed
+    from robocal.jobs.cable.poses import Listed
 
 __all__ = ["poses_page"]
 

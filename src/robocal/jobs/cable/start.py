@@ -13,10 +13,10 @@ from robocal.cables.interference import Body, box, hull
 from robocal.cables.poses import PoseBox, default_box
 from robocal.cables.start import CELLS, Clearance, Start, examine, propose
 from robocal.errors import ModelError
-from robocal.files.cable import CableFile
-from robocal.files.cablelists import WRENCH
+from robocal.files.cable.lists import WRENCH
+from robocal.files.cable.robot import CableFile
 from robocal.geometry import se3
-from robocal.jobs.cable_load import numbers_of
+from robocal.jobs.cable.load import numbers_of
 
 __all__ = ["body_of", "box_of", "clearance_of", "started"]
 

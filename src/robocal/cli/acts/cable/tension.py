@@ -9,14 +9,14 @@ from typing import Any
 from robocal.cli.guard import DONE, UNTRUSTED
 from robocal.cli.terminal import Terminal, command_line
 
-__all__ = ["cable_tension"]
+__all__ = ["tension"]
 
 
-def cable_tension(*, robot: str, poses: str, output: str | None, json: bool, **options: Any) -> int:
+def tension(*, robot: str, poses: str, output: str | None, json: bool, **options: Any) -> int:
     """cable tension: the CSV on stdout, or files and a summary; 3 when a pose is not held."""
     terminal = Terminal(json=json)
     with terminal.watching():
-        from robocal.jobs.cable_tension import cable_tension as job
+        from robocal.jobs.cable.tension import cable_tension as job
 
         folder = None if output is None else Path(output)
         made = job(robot, poses, output=folder, command=command_line(), **options)
@@ -27,7 +27,7 @@ def cable_tension(*, robot: str, poses: str, output: str | None, json: bool, **o
         if folder is None:
             sys.stdout.write(made.text)
         else:
-            from robocal.cli.show_cable import show_tension
+            from robocal.cli.show_cable_tension import show_tension
 
             show_tension(terminal, made)
     return UNTRUSTED if made.doubts else DONE

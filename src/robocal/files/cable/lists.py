@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
-from robocal.files.cablevalues import CableUnits
+from robocal.files.cable.values import CableUnits
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.headers import IDS
 from robocal.files.kinds.base import column_units

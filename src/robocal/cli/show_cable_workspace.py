@@ -12,7 +12,7 @@ from robocal.cli.show import figure, show_paths, table
 from robocal.cli.terminal import Terminal
 
 if TYPE_CHECKING:
-    from robocal.jobs.cable_workspace_result import Workspace
+    from robocal.jobs.cable.workspace_result import Workspace
 
 __all__ = ["show_workspace"]
 

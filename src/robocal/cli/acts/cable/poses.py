@@ -9,14 +9,14 @@ from typing import Any
 from robocal.cli.guard import DONE
 from robocal.cli.terminal import Terminal, command_line
 
-__all__ = ["cable_poses"]
+__all__ = ["poses"]
 
 
-def cable_poses(*, robot: str, output: str | None, json: bool, **options: Any) -> int:
+def poses(*, robot: str, output: str | None, json: bool, **options: Any) -> int:
     """cable poses: the CSV on stdout, or files and a summary."""
     terminal = Terminal(json=json)
     with terminal.watching() as watch:
-        from robocal.jobs.cable_poses import cable_poses as job
+        from robocal.jobs.cable.poses import cable_poses as job
 
         folder = None if output is None else Path(output)
         made = job(robot, output=folder, command=command_line(), watch=watch, **options)

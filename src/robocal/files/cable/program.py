@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from robocal.cables.geometry import CableRobot
 from robocal.cables.poses import LIMITS, PoseList
 from robocal.cables.program import Program
-from robocal.files.cablelists import platform_text, tension_columns
-from robocal.files.cablevalues import CableUnits
+from robocal.files.cable.lists import platform_text, tension_columns
+from robocal.files.cable.values import CableUnits
 from robocal.files.units import number
 
 __all__ = ["list_text", "program_text"]

@@ -16,8 +16,8 @@ from robocal.cables.check import PRINTED
 from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import FileError, FormatError
-from robocal.files.cable import CableFile, checked
-from robocal.files.cablevalues import CableUnits
+from robocal.files.cable.robot import CableFile, checked
+from robocal.files.cable.values import CableUnits
 from robocal.files.text import Source, read_text
 from robocal.files.yamlio import Document
 

@@ -21,11 +21,11 @@ from robocal.cables.tension import METHODS
 from robocal.cables.workspace import Demand
 from robocal.calibrate.choose import EXPECTED, Choice, Noise, choose
 from robocal.errors import FormatError, ModelError, nearest
-from robocal.files.cable import CableFile, read_cable
-from robocal.files.cableprogram import list_text, program_text
+from robocal.files.cable.program import list_text, program_text
+from robocal.files.cable.robot import CableFile, read_cable
 from robocal.files.text import write_files
-from robocal.jobs.cable_load import limited, mass_of, numbers_of
-from robocal.jobs.cable_start import box_of, clearance_of, started
+from robocal.jobs.cable.load import limited, mass_of, numbers_of
+from robocal.jobs.cable.start import box_of, clearance_of, started
 from robocal.jobs.inputs import Watch, computable
 from robocal.jobs.plain import plain
 from robocal.jobs.simulate import refuse_existing
@@ -276,7 +276,7 @@ def _doubts(
 
 def _save(made: Listed, output: Path, watch: Watch) -> Listed:
     """Writes the list, the program (of the chosen poses where some were chosen), the document and the page."""
-    from robocal.jobs.cable_poses_page import poses_page
+    from robocal.jobs.cable.poses_page import poses_page
 
     watch({"stage": "report"})
     units, choice = made.file.units, made.choice
