@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from cables.rigs import PUBLISHED, problem, published, slack
-from scipy.optimize import lsq_linear
+from scipy.optimize import linprog, lsq_linear
 from scipy.spatial import ConvexHull
 
 from robocal.cables.statics import gravity_wrench, structure
@@ -96,6 +96,44 @@ def test_power_two_is_the_norm_and_higher_powers_cannot_be_bettered(d, m, rng):
         assert ((at**8).sum(axis=1) <= (to**8).sum(axis=1) * (1 + 1e-12)).all()
         slope = (8 * (at / 20) ** 7 * (to - at)).sum(axis=1)
         assert (slope > -1e-6 * (at / 20).max(axis=1) ** 7).all()
+
+
+@pytest.mark.parametrize("above", [1.0, 1e4])
+@pytest.mark.parametrize(("d", "m"), [(2, 3), (6, 8), (6, 10)])
+def test_high_powers_come_to_the_least_greatest_tension(d, m, above, rng):
+    """max t <= |t|_p <= m^(1/p) min max t, the last by a linear program; also where limits lie far above the tensions."""
+    w, limits = rng.normal(size=(30, d, m)), np.tile([0.0, 20.0], (m, 1))
+    load = -np.einsum("kdm,km->kd", w, rng.uniform(0, 20, (30, m)))
+    ones = np.ones((m, 1))
+    least = [
+        linprog(
+            np.r_[np.zeros(m), 1.0],
+            A_ub=np.c_[np.eye(m), -ones],
+            b_ub=np.zeros(m),
+            A_eq=np.c_[w[k], np.zeros(d)],
+            b_eq=-load[k],
+            bounds=[(0, 20)] * m + [(None, None)],
+        ).fun
+        for k in range(30)
+    ]
+    for power in (30.0, 100.0, 1000.0):
+        out = distribute(w, load, limits * [1.0, above], "p-norm", power)
+        assert out.found.all()
+        assert (out.tension.max(axis=1) <= m ** (1 / power) * np.array(least) * (1 + 1e-9)).all()
+
+
+def test_centre_of_a_segment_is_its_middle(rng):
+    """One cable held at a given tension leaves a segment of the polygon."""
+    w, t = rng.normal(size=(100, 6, 8)), rng.uniform(5, 15, 8)
+    limits = np.tile([1.0, 20.0], (8, 1))
+    limits[3] = t[3]
+    out = distribute(w, -w @ t, limits, "barycentre")
+    u = np.linalg.svd(np.concatenate([w, np.broadcast_to(np.eye(8)[3], (100, 1, 8))], axis=1))[2][:, 7]
+    u[:, 3] = 1.0
+    room = np.stack([(limits[:, 0] - out.tension) / u, (limits[:, 1] - out.tension) / u])
+    up, down = room.max(axis=0), room.min(axis=0)
+    up[:, 3], down[:, 3] = np.inf, -np.inf
+    np.testing.assert_allclose(up.min(axis=1) + down.max(axis=1), 0, atol=1e-7)
 
 
 def test_centre_is_that_of_the_polygon(rng):

@@ -8,7 +8,7 @@ import numpy as np
 
 from robocal._jit import kernel
 from robocal.cables.balance._kernels import factor, null_rows, solve
-from robocal.cables.polytope._kernels import FOUND, INFEASIBLE, STUCK, edge_of, nearest
+from robocal.cables.polytope._kernels import FOUND, INFEASIBLE, STUCK, edge_of, interval, nearest
 
 
 @kernel
@@ -99,6 +99,33 @@ def _centroid(px, py, count):
 
 
 @kernel
+def _middle(base, n, t, lo, hi, edge, along, px, py, qx, qy):
+    """Centre (x, y) of the polygon, of which t is some point; a cable whose limits are equal leaves a segment of it."""
+    m = base.shape[0]
+    steep, held = 1e-26, -1
+    for i in range(m):
+        square = n[0, i] * n[0, i] + n[1, i] * n[1, i]
+        if hi[i] - lo[i] <= edge and square > steep:
+            steep, held = square, i
+    x, y = 0.0, 0.0
+    corners = 0 if held >= 0 else _polygon(base, n, lo, hi, px, py, qx, qy)
+    if corners > 0:
+        return _centroid(px, py, corners)
+    for i in range(m):
+        x += n[0, i] * (t[i] - base[i])
+        y += n[1, i] * (t[i] - base[i])
+    if held >= 0:
+        ex, ey = -n[1, held] / math.sqrt(steep), n[0, held] / math.sqrt(steep)
+        for i in range(m):
+            along[i] = n[0, i] * ex + n[1, i] * ey
+        along[held] = 0.0
+        low, high, ok = interval(t, along, m, lo, hi, edge)
+        if ok:
+            x, y = x + 0.5 * (low + high) * ex, y + 0.5 * (low + high) * ey
+    return x, y  # the only point where rounding has lost the polygon
+
+
+@kernel
 def centre_kernel(w, load, lo, hi, tension, code, redundancy):
     """tension (k, m) <- centre of area of the polygon of tensions (middle of the interval, the only point) within the limits.
 
@@ -127,20 +154,10 @@ def centre_kernel(w, load, lo, hi, tension, code, redundancy):
             continue
         x, y = 0.0, 0.0
         if r == 1:
-            low, high = -np.inf, np.inf
-            for i in range(m):
-                if abs(n[0, i]) > 1e-13:
-                    s0, s1 = (lo[i] - base[i]) / n[0, i], (hi[i] - base[i]) / n[0, i]
-                    low, high = max(low, min(s0, s1)), min(high, max(s0, s1))
+            low, high, _ = interval(base, n[0], m, lo, hi, edge)
             x = 0.5 * (low + high)
         elif r == 2:
-            corners = _polygon(base, n, lo, hi, px, py, qx, qy)
-            if corners > 0:
-                x, y = _centroid(px, py, corners)
-            else:  # a polygon of one point, lost by rounding
-                for i in range(m):
-                    x += n[0, i] * (t[i] - base[i])
-                    y += n[1, i] * (t[i] - base[i])
+            x, y = _middle(base, n, t, lo, hi, edge, along, px, py, qx, qy)
         for i in range(m):
             v = base[i]
             if r >= 1:
@@ -209,16 +226,47 @@ def _power_sum(t, reference, scale, power):
 
 
 @kernel
+def _descend(t, n, r, lo, hi, edge, reference, scale, power, hess, grad, g, base, line, along, trial):
+    """t <- where the sum of powers is least, by Newton's steps from t; each is exact within the limits. FOUND or STUCK."""
+    value = _power_sum(t, reference, scale, power)
+    for _ in range(200):
+        _newton_target(t, n, r, reference, scale, power, hess, grad, g, base)
+        if nearest(base, g, r, lo, hi, edge, line, along, trial) != FOUND:
+            return STUCK
+        change, share, new = 0.0, 1.0, value
+        for i in range(t.shape[0]):
+            trial[i] -= t[i]
+            change = max(change, abs(trial[i]))
+        if change <= 1e-11 * scale:
+            return FOUND
+        while share > 1e-9:
+            for i in range(t.shape[0]):
+                line[i] = t[i] + share * trial[i]
+            new = _power_sum(line, reference, scale, power)
+            if new < value:
+                break
+            share *= 0.5
+        if share <= 1e-9:  # no better point in this direction: the value is flat to rounding
+            return FOUND
+        value = new
+        for i in range(t.shape[0]):
+            t[i] = line[i]
+    return STUCK
+
+
+@kernel
 def power_kernel(w, load, lo, hi, reference, power, tension, code):
-    """tension (k, m) <- those within the limits with the least sum |t - reference|^power: Newton's steps, each exact
-    within the limits."""
+    """tension (k, m) <- those within the limits with the least sum |t - reference|^power.
+
+    From the shortest ones (power 2) the power is doubled until it is reached, and tensions are measured by the greatest
+    of them: high powers of others vanish, and Newton's steps from afar are short.
+    """
     count, d, m = w.shape
     h, n, g = np.empty((d, m)), np.empty((m, m)), np.empty((m, m))
     diagonal, tau, order = np.empty(d), np.empty(d), np.empty(d, np.int64)
     base, line, along, t = np.empty(m), np.empty(m), np.empty(m), np.empty(m)
     hess, grad, trial = np.empty((m, m)), np.empty(m), np.empty(m)
     edge = edge_of(lo, hi)
-    scale = edge * 1e12
     for k in range(count):
         for i in range(d):
             for j in range(m):
@@ -230,33 +278,16 @@ def power_kernel(w, load, lo, hi, reference, power, tension, code):
             continue
         null_rows(h, tau, rank, n)
         code[k] = nearest(base, n, r, lo, hi, edge, line, along, t)
-        if code[k] != FOUND:
-            continue
-        code[k] = STUCK
-        value = _power_sum(t, reference, scale, power)
-        for _ in range(200):
-            _newton_target(t, n, r, reference, scale, power, hess, grad, g, base)
-            if nearest(base, g, r, lo, hi, edge, line, along, trial) != FOUND:
-                break
-            change, factor_ = 0.0, 1.0
+        reached = 2.0
+        while code[k] == FOUND and reached < power:
+            reached = min(2.0 * reached, power)
+            scale = 0.0
             for i in range(m):
-                trial[i] -= t[i]
-                change = max(change, abs(trial[i]))
-            if change <= 1e-11 * scale:
-                code[k] = FOUND
+                scale = max(scale, abs(t[i] - reference))
+            if scale <= edge:
                 break
-            while factor_ > 1e-9:
-                for i in range(m):
-                    line[i] = t[i] + factor_ * trial[i]
-                new = _power_sum(line, reference, scale, power)
-                if new < value:
-                    break
-                factor_ *= 0.5
-            if factor_ <= 1e-9:  # no better point in this direction: the value is flat to rounding
-                code[k] = FOUND
-                break
-            value = new
-            for i in range(m):
-                t[i] = line[i]
+            code[k] = _descend(
+                t, n, r, lo, hi, edge, reference, scale, reached, hess, grad, g, base, line, along, trial
+            )
         for i in range(m):
             tension[k, i] = t[i]

@@ -21,14 +21,15 @@ _EDGE = 1e-12  # how far outside its limits a tension may be by rounding, beside
 
 
 @kernel
-def _on_interval(base, e, count, lo, hi, edge):
-    """The s nearest to 0 with lo <= base + s e <= hi for the first `count` cables, and whether there is one."""
+def interval(base, e, count, lo, hi, edge):
+    """The ends of {s: lo <= base + s e <= hi} for the first `count` cables, and whether it is there; limits that touch, up to
+    rounding, leave one point."""
     low, high, steep_low, steep_high = -np.inf, np.inf, 0.0, 0.0
     for j in range(count):
         g, v = e[j], base[j]
         if abs(g) < 1e-13:
             if v < lo[j] - edge or v > hi[j] + edge:
-                return 0.0, False
+                return 0.0, 0.0, False
             continue
         s0, s1 = (lo[j] - v) / g, (hi[j] - v) / g
         if s0 > s1:
@@ -39,9 +40,9 @@ def _on_interval(base, e, count, lo, hi, edge):
             high, steep_high = s1, abs(g)
     if low > high:
         if 0.5 * (low - high) * max(steep_low, steep_high) > edge:
-            return 0.0, False
-        return 0.5 * (low + high), True  # limits that touch, up to rounding
-    return min(max(0.0, low), high), True
+            return 0.0, 0.0, False
+        low = high = 0.5 * (low + high)
+    return low, high, True
 
 
 @kernel
@@ -66,9 +67,10 @@ def _on_polygon(base, n, lo, hi, edge, line, along, t):
         for j in range(i):
             line[j] = base[j] + n[0, j] * px + n[1, j] * py
             along[j] = n[0, j] * ex + n[1, j] * ey
-        s, ok = _on_interval(line, along, i, lo, hi, edge)
+        low, high, ok = interval(line, along, i, lo, hi, edge)
         if not ok:
             return INFEASIBLE
+        s = min(max(0.0, low), high)
         x, y = px + s * ex, py + s * ey
     for i in range(m):
         t[i] = base[i] + n[0, i] * x + n[1, i] * y
@@ -203,9 +205,10 @@ def nearest(base, n, r, lo, hi, edge, line, along, t):
                 return INFEASIBLE
             t[i] = base[i]
     elif r == 1:
-        s, ok = _on_interval(base, n[0], m, lo, hi, edge)
+        low, high, ok = interval(base, n[0], m, lo, hi, edge)
         if not ok:
             return INFEASIBLE
+        s = min(max(0.0, low), high)
         for i in range(m):
             t[i] = base[i] + s * n[0, i]
     elif r == 2:
