@@ -166,3 +166,21 @@ def test_an_arm_is_refused_and_a_cable_robot_is_no_arm(folder):
     (folder / "arm.yaml").write_text(robocal("export", "ur10").out)
     robocal("cable", "inverse", folder / "arm.yaml", folder / "poses.csv").assert_refused("this is an arm")
     robocal("export", folder / "robot.yaml").assert_refused("this is a cable robot")
+
+
+def test_new_cable_works_as_it_stands(tmp_path):
+    cell = tmp_path / "cell"
+    made = robocal("new", "cable", "-o", cell)
+    assert made.status == 0 and "robocal cable tension" in made.out
+    assert sorted(p.name for p in cell.iterdir()) == ["poses.csv", "robot.yaml"]
+    held = robocal("cable", "tension", cell / "robot.yaml", cell / "poses.csv", "--json")
+    assert (held.status, held.err) == (0, "") and all(p["feasible"] for p in held.document["poses"])
+    ran = robocal("cable", "inverse", cell / "robot.yaml", cell / "poses.csv", "-o", cell / "lengths.csv")
+    assert (ran.status, ran.err) == (0, "")
+    back = robocal("cable", "forward", cell / "robot.yaml", cell / "lengths.csv", "--json").document["poses"]
+    np.testing.assert_allclose(np.array(back[1]["T_base_platform"])[:3, 3], [-0.8, 0, 1.2], atol=1e-9)
+    robocal("new", "cable", "-o", cell).assert_refused("robot.yaml", "--force")
+    assert robocal("new", "cable", "-o", cell, "--force", "--json").document["convention"] is None
+    robocal("new", "cables", "-o", cell).assert_refused("did you mean 'cable'?")
+    robocal("new", "cable", "--kind", "pose", "-o", tmp_path / "other").assert_refused("--kind", "a cable robot")
+    assert not (tmp_path / "other").exists()

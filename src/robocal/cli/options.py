@@ -23,7 +23,7 @@ Robot = Annotated[str, _argument("ROBOT", ROBOT)]
 Data = Annotated[list[str], _argument("DATA...", DATA)]
 MaybeData = Annotated[list[str] | None, _argument("DATA...", DATA)]
 DemoName = Annotated[str | None, _argument("NAME", "rv-2aj, camera or tracker; all of them by default.")]
-Template = Annotated[str | None, _argument("ROBOT", "A catalogue name or a convention.")]
+Template = Annotated[str | None, _argument("ROBOT", "A catalogue name, a convention, or cable.")]
 AnyRobot = Annotated[str, _argument("ROBOT", "A robot file, a catalogue name, or a run folder.")]
 Run = Annotated[str, _argument("RUN", "A run folder with result.json and residuals.csv.")]
 

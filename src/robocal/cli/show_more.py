@@ -80,3 +80,4 @@ def show_listing(terminal: Terminal, found: Listing) -> None:
         rules.add_row(name, formula, "yes" if complete else "no")
     terminal.show(robots, Text(""), rules)
     terminal.show(Text("complete: every small geometric error can be written, parallel axes included", style="dim"))
+    terminal.show(Text("cable: a robot on cables", style="dim"))

@@ -11,6 +11,7 @@ from robocal.arms import catalog
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import ModelError, nearest
+from robocal.files.cable.templates import cable_templates
 from robocal.files.templates import convention_chain, templates
 from robocal.files.text import write_files
 from robocal.jobs.rigs import RIGS, Instrument, measure
@@ -20,14 +21,16 @@ from robocal.measure.data import DataSet
 __all__ = ["Listing", "New", "listing", "new"]
 
 ROWS = 12  # of the example table
+CABLE = "cable"  # what a cable robot is asked for by
+JOINTS, KIND = 6, "position"
 
 
 @dataclass(frozen=True)
 class New:
-    """What the files are of, and where they lie."""
+    """What the files are of, and where they lie; a cable robot has no convention."""
 
     name: str
-    convention: str
+    convention: str | None
     written: tuple[Path, ...]
 
 
@@ -46,9 +49,16 @@ def listing() -> Listing:
     return Listing(robots, tuple((c.name, c.formula, c.complete, c.source) for c in CONVENTIONS.values()))
 
 
-def new(robot: str, output: Path, *, joints: int = 6, kind: str = "position", force: bool = False) -> New:
-    """Writes robot.yaml, data.yaml and measurements.csv. Raises ModelError for an unknown name, FileError for a file
-    that exists."""
+def new(robot: str, output: Path, *, joints: int = JOINTS, kind: str = KIND, force: bool = False) -> New:
+    """Writes robot.yaml, data.yaml and measurements.csv; of a cable robot robot.yaml and poses.csv. Raises ModelError
+    for an unknown name, FileError for a file that exists."""
+    if robot == CABLE:
+        for option, given, usual in (("--joints", joints, JOINTS), ("--kind", kind, KIND)):
+            if given != usual:
+                raise ModelError("a cable robot has no such thing", key=option, found=given, expected="an arm")
+        texts = cable_templates()
+        refuse_existing(output, list(texts), force)
+        return New("my cable robot", None, write_files(output, texts))
     if kind not in RIGS:
         raise ModelError(
             "unknown kind", key="--kind", found=kind, expected=", ".join(RIGS), suggestion=nearest(kind, RIGS)
@@ -58,9 +68,9 @@ def new(robot: str, output: Path, *, joints: int = 6, kind: str = "position", fo
     elif robot in CONVENTIONS:
         arm = convention_chain(robot, joints)
     else:
-        known = [*catalog.names(), *CONVENTIONS]
+        known = [*catalog.names(), *CONVENTIONS, CABLE]
         raise ModelError(
-            "neither a robot of the catalogue nor a convention",
+            "neither a robot of the catalogue nor a convention, nor cable",
             found=robot,
             expected="see robocal new --list",
             suggestion=nearest(robot, known),

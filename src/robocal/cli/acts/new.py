@@ -35,13 +35,14 @@ def new(*, robot: str | None, output: str, joints: int, kind: str, force: bool, 
         return DONE
     if robot is None:
         raise ModelError(
-            "which robot? give a name of the catalogue or a convention", expected="robocal new --list shows them"
+            "which robot? give a name of the catalogue, a convention, or cable", expected="robocal new --list shows them"
         )
     made = job(robot, Path(output), joints=joints, kind=kind, force=force)
     terminal.document({"name": made.name, "convention": made.convention, "written": [str(p) for p in made.written]})
     if not json:
-        terminal.say(f"{made.name}, convention {made.convention}:")
+        terminal.say(f"{made.name}, convention {made.convention}:" if made.convention else f"{made.name}:")
         for path in made.written:
             terminal.say(f"  {path}")
-        terminal.say(f"Fill them in, then: robocal check {made.written[0]} {made.written[1]}")
+        verb = "check" if made.convention else "cable tension"
+        terminal.say(f"Fill them in, then: robocal {verb} {made.written[0]} {made.written[1]}")
     return DONE

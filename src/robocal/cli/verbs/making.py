@@ -17,12 +17,13 @@ def new(
     force: o.Force = False,
     json: o.Json = False,
 ) -> Task:
-    """Write a robot file, a data file and a table to fill in.
+    """Write a robot file, a data file and a table to fill in; of a cable robot its file and a list of poses.
 
     \b
     robocal new --list
     robocal new ur10 -o cell
     robocal new mdh-hayati --joints 5 -o cell
+    robocal new cable -o cell
     """
     return task("new", locals())
 
