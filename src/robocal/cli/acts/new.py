@@ -35,7 +35,8 @@ def new(*, robot: str | None, output: str, joints: int, kind: str, force: bool, 
         return DONE
     if robot is None:
         raise ModelError(
-            "which robot? give a name of the catalogue, a convention, or cable", expected="robocal new --list shows them"
+            "which robot? give a name of the catalogue, a convention, or cable",
+            expected="robocal new --list shows them",
         )
     made = job(robot, Path(output), joints=joints, kind=kind, force=force)
     terminal.document({"name": made.name, "convention": made.convention, "written": [str(p) for p in made.written]})
