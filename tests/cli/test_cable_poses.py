@@ -203,6 +203,21 @@ def test_a_planar_robot_stays_in_its_plane(folder):
     assert robocal("cable", "tension", "planar.yaml", "list/program.csv").status == 0
 
 
+def test_a_singular_start_is_refused(folder):
+    """Eight cables that all point away from one point: upright, nothing turns the platform about the vertical."""
+    corners = [f"[{x}, {y}, {z}]" for z in (0, 2) for x, y in ((-2, -2), (2, -2), (2, 2), (-2, 2))]
+    attach = [f"[{x}, {y}, {z}]" for z in (-0.1, 0.1) for x, y in ((-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1))]
+    (folder / "robot.yaml").write_text(
+        f"robocal: 1\nname: radial\nkind: cable\nunits: {{length: m}}\nframe_anchors: [{', '.join(corners)}]\n"
+        f"platform_anchors: [{', '.join(attach)}]\nevery_cable: {{tension: [10, 500], diameter: 0.004}}\n"
+        "platform: {mass: 10}\n"
+    )
+    # Held it is, but every motion would end where it begins.
+    robocal("cable", "poses", "robot.yaml", "-n", 5).assert_refused(
+        "--start", "X_0 is a singular pose", "no disturbance", "another; none of 15 cells"
+    )
+
+
 def test_a_start_that_will_not_do_is_refused_with_one_that_will(folder):
     heavy = ["cable", "poses", "robot.yaml", "-n", 5, "--limits", "10,300", "--payload", 52]
     robocal(*heavy, "--start", "0,0,2.95").assert_refused(

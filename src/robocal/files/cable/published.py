@@ -17,6 +17,15 @@ from robocal.files.yamlio import Document
 __all__ = ["read_published"]
 
 
+WHERE = {
+    "mass": ("mass_kg",),
+    "tension": ("tension_limits_N",),
+    "diameter": ("cable", "diameter_m"),
+    "elasticity": ("cable", "elongation_per_N"),
+    "density": ("cable", "weight_N_per_m"),
+}
+
+
 class MaterialModel(Model):
     """cable: what it is made of."""
 
@@ -80,7 +89,7 @@ def read_published(document: Document) -> CableFile:
         assumed=_assumed(document, m),
         **known,
     )
-    warnings = checked(robot, document)
+    warnings = checked(robot, document, WHERE)
     units = CableUnits(length=unit)
     return CableFile(robot, units, document.path, document.text, document.sha256, "published", warnings)
 

@@ -76,16 +76,17 @@ def _described(source: Source, document: Document) -> CableFile:
     frame, platform = (_anchors(document, key, values) for key in ("frame_anchors", "platform_anchors"))
     rows = _joined(model, document, frame, platform)
     robot, places = _robot(model, rows, frame, platform, values)
-    warnings = checked(robot, document)
+    warnings = (*checked(robot, document), *_idle(rows, frame, platform, document))
     return CableFile(robot, units, source.path, source.text, source.sha256, "yaml", warnings, places)
 
 
-def checked(robot: CableRobot, document: Document) -> tuple[str, ...]:
-    """What `cables.check` says of a robot, located in its file."""
+def checked(robot: CableRobot, document: Document, where: Mapping[str, Path_] | None = None) -> tuple[str, ...]:
+    """What `cables.check` says of a robot, located in its file; `where` says under which keys another format has mass,
+    tension and whatever else it has for all cables at once."""
     try:
         return tuple(f"{document.path}: {doubt}" for doubt in check(robot))
     except ModelError as error:
-        path = _path(str(error.key), robot, document)
+        path = _path(str(error.key), robot, document, where or {})
         facts: dict[str, Any] = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
         row = document.row(path)
         raise FormatError(
@@ -93,9 +94,11 @@ def checked(robot: CableRobot, document: Document) -> tuple[str, ...]:
         ) from None
 
 
-def _path(key: str, robot: CableRobot, document: Document) -> Path_:
+def _path(key: str, robot: CableRobot, document: Document, where: Mapping[str, Path_]) -> Path_:
     """The key path that a complaint of the model speaks of."""
     owner, _, what = key.partition(".")
+    if (what or key) in where:
+        return where[what or key]
     if owner not in robot.cables:
         return ("platform", key) if key in ("mass", "inertia") else (key,)
     i = robot.cables.index(owner)
@@ -172,6 +175,17 @@ def _joined(
         seen[name] = i
         out.append((row, ends[0], ends[1]))
     return out
+
+
+def _idle(
+    rows: list[tuple[CableModel, str, str]], frame: Anchors, platform: Anchors, document: Document
+) -> tuple[str, ...]:
+    """A remark on anchors that no cable uses: they may be spare, or a cable is missing."""
+    spare = (
+        (key, [name for name in anchors if name not in {row[at] for row in rows}])
+        for key, anchors, at in (("frame", frame, 1), ("platform", platform, 2))
+    )
+    return tuple(f"{document.path}: no cable uses {key} anchor {', '.join(names)}" for key, names in spare if names)
 
 
 def _robot(

@@ -27,7 +27,8 @@ LARGEST = 1000.0  # box, as a multiple of the machine
 
 def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str) -> Start:
     """The start that was asked for, examined: "mean" of the frame anchors, "best" of a grid, or x,y,z or
-    x,y,z,rx,ry,rz. Raises ModelError where it cannot be held or something touches, with a start that would do."""
+    x,y,z,rx,ry,rz. Raises ModelError where it cannot be held, where it is singular, and where something touches, with a
+    start that would do."""
     if said == "best":
         pose = propose(robot, clearance)
         if pose is None:
@@ -38,11 +39,14 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
         pose = robot.home if said == "mean" else _pose(file, robot, said)
     # Examined by a method that finds tensions wherever there are any.
     found = examine(robot, pose, clearance)
-    if found.held and not found.touching:
+    if found.held and not found.touching and found.margin != 0.0:
         return found
     shown = _shown(file, robot, pose) + (", the mean of the frame anchors" if said == "mean" else "")
-    if found.held:
+    if found.touching and found.held:
         why = f"at the start X_0 {found.touching}"
+    elif found.held:
+        # Margins are exactly zero at singular poses alone; any motion leaves what is held there.
+        why = "the start X_0 is a singular pose: the cables balance the weight there, and no disturbance beside it"
     else:
         parts = [
             f"{WRENCH[axis]} {v:.4g} {'N' if axis < 3 else 'Nm'}"
@@ -51,12 +55,16 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
         ]
         why = f"the start X_0 cannot be held within the tension limits; missing is {', '.join(parts)}"
     other = propose(robot, clearance)
-    instead = _none() if other is None else f"another, such as --start {_shown(file, robot, other)} (or --start best)"
+    instead = (
+        f"another; {_none()}"
+        if other is None
+        else f"another, such as --start {_shown(file, robot, other)} (or --start best)"
+    )
     raise ModelError(why, key="--start", found=shown, expected=instead)
 
 
 def _none() -> str:
-    return f"none of {CELLS} cells along each direction is held and free of contact"
+    return f"none of {CELLS} cells along each direction bears a disturbance and is free of contact"
 
 
 def _pose(file: CableFile, robot: CableRobot, said: str) -> Array:
