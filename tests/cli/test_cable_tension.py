@@ -276,7 +276,7 @@ def without(key):
         ("", "", ("--method", "p-norm", "--power", "1"), ["--power", "at least 2"]),
         ("", "", ("--payload", "-1"), ["--payload"]),
         (without("mass"), "", ("--mass", "nan"), ["--mass", "0 or more"]),
-        ("", "", ("--length", "0"), ["--length", "positive"]),
+        ("", "", ("--length", "0"), ["--length", "above 0"]),
         ("", POSES.replace("1600", "16OO"), (), ["poses.csv", "row 3", "column z"]),
         ("", POSES.replace("z [mm]", "z"), (), ["poses.csv", "column z", "unit is missing"]),
         ("", POSES.replace("rx [deg]", "rx [deg],fx [kg]").replace(",0,0,0", ",0,0,0,0").replace(",5,3", ",5,1,3"), (),

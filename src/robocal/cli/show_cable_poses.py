@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rich.text import Text
 
 from robocal.cli.show import figure, show_paths, table
 from robocal.cli.terminal import Terminal
-
-if TYPE_CHECKING:
-    from robocal.jobs.cable.poses import Listed
+from robocal.jobs.cable.poses_result import EXPECTED_OF, STOPPED_BY, Listed
 
 __all__ = ["show_poses"]
-WORDS = {
-    "box": "nothing: X_r was reached",
-    "statics": "the tension limits",
-    "cable-cable": "two cables that would touch",
-    "cable-platform": "a cable that would touch the platform",
-}
 
 
 def show_poses(terminal: Terminal, made: Listed) -> None:
@@ -32,7 +22,7 @@ def show_poses(terminal: Terminal, made: Listed) -> None:
         terminal.show(Text(f"at X_0 {pair}; capacity margin {figure(made.start.margin)} N", style="dim"))
     stopped = table("stopped by", "motions", "share [%]", right=(1, 2))
     for name, count in made.limits.items():
-        stopped.add_row(WORDS[name], str(count), f"{100 * count / n:.1f}")
+        stopped.add_row(STOPPED_BY[name], str(count), f"{100 * count / n:.1f}")
     terminal.show(Text(""), stopped)
     if made.choice is not None:
         _show_choice(terminal, made)
@@ -50,10 +40,9 @@ def _show_choice(terminal: Terminal, made: Listed) -> None:
         f"all {len(made.names)}",
         right=(1, 2, 3),
     )
-    words = {"a": "frame anchors", "b": "platform anchors", "l0": "zeros of lengths", "position": "platform's position"}
     for what in choice.expected["chosen"]:
         cells = (figure(1e3 * choice.expected[who][what]) for who in ("chosen", "random", "all"))
-        shown.add_row(words[what], *cells)
+        shown.add_row(EXPECTED_OF[what], *cells)
     terminal.show(Text(""), shown)
     if choice.criterion == "A" and choice.limit:
         more = 100 * ((choice.design.value / choice.limit) ** 0.5 - 1)

@@ -11,7 +11,7 @@ from robocal.cli.show import figure, show_paths, table
 from robocal.cli.terminal import Terminal
 
 if TYPE_CHECKING:
-    from robocal.jobs.cable.tension import Tensions
+    from robocal.jobs.cable.tension_result import Tensions
 
 __all__ = ["show_tension"]
 

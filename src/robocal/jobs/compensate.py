@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -25,7 +24,7 @@ from robocal.files.robot import Robot
 from robocal.files.targets import TargetFile, compensated_text, read_targets
 from robocal.files.text import write_files
 from robocal.jobs.inputs import Watch, computable, open_arm, robot_files
-from robocal.jobs.plain import plain
+from robocal.jobs.plain import json_text
 from robocal.jobs.predict import known_of, shape_motion
 from robocal.jobs.reference import nominal_chain, run_result
 from robocal.parameters import FRAME_SYMBOLS
@@ -150,7 +149,7 @@ def compensate(
     )  # fmt: skip
     if output is None:
         return found
-    document = json.dumps(plain(found.document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    document = json_text(found.document)
     texts = {"compensated.csv": found.text, "compensation.json": document}
     return replace(found, written=write_files(output, texts))
 

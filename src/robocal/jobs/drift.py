@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -20,7 +19,7 @@ from robocal.files.result import Result, read_result
 from robocal.files.robot import Robot
 from robocal.files.text import write_files
 from robocal.jobs.inputs import Watch, open_arm
-from robocal.jobs.plain import plain
+from robocal.jobs.plain import json_text
 from robocal.jobs.predict import known_of
 
 __all__ = ["Comparison", "drift"]
@@ -119,7 +118,7 @@ def drift(
     )
     if output is None:
         return made
-    text = json.dumps(plain(made.document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json_text(made.document)
     return replace(made, written=write_files(output, {"drift.json": text}))
 
 

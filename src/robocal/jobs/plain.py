@@ -1,12 +1,13 @@
-"""Values as strict JSON can hold them."""
+"""Values and documents as strict JSON can hold them."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["plain"]
+__all__ = ["json_text", "plain"]
 
 
 def plain(value: Any) -> Any:
@@ -22,3 +23,8 @@ def plain(value: Any) -> Any:
     if value is None or isinstance(value, str | int | bool):
         return value
     return str(value)
+
+
+def json_text(document: Mapping[str, Any]) -> str:
+    """A document as the text of its file."""
+    return json.dumps(plain(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"

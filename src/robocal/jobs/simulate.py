@@ -119,7 +119,7 @@ def refuse_existing(folder: Path, names: Sequence[str], force: bool) -> None:
             raise FileError(
                 "this file exists and is left as it is",
                 file=folder / name,
-                expected="--force to replace it, or another folder",
+                expected="--force to replace it, or another place",
             )
 
 

@@ -29,7 +29,7 @@ from robocal.files.robot import Robot
 from robocal.files.text import write_files
 from robocal.jobs.inputs import Inputs, Watch, computable, open_arm, read_inputs, robot_files
 from robocal.jobs.layered import layer_beside, layer_words
-from robocal.jobs.plain import plain
+from robocal.jobs.plain import json_text, plain
 from robocal.jobs.standard import Standard, standard
 from robocal.measure.data import DataSet
 
@@ -199,7 +199,7 @@ def _save(made: Validation, output: Path) -> Validation:
         files["validation.html"] = render(plain(made.document))
     except MissingExtra as missing:
         made = replace(made, warnings=(*made.warnings, f"validation.html was left out: {missing}"))
-    document = json.dumps(plain(made.document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    document = json_text(made.document)
     return replace(made, written=write_files(output, {"validation.json": document} | files))
 
 

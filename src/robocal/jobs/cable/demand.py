@@ -13,7 +13,7 @@ from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
 from robocal.files.cable.robot import CableFile
 from robocal.geometry import so3
-from robocal.jobs.cable.load import mass_of, numbers_of, wrench_of
+from robocal.jobs.cable.load import lever_of, mass_of, numbers_of, wrench_of
 
 __all__ = ["demand_of"]
 
@@ -52,7 +52,7 @@ def demand_of(
         extra,
         _least("--acceleration", acceleration),
         float(file.units.force.to_si(_least("--reserve", reserve))),
-        1.0 if length is None else _lever(length, file),
+        lever_of(file, length),
     )
 
 
@@ -75,12 +75,6 @@ def _least(option: str, value: float) -> float:
     if not 0 <= value < math.inf:
         raise ModelError("out of range", key=option, found=value, expected="a finite number, 0 or more")
     return value
-
-
-def _lever(length: float, file: CableFile) -> float:
-    if not 0 < length < math.inf:
-        raise ModelError("out of range", key="--length", found=length, expected="a finite number above 0")
-    return float(file.units.length.to_si(length))
 
 
 def _orientations(file: CableFile, given: Sequence[str], tilt: float | None) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +15,13 @@ from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
 from robocal.files.cable.lists import platform_text, read_cable_lengths
 from robocal.files.cable.robot import read_cable
+from robocal.files.dataset import InputFile
+from robocal.files.text import write_text
 from robocal.files.units import number
-from robocal.jobs.cable.inverse import fitting, located, tensions_of, written
+from robocal.jobs.cable.document import framed
+from robocal.jobs.cable.lists import fitting, located, tensions_of
+from robocal.jobs.cable.load import robot_input
+from robocal.jobs.simulate import refuse_existing
 
 __all__ = ["Poses", "cable_forward"]
 
@@ -27,8 +33,8 @@ UNLIKELY = 1e-6  # of the chi-squared of what is left: once in a million poses
 @dataclass(frozen=True, eq=False)
 class Poses:
     """Poses with their evidence: `found` as `cables.forward` gives it, root mean squares of the residuals (k,) in m,
-    one sigma of position (k,) in m and orientation (k,) in rad (not a number where unknown), the CSV, where it was
-    written, what is odd about the robot, and `doubts`: why a pose must not be trusted."""
+    one sigma of position in m and orientation in rad, (k, 2) (not a number where unknown), the CSV, what is odd about the
+    robot, `doubts`: why a pose must not be trusted, and where the CSV was written."""
 
     robot: CableRobot
     names: tuple[str, ...]
@@ -36,9 +42,31 @@ class Poses:
     rms: Array
     sigma: Array
     text: str
-    written: Path | None
     warnings: tuple[str, ...]
     doubts: tuple[str, ...]
+    inputs: tuple[InputFile, ...]
+    command: str = ""
+    written: Path | None = None
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What --json prints."""
+        found = self.found
+        poses = [
+            {
+                "name": name,
+                "T_base_platform": found.pose[i],
+                "residual_m": self.rms[i],
+                "sigma_position_m": self.sigma[i, 0],
+                "sigma_orientation_rad": self.sigma[i, 1],
+                "covariance": found.covariance[i],
+                "converged": bool(found.converged[i]),
+                "solutions": int(found.solutions[i]),
+            }
+            for i, name in enumerate(self.names)
+        ]
+        said = (*self.warnings, *self.doubts)
+        return framed(self.robot, {"poses": poses}, warnings=said, inputs=self.inputs, command=self.command)
 
 
 def cable_forward(
@@ -52,9 +80,12 @@ def cable_forward(
     seed: int = 0,
     output: Path | None = None,
     force: bool = False,
+    command: str = "",
 ) -> Poses:
     """Poses from lengths; `sigma` is the noise of a length in the robot file's unit, `tension` that of every cable in
     its unit of force, `starts` how many further starts look for other solutions. Raises InputError."""
+    if output is not None:
+        refuse_existing(output.parent, (output.name,), force)
     file = read_cable(robot)
     rows = read_cable_lengths(lengths, file.robot)
     if sigma is not None and not sigma > 0:
@@ -77,8 +108,11 @@ def cable_forward(
     }
     text = platform_text(rows.names, found.pose, file.units, more)
     doubts = _doubts(rows.names, found, noise)
-    place = written(output, text, force)
-    return Poses(file.robot, rows.names, found, rms, spread, text, place, (*file.warnings, *said), doubts)
+    return Poses(
+        file.robot, rows.names, found, rms, spread, text, (*file.warnings, *said), doubts,
+        (robot_input(file, robot), InputFile(Path(lengths), rows.sha256)), command,
+        None if output is None else write_text(output, text),
+    )  # fmt: skip
 
 
 def _spread(found: Forward, robot: CableRobot) -> Array:

@@ -2,35 +2,48 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
-from robocal.cables.inverse import inverse, model_of
-from robocal.errors import FileError, FormatError, ModelError
-from robocal.files.cable.lists import CableList, lengths_text, read_platform_poses
-from robocal.files.cable.robot import CableFile, read_cable
+from robocal.cables.inverse import inverse
+from robocal.errors import ModelError
+from robocal.files.cable.lists import lengths_text, read_platform_poses
+from robocal.files.cable.robot import read_cable
+from robocal.files.dataset import InputFile
 from robocal.files.text import write_text
+from robocal.jobs.cable.document import framed
+from robocal.jobs.cable.lists import fitting, located, tensions_of
+from robocal.jobs.cable.load import robot_input
+from robocal.jobs.simulate import refuse_existing
 
-__all__ = ["Lengths", "cable_inverse", "fitting", "located", "tensions_of", "written"]
+__all__ = ["Lengths", "cable_inverse"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Lengths:
-    """Lengths (k, m) in m by name of the pose, the CSV, where it was written, and what is odd about the robot."""
+    """Lengths (k, m) in m by name of the pose, the CSV, what is odd about the robot, and where the CSV was written."""
 
     robot: CableRobot
     names: tuple[str, ...]
     lengths: Array
     text: str
-    written: Path | None
     warnings: tuple[str, ...]
+    inputs: tuple[InputFile, ...]
+    command: str = ""
+    written: Path | None = None
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What --json prints."""
+        found = {"lengths_m": dict(zip(self.names, self.lengths, strict=True))}
+        return framed(self.robot, found, warnings=self.warnings, inputs=self.inputs, command=self.command)
 
 
 def cable_inverse(
@@ -41,9 +54,12 @@ def cable_inverse(
     sag: bool = False,
     output: Path | None = None,
     force: bool = False,
+    command: str = "",
 ) -> Lengths:
     """Lengths from poses; `tension` in the robot file's unit of force is that of every cable where the list has no
     columns of its own. Raises InputError."""
+    if output is not None:
+        refuse_existing(output.parent, (output.name,), force)
     file = read_cable(robot)
     rows = read_platform_poses(poses, file.robot)
     pull, warnings = tensions_of(rows, tension, file, sag)
@@ -53,48 +69,8 @@ def cable_inverse(
     except ModelError as error:
         raise located(error, poses, rows) from None
     text = lengths_text(file.robot, rows.names, lengths, file.units, rows.tension)
-    place = written(output, text, force)
-    return Lengths(file.robot, rows.names, lengths, text, place, (*file.warnings, *warnings))
-
-
-def tensions_of(
-    rows: CableList, tension: float | None, file: CableFile, sag: bool
-) -> tuple[Array | None, tuple[str, ...]]:
-    """Tensions of the list, or one for all, in N, and a warning where those of the list stretch nothing, since nobody
-    knows how elastic the cables are. Raises ModelError when both say, and for one that pushes."""
-    if tension is not None:
-        if rows.tension is not None:
-            raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
-        if not 0 <= tension < math.inf:
-            raise ModelError("a cable cannot push", key="--tension", found=tension, expected="0 or more")
-        return np.asarray(file.units.force.to_si(tension)), ()
-    if rows.tension is not None and file.robot.elasticity is None and not sag:
-        return None, (f"tensions of the list are left aside: the elasticity of {file.robot.name} is not known",)
-    return rows.tension, ()
-
-
-def located(error: ModelError, path: str, rows: CableList) -> FormatError:
-    """What a model complains of, said of the row of the list that it is about."""
-    row = None if error.row is None else rows.lines[error.row]
-    return FormatError(error.message, file=path, row=row, key=error.key, found=error.found, expected=error.expected)
-
-
-def fitting(file: CableFile, pull: Array | None, sag: bool) -> None:
-    """Whether the robot's file knows what the length model needs. Raises FormatError naming it, or ModelError."""
-    try:
-        model_of(file.robot, sag=sag, tense=pull is not None)
-    except ModelError as error:
-        if error.key == "tension":
-            raise
-        raise FormatError(error.message, file=file.path, key=error.key, expected=error.expected) from None
-
-
-def written(output: Path | None, text: str, force: bool) -> Path | None:
-    """Writes the text, unless nobody asked or a file is in the way."""
-    if output is None:
-        return None
-    if output.exists() and not force:
-        raise FileError(
-            "this file exists and is left as it is", file=output, expected="--force to replace it, or another name"
-        )
-    return write_text(output, text)
+    return Lengths(
+        file.robot, rows.names, lengths, text, (*file.warnings, *warnings),
+        (robot_input(file, robot), InputFile(Path(poses), rows.sha256)), command,
+        None if output is None else write_text(output, text),
+    )  # fmt: skip

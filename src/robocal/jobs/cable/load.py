@@ -4,42 +4,64 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
+from robocal.files.cable.lists import WRENCH
 from robocal.files.cable.robot import CableFile
+from robocal.files.dataset import InputFile
 
-__all__ = ["limited", "mass_of", "numbers_of", "wrench_of"]
+__all__ = [
+    "corners_of",
+    "held_robot",
+    "lever_of",
+    "mass_of",
+    "missing_text",
+    "numbers_of",
+    "robot_input",
+    "wrench_of",
+]
 
 Array = NDArray[np.float64]
 UPRIGHT = {2, 3, 4}  # components of the twist (v, w) that a weight works on: z, and the turns about x and y
+CORNERS = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
 
 
-def limited(file: CableFile, limits: str | None = None) -> CableRobot:
-    """The robot with tension limits: those of its file, or "LEAST,GREATEST" for every cable. Raises FormatError naming
-    the key that is missing, ModelError for limits that make no sense."""
+def held_robot(file: CableFile, limits: str | None = None) -> CableRobot:
+    """The robot as statics needs it: with no fewer cables than degrees of freedom, and tension limits, those of its file or
+    "LEAST,GREATEST" for every cable. Raises FormatError naming the key that is missing, ModelError for limits that make no
+    sense."""
     robot = file.robot
-    if limits is not None:
-        low, high = (file.units.force.to_si(v) for v in numbers_of(limits, "--limits", ("LEAST", "GREATEST")))
-        if not 0 <= low < high:
-            raise ModelError(
-                "the tension limits are crossed or negative",
-                key="--limits",
-                found=limits,
-                expected="0 <= LEAST < GREATEST",
-            )
-        return replace(robot, limits=np.tile([low, high], (len(robot.cables), 1)))
-    if robot.limits is None:
+    if len(robot.cables) < len(robot.axes):
         raise FormatError(
-            f"the tension limits of {robot.name} are not known",
+            "fewer cables than degrees of freedom: such a platform is not held by its cables",
             file=file.path,
-            key="every_cable.tension",
-            expected="every_cable: {tension: [LEAST, GREATEST]}, or --limits LEAST,GREATEST",
+            key="cables",
+            found=f"{len(robot.cables)} cables for {len(robot.axes)} degrees of freedom",
+            expected=f"{len(robot.axes)} or more",
         )
-    return robot
+    if limits is None:
+        if robot.limits is None:
+            raise FormatError(
+                f"the tension limits of {robot.name} are not known",
+                file=file.path,
+                key="every_cable.tension",
+                expected="every_cable: {tension: [LEAST, GREATEST]}, or --limits LEAST,GREATEST",
+            )
+        return robot
+    low, high = (file.units.force.to_si(v) for v in numbers_of(limits, "--limits", ("LEAST", "GREATEST")))
+    if not 0 <= low < high:
+        raise ModelError(
+            "the tension limits are crossed or negative",
+            key="--limits",
+            found=limits,
+            expected="0 <= LEAST < GREATEST",
+        )
+    return replace(robot, limits=np.tile([low, high], (len(robot.cables), 1)))
 
 
 def mass_of(file: CableFile, payload: float = 0.0, mass: float | None = None) -> float:
@@ -73,6 +95,22 @@ def wrench_of(file: CableFile, wrench: str | None) -> Array:
     return values
 
 
+def lever_of(file: CableFile, length: float | None) -> float:
+    """The length in m by which moments are divided before they are compared with forces: --length in the file's unit, one metre
+    for None. Raises ModelError."""
+    if length is None:
+        return 1.0
+    if not 0 < length < math.inf:
+        raise ModelError("out of range", key="--length", found=length, expected="a finite number above 0")
+    return float(file.units.length.to_si(length))
+
+
+def corners_of(file: CableFile, text: str) -> Array:
+    """The box --box "X0,Y0,Z0,X1,Y1,Z1" as rows (lower, upper), (3, 2) m, whichever of the two is larger. Raises ModelError."""
+    sides: Array = file.units.length.to_si(np.array(numbers_of(text, "--box", CORNERS)).reshape(2, 3).T)
+    return sides
+
+
 def numbers_of(text: str, option: str, names: tuple[str, ...]) -> list[float]:
     """As many finite numbers as names, between commas. Raises ModelError."""
     try:
@@ -82,3 +120,18 @@ def numbers_of(text: str, option: str, names: tuple[str, ...]) -> list[float]:
     if len(values) != len(names) or not all(math.isfinite(v) for v in values):
         raise ModelError("not what this option takes", key=option, found=text, expected=",".join(names))
     return values
+
+
+def missing_text(robot: CableRobot, missing: Array) -> str:
+    """A missing wrench (d,) [N, N m] in words; components that are nothing beside the greatest are left out."""
+    size = np.abs(missing).max()
+    return ", ".join(
+        f"{WRENCH[axis]} {v:.4g} {'N' if axis < 3 else 'Nm'}"
+        for axis, v in zip(robot.axes, missing, strict=True)
+        if abs(v) > 1e-6 * size
+    )
+
+
+def robot_input(file: CableFile, robot: str) -> InputFile:
+    """The robot's file, given as `robot`, as an input of a result."""
+    return InputFile(file.path or Path(robot), file.sha256)

@@ -3,135 +3,38 @@ measuring."""
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal import __version__
 from robocal.cables.boundary import statics_along
 from robocal.cables.geometry import CableRobot
-from robocal.cables.poses import LIMITS, PoseBox, PoseList, reachable_poses
+from robocal.cables.poses import PoseList, reachable_poses
 from robocal.cables.program import Program, kept_to_what_is_held, program
-from robocal.cables.start import Clearance, Start
 from robocal.cables.tension import METHODS
 from robocal.cables.workspace import Demand
 from robocal.calibrate.choose import EXPECTED, Choice, Noise, choose
-from robocal.errors import FormatError, ModelError, nearest
+from robocal.errors import ModelError, nearest
 from robocal.files.cable.program import list_text, program_text
 from robocal.files.cable.robot import CableFile, read_cable
 from robocal.files.text import write_files
-from robocal.jobs.cable.load import limited, mass_of, numbers_of
+from robocal.jobs.cable.load import held_robot, mass_of, numbers_of, robot_input
+from robocal.jobs.cable.poses_result import Listed
 from robocal.jobs.cable.start import box_of, clearance_of, started
 from robocal.jobs.inputs import Watch, computable
-from robocal.jobs.plain import plain
+from robocal.jobs.plain import json_text
 from robocal.jobs.simulate import refuse_existing
 
-__all__ = ["Listed", "cable_poses"]
+__all__ = ["cable_poses"]
 
 Array = NDArray[np.float64]
 FILES = ("poses.csv", "program.csv", "chosen.csv", "list.json", "report.html")
 STEPS = 256  # in which a motion is asked whether the platform is held
 MOST = 200_000  # waypoints, which take half a minute and a gigabyte
 UNSTATED = 1e-3  # m, noise of a length that nobody stated
-
-
-@dataclass(frozen=True, eq=False)
-class Listed:
-    """A list of poses with its start, the box Z, waypoints, what was chosen from it, and what was written."""
-
-    file: CableFile
-    robot: CableRobot  # with the mass and limits that were asked for
-    names: tuple[str, ...]
-    start: Start
-    box: PoseBox
-    clearance: Clearance
-    listing: PoseList
-    program: Program
-    method: str
-    margin: float
-    seed: int
-    choice: Choice | None
-    text: str
-    warnings: tuple[str, ...]
-    command: str = ""
-    written: tuple[Path, ...] = ()
-
-    @property
-    def limits(self) -> dict[str, int]:
-        """How many motions each of LIMITS stopped; `box`: none of them did."""
-        return {name: int((self.listing.limit == i).sum()) for i, name in enumerate(LIMITS)}
-
-    @property
-    def document(self) -> dict[str, Any]:
-        """list.json, in SI units."""
-        made, listing, (k, l) = self.program, self.listing, self.start.nearest
-        who = listing.contacts.names(self.robot.cables)
-        found: dict[str, Any] = plain(
-            {
-                "robocal": 1,
-                "robot": self.robot.name,
-                "cables": list(self.robot.cables),
-                "start": {
-                    "T_base_platform": self.start.pose,
-                    "tension_N": self.start.tensions.tension[0],
-                    "margin_N": self.start.margin,
-                    "nearest": None if k < 0 else [self.robot.cables[k], self.robot.cables[l]],
-                    "gap_m": self.start.gap,
-                },
-                "box": {"half_m": self.box.translation, "half_rad": self.box.rotation, "offset_m": self.box.offset},
-                "mu": self.margin,
-                "seed": self.seed,
-                "method": self.method,
-                "mass_kg": self.robot.mass,
-                "limits_N": self.robot.limits,
-                "diameter_m": self.clearance.diameter,
-                "reached": listing.reached,
-                "stopped_by": self.limits,
-                "lengths": "stretched by the tensions" if made.stretched else "geometric",
-                "steps": len(made.shares) - 1,
-                "poses": [
-                    {
-                        "name": name,
-                        "T_base_platform": made.pose[i, -1],
-                        "lengths_m": made.lengths[i, -1],
-                        "tension_N": made.tension[i, -1],
-                        "lambda": listing.fraction[i],
-                        "limit": LIMITS[listing.limit[i]],
-                        "contact": who[i] if listing.limit[i] > 1 else None,
-                    }
-                    for i, name in enumerate(self.names)
-                ],
-                "choice": self._chosen(),
-                "assumed": list(self.robot.assumed),
-                "warnings": list(self.warnings),
-                "provenance": {
-                    "version": __version__,
-                    "command": self.command,
-                    "inputs": [{"file": str(self.file.path), "sha256": self.file.sha256}],
-                },
-            }
-        )
-        return found
-
-    def _chosen(self) -> dict[str, Any] | None:
-        choice = self.choice
-        if choice is None:
-            return None
-        return {
-            "criterion": choice.criterion,
-            "poses": [self.names[i] for i in choice.chosen],
-            "value": choice.design.value,
-            "limit": choice.limit,
-            "parameters": list(choice.parameters),
-            "sigma_m": choice.noise.length,
-            "sigma_position_m": choice.noise.position,
-            "sigma_orientation_rad": choice.noise.orientation,
-            "expected_rms_m": choice.expected,
-        }
 
 
 def cable_poses(
@@ -167,14 +70,9 @@ def cable_poses(
     _sane(count, steps, margin, method)
     tell = watch or (lambda event: None)
     file = read_cable(robot)
-    able = replace(limited(file, limits), mass=mass_of(file, payload, mass))
+    able = replace(held_robot(file, limits), mass=mass_of(file, payload, mass))
     clearance, warnings = clearance_of(file, able, diameter, body, relief)
     noise = _noise(file, sigma, pose_noise)
-    if len(able.cables) < len(able.axes):
-        raise FormatError(
-            "fewer cables than degrees of freedom: such a platform is not held by its cables",
-            file=file.path, key="cables", found=f"{len(able.cables)} cables for {able.degrees}",
-        )  # fmt: skip
     tell({"stage": "asking the start"})
     with computable(robot):
         begin = started(file, able, clearance, start)
@@ -196,8 +94,9 @@ def cable_poses(
     rank = None if choice is None else {int(i): k + 1 for k, i in enumerate(choice.chosen)}
     text = list_text(able, names, listing, made, file.units, rank=rank)
     out = Listed(
-        file, able, names, begin, z, clearance, listing, made, method, margin, seed, choice, text,
-        (*file.warnings, *warnings, *_doubts(listing, noise, sigma, wanted, file)), command,
+        file.units, able, names, begin, z, clearance, listing, made, method, margin, seed, choice, text,
+        (*file.warnings, *warnings, *_doubts(listing, noise, sigma, wanted, file)),
+        (robot_input(file, robot),), command,
     )  # fmt: skip
     return out if output is None else _save(out, output, tell)
 
@@ -279,12 +178,12 @@ def _save(made: Listed, output: Path, watch: Watch) -> Listed:
     from robocal.jobs.cable.poses_page import poses_page
 
     watch({"stage": "report"})
-    units, choice = made.file.units, made.choice
+    units, choice = made.units, made.choice
     order = np.arange(len(made.names)) if choice is None else choice.chosen
     texts = {
         "poses.csv": made.text,
         "program.csv": program_text(made.robot, made.names, made.program, order, units),
-        "list.json": json.dumps(made.document, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
+        "list.json": json_text(made.document),
         "report.html": poses_page(made),
     }
     if choice is not None:

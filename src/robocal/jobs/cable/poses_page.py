@@ -2,38 +2,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.boundary import Outline, outline
 from robocal.cables.workspace import Demand
+from robocal.geometry import se3
+from robocal.jobs.cable.document import how_made, limits_text
+from robocal.jobs.cable.poses_result import EXPECTED_OF, STOPPED_BY, Listed
+from robocal.jobs.plain import plain
 from robocal.report.cable.lists import reached
 from robocal.report.cable.page import Block, page
 from robocal.report.cable.scene import scene
 from robocal.report.cable.series import tensions
 from robocal.report.numbers import significant
 
-if TYPE_CHECKING:
-    from robocal.jobs.cable.poses import Listed
-
 __all__ = ["poses_page"]
 
 Array = NDArray[np.float64]
 MOST = 500  # rows of the table
-WORDS = {
-    "box": "nothing: X_r was reached",
-    "statics": "the tension limits",
-    "cable-cable": "two cables that would touch",
-    "cable-platform": "a cable that would touch the platform",
-}
-ROWS = {"a": "frame anchors a", "b": "platform anchors b", "l0": "zeros of lengths", "position": "platform's position"}
 
 
 def poses_page(made: Listed) -> str:
     """The page of a list of poses."""
-    found = made.document
+    found = plain(made.document)
     robot, listing, n = made.robot, made.listing, len(made.names)
     shown = np.arange(n) if made.choice is None else np.sort(made.choice.chosen)
     some = "the list" if made.choice is None else "the choice"
@@ -78,7 +73,7 @@ def _summary(made: Listed) -> str:
 
 def _stopped(made: Listed) -> list[list[str]]:
     n = len(made.names)
-    rows = [[WORDS[name], str(count), f"{100 * count / n:.1f}"] for name, count in made.limits.items()]
+    rows = [[STOPPED_BY[name], str(count), f"{100 * count / n:.1f}"] for name, count in made.limits.items()]
     return [["stopped by", "motions", "share, %"], *rows]
 
 
@@ -141,7 +136,7 @@ def _gain(made: Listed) -> list[list[str]]:
     assert choice is not None
     count = len(choice.chosen)
     rows = [
-        [ROWS[what], *(significant(1e3 * choice.expected[who][what]) for who in ("chosen", "random", "all"))]
+        [EXPECTED_OF[what], *(significant(1e3 * choice.expected[who][what]) for who in ("chosen", "random", "all"))]
         for what in choice.expected["chosen"]
     ]
     return [["expected rms, mm", f"{count} chosen", f"{count} at random", f"all {len(made.names)}"], *rows]
@@ -153,8 +148,6 @@ def _said(made: Listed, shown: NDArray[np.int64]) -> str:
 
 
 def _table(made: Listed, shown: NDArray[np.int64]) -> list[list[str]]:
-    from robocal.geometry import se3
-
     vectors = se3.to_vector(made.program.pose[shown[:MOST], -1])
     vectors[:, 3:] = np.degrees(vectors[:, 3:])
     who = made.listing.contacts.names(made.robot.cables)
@@ -171,21 +164,16 @@ def _table(made: Listed, shown: NDArray[np.int64]) -> list[list[str]]:
     return [head, *rows]
 
 
-def _how(made: Listed, found: dict[str, object]) -> str:
+def _how(made: Listed, found: Mapping[str, Any]) -> str:
     robot, box = made.robot, made.box
-    limits = sorted({f"{low:g} to {high:g} N" for low, high in robot.need("limits").tolist()})
     z = ", ".join(significant(v) for v in (2 * box.translation).tolist())
     turns = ", ".join(significant(v) for v in np.degrees(box.rotation).tolist())
     parts = [
-        f"Z is {z} m along the axes and turns by up to {turns} deg, seed {made.seed}; limits {', '.join(limits)}; "
-        f"{significant(float(robot.need('mass')))} kg; lengths are {found['lengths']}.",
+        f"Z is {z} m along the axes and turns by up to {turns} deg, seed {made.seed}; limits "
+        f"{limits_text(found['limits_N'])}; {significant(float(robot.need('mass')))} kg; lengths are {found['lengths']}.",
         "Cables are straight rods, and no contact on a way is jumped over. Sag, the frame and the floor are left out.",
     ]
-    if robot.assumed:
-        parts.append(f"Assumed, not measured: {', '.join(robot.assumed)}. What is reached depends on it.")
-    parts.append(f"{made.file.path}: SHA-256 {made.file.sha256}")
-    parts.append(f"robocal {found['provenance']['version']}: {made.command}")  # type: ignore[index]
-    return "\n\n".join([*parts, *made.warnings])
+    return "\n\n".join([*parts, *how_made(found), *made.warnings])
 
 
 def _point(p: Array) -> str:

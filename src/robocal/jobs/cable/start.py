@@ -13,10 +13,9 @@ from robocal.cables.interference import Body, box, hull
 from robocal.cables.poses import PoseBox, default_box
 from robocal.cables.start import CELLS, Clearance, Start, examine, propose
 from robocal.errors import ModelError
-from robocal.files.cable.lists import WRENCH
 from robocal.files.cable.robot import CableFile
 from robocal.geometry import se3
-from robocal.jobs.cable.load import numbers_of
+from robocal.jobs.cable.load import corners_of, missing_text, numbers_of
 
 __all__ = ["body_of", "box_of", "clearance_of", "started"]
 
@@ -48,12 +47,8 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
         # Margins are exactly zero at singular poses alone; any motion leaves what is held there.
         why = "the start X_0 is a singular pose: the cables balance the weight there, and no disturbance beside it"
     else:
-        parts = [
-            f"{WRENCH[axis]} {v:.4g} {'N' if axis < 3 else 'Nm'}"
-            for axis, v in zip(robot.axes, found.missing, strict=True)
-            if abs(v) > 1e-3 * np.abs(found.missing).max()
-        ]
-        why = f"the start X_0 cannot be held within the tension limits; missing is {', '.join(parts)}"
+        lacking = missing_text(robot, found.missing)
+        why = f"the start X_0 cannot be held within the tension limits; missing is {lacking}"
     other = propose(robot, clearance)
     instead = (
         f"another; {_none()}"
@@ -138,8 +133,7 @@ def box_of(
         raise ModelError("out of range", key="--scale", found=scale, expected=f"0 to {LARGEST:g} times the machine")
     if said is None:
         return default_box(robot.a, scale, angle, start)
-    corners = numbers_of(said, "--box", ("X0", "Y0", "Z0", "X1", "Y1", "Z1"))
-    low, high = np.asarray(file.units.length.to_si(np.array(corners))).reshape(2, 3)
+    low, high = corners_of(file, said).T
     if max(np.abs(low).max(), np.abs(high).max()) > LARGEST * np.abs(robot.a).max():
         raise ModelError("out of range", key="--box", found=said, expected=f"less than {LARGEST:g} times the machine")
     if (low > high).any():

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal import __version__
 from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, capacity_margin, distribute
@@ -20,75 +18,18 @@ from robocal.files.cable.robot import CableFile, read_cable
 from robocal.files.dataset import InputFile
 from robocal.files.text import write_files
 from robocal.files.units import number
-from robocal.jobs.cable.load import limited, mass_of, wrench_of
-from robocal.jobs.plain import plain
+from robocal.jobs.cable.load import held_robot, lever_of, mass_of, missing_text, robot_input, wrench_of
+from robocal.jobs.cable.tension_result import Tensions
+from robocal.jobs.plain import json_text
 from robocal.jobs.simulate import refuse_existing
 
-__all__ = ["Tensions", "cable_tension"]
+__all__ = ["cable_tension"]
 
 Array = NDArray[np.float64]
 FILES = ("tensions.csv", "tension.json", "report.html")
 MOMENT = "Nm"
 LEANING = np.sin(np.radians(5.0))  # of a cable that leaves a planar robot's plane further than it should
 MOST = 5
-
-
-@dataclass(frozen=True, eq=False)
-class Tensions:
-    """Tensions of k poses with what they hold: `spread` as `tension.distribute` gives it, in N and N m; capacity
-    margins (k,) in N; missing wrenches (k, d) along `robot.axes`; the CSV; and `doubts`: which poses are not held."""
-
-    robot: CableRobot
-    names: tuple[str, ...]
-    poses: Array
-    spread: Distribution
-    margin: Array
-    missing: Array
-    power: float
-    length: float
-    mass: float
-    text: str
-    warnings: tuple[str, ...]
-    doubts: tuple[str, ...]
-    inputs: tuple[InputFile, ...]
-    command: str = ""
-    written: tuple[Path, ...] = ()
-
-    @property
-    def document(self) -> dict[str, Any]:
-        """What tension.json holds."""
-        spread, axes = self.spread, [WRENCH[i] for i in self.robot.axes]
-        rows = zip(self.names, spread.tension, self.margin, self.missing, spread.wrench, strict=True)
-        return {
-            "robocal": 1,
-            "robot": self.robot.name,
-            "cables": list(self.robot.cables),
-            "method": spread.method,
-            "power": self.power if spread.method == "p-norm" else None,
-            "limits_N": spread.limits,
-            "mass_kg": self.mass,
-            "length_m": self.length,
-            "wrenches": {"axes": axes, "unit": "N, N m"},
-            "feasible": int(spread.feasible.sum()),
-            "poses": [
-                {
-                    "name": name,
-                    "T_base_platform": self.poses[i],
-                    "feasible": bool(spread.feasible[i]),
-                    "tension_N": tension if spread.found[i] else None,
-                    "margin_N": margin,
-                    "wrench": wrench,
-                    "missing": None if spread.feasible[i] else missing,
-                }
-                for i, (name, tension, margin, missing, wrench) in enumerate(rows)
-            ],
-            "warnings": [*self.warnings, *self.doubts],
-            "provenance": {
-                "version": __version__,
-                "command": self.command,
-                "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
-            },
-        }
 
 
 def cable_tension(
@@ -107,23 +48,25 @@ def cable_tension(
     command: str = "",
 ) -> Tensions:
     """Tensions at poses; `mass` stands for the platform's own and `payload` hangs at its centre (the file's unit of
-    mass), `wrench` and `limits` are those of `cable_load`, `length` (the file's unit, one metre by default) compares
+    mass), `wrench` and `limits` are those of `jobs.cable.load`, `length` (the file's unit, one metre by default) compares
     moments with forces. `output` gets FILES. Raises InputError."""
     if output is not None:
         refuse_existing(output, FILES, force)
     file = read_cable(robot)
-    able, weight = limited(file, limits), mass_of(file, payload, mass)
+    able, weight = held_robot(file, limits), mass_of(file, payload, mass)
     rows = read_platform_poses(poses, able)
-    lever = 1.0 if length is None else float(file.units.length.to_si(length))
+    lever = lever_of(file, length)
     structure = _structure(able, rows, poses)
     extra = wrench_of(file, wrench) + (0.0 if rows.wrench is None else rows.wrench)
     load = (gravity_wrench(rows.values, weight, able.com) + extra)[:, able.axes]
-    spread, margin = _spread(structure, load, able, file, method, power, lever)
+    spread = _distributed(structure, load, able, method, power)
+    margin = capacity_margin(structure, load, able.need("limits"), lever)
     missing = spread.missing(lever)
     made = Tensions(
         able, rows.names, rows.values, spread, margin, missing, power, lever, weight,
         _text(able, rows, spread, margin, missing, file), (*file.warnings, *_leaning(able, rows)),
-        _doubts(able, rows.names, spread, missing), _inputs(file, robot, rows, poses), command,
+        _doubts(able, rows.names, spread, missing),
+        (robot_input(file, robot), InputFile(Path(poses), rows.sha256)), command,
     )  # fmt: skip
     return made if output is None else _save(made, output)
 
@@ -144,21 +87,13 @@ def _structure(robot: CableRobot, rows: CableList, poses: str) -> Array:
     return out
 
 
-def _spread(
-    structure: Array, load: Array, robot: CableRobot, file: CableFile, method: str, power: float, length: float
-) -> tuple[Distribution, Array]:
-    """Tensions and margins; what the model complains of is said of the option or the file that it comes from."""
-    limits = robot.need("limits")
+def _distributed(structure: Array, load: Array, robot: CableRobot, method: str, power: float) -> Distribution:
+    """Tensions; what the model complains of is said of the option that it comes from."""
     try:
-        return (
-            distribute(structure, load, limits, method, power),
-            capacity_margin(structure, load, limits, length),
-        )
+        return distribute(structure, load, robot.need("limits"), method, power)
     except ModelError as error:
-        facts: dict[str, Any] = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
-        if structure.shape[2] < structure.shape[1]:
-            raise FormatError(error.message, file=file.path, key="cables", **facts) from None
         key = {"unknown tension method": "method"}.get(error.message, error.key)
+        facts: dict[str, Any] = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
         raise ModelError(error.message, key=f"--{key}", **facts) from None
 
 
@@ -182,12 +117,8 @@ def _doubts(robot: CableRobot, names: tuple[str, ...], spread: Distribution, mis
     """Poses that no tensions hold, and those that this method has none for."""
     out = []
     for i in np.flatnonzero(~spread.feasible):
-        parts = [
-            f"{WRENCH[axis]} {v:.4g} {'N' if axis < 3 else MOMENT}"
-            for axis, v in zip(robot.axes, missing[i], strict=True)
-            if abs(v) > 1e-6 * np.abs(missing[i]).max()
-        ]
-        out.append(f"{names[i]}: no tensions within the limits hold it; missing is {', '.join(parts)}")
+        lacking = missing_text(robot, missing[i])
+        out.append(f"{names[i]}: no tensions within the limits hold it; missing is {lacking}")
     for i in np.flatnonzero(spread.feasible & ~spread.found):
         out.append(f"{names[i]}: the closed form leaves the limits where other tensions do not (--method mid)")
     left = len(out) - MOST
@@ -211,16 +142,9 @@ def _leaning(robot: CableRobot, rows: CableList) -> tuple[str, ...]:
     )
 
 
-def _inputs(file: CableFile, robot: str, rows: CableList, poses: str) -> tuple[InputFile, ...]:
-    return InputFile(file.path or Path(robot), file.sha256), InputFile(Path(poses), rows.sha256)
-
-
 def _save(made: Tensions, output: Path) -> Tensions:
     """Writes the list, the document and the page."""
     from robocal.jobs.cable.tension_page import tension_page
 
-    found = plain(made.document)
-    document = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    page = tension_page(made.robot, made.poses, made.spread, made.margin, found, made.warnings)
-    texts = dict(zip(FILES, (made.text, document, page), strict=True))
+    texts = dict(zip(FILES, (made.text, json_text(made.document), tension_page(made)), strict=True))
     return replace(made, written=write_files(output, texts))

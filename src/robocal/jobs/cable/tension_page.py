@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal.cables.geometry import CableRobot
-from robocal.cables.tension import Distribution
+from robocal.jobs.cable.document import how_made, limits_text
+from robocal.jobs.cable.tension_result import Tensions
+from robocal.jobs.plain import plain
 from robocal.report.cable.page import Block, page
 from robocal.report.cable.scene import scene
 from robocal.report.cable.series import tensions
@@ -17,7 +17,6 @@ from robocal.report.numbers import significant
 
 __all__ = ["tension_page"]
 
-Array = NDArray[np.float64]
 MOST = 500  # rows of the table
 METHODS = {
     "norm": "the least sum of squares",
@@ -28,33 +27,24 @@ METHODS = {
 }
 
 
-def tension_page(
-    robot: CableRobot,
-    poses: Array,
-    spread: Distribution,
-    margin: Array,
-    found: Mapping[str, Any],
-    warnings: Sequence[str] = (),
-) -> str:
-    """The page, from poses (k, 4, 4), tensions, margins (k,) N and the document `found`."""
-    names = [row["name"] for row in found["poses"]]
+def tension_page(made: Tensions) -> str:
+    """The page of tensions at poses."""
+    found = plain(made.document)
+    shown = tensions(made.names, made.spread.tension, made.spread.limits, made.robot.cables)
     return page(
-        f"{robot.name}: tensions",
+        f"{made.robot.name}: tensions",
         [
-            Block(
-                "What the cables bear", _summary(found), tensions(names, spread.tension, spread.limits, robot.cables)
-            ),
-            *_places(robot, poses, spread, margin, names),
-            Block("Pose by pose", _said(found), table=_table(robot, found)),
-            Block("How it was worked out", _how(robot, found, warnings)),
+            Block("What the cables bear", _summary(found), shown),
+            *_places(made),
+            Block("Pose by pose", _said(found), table=_table(found)),
+            Block("How it was worked out", _how(made, found)),
         ],
     )
 
 
-def _places(
-    robot: CableRobot, poses: Array, spread: Distribution, margin: Array, names: Sequence[str]
-) -> Iterator[Block]:
+def _places(made: Tensions) -> Iterator[Block]:
     """The pose with the least to spare, and the one at which most is missing."""
+    spread, margin = made.spread, made.margin
     for chosen, heading, words in (
         (
             spread.found,
@@ -69,8 +59,10 @@ def _places(
     ):
         if chosen.any():
             worst = int(np.argmin(np.where(chosen, margin, np.inf)))
-            caption = f"{names[worst]}: margin {significant(float(margin[worst]))} N"
-            drawn = scene(robot, poses[worst], tension=spread.tension[worst], poses=poses, caption=caption)
+            caption = f"{made.names[worst]}: margin {significant(float(margin[worst]))} N"
+            drawn = scene(
+                made.robot, made.poses[worst], tension=spread.tension[worst], poses=made.poses, caption=caption
+            )
             yield Block(heading, f"{caption}. {words}", drawn)
 
 
@@ -92,27 +84,23 @@ def _said(found: Mapping[str, Any]) -> str:
     return words + (f" The first {MOST} poses; {more} more are in tensions.csv." if more > 0 else "")
 
 
-def _table(robot: CableRobot, found: Mapping[str, Any]) -> list[list[str]]:
-    axes = found["wrenches"]["axes"]
+def _table(found: Mapping[str, Any]) -> list[list[str]]:
+    axes, cables = found["wrenches"]["axes"], found["cables"]
     lacking = any(row["missing"] for row in found["poses"])
-    head = ["pose", *robot.cables, "margin", *(f"missing {a}" for a in axes if lacking)]
+    head = ["pose", *cables, "margin", *(f"missing {a}" for a in axes if lacking)]
     out = [head]
     for row in found["poses"][:MOST]:
-        pulls = ["\u2013"] * len(robot.cables) if row["tension_N"] is None else map(significant, row["tension_N"])
+        pulls = ["\u2013"] * len(cables) if row["tension_N"] is None else map(significant, row["tension_N"])
         short = [""] * len(axes) if row["missing"] is None else [significant(v) for v in row["missing"]]
         out.append([row["name"], *pulls, significant(row["margin_N"]), *(short if lacking else [])])
     return out
 
 
-def _how(robot: CableRobot, found: Mapping[str, Any], warnings: Sequence[str]) -> str:
+def _how(made: Tensions, found: Mapping[str, Any]) -> str:
     method = found["method"] + (f", power {found['power']:g}" if found["power"] else "")
-    limits = sorted({f"{low:g} to {high:g} N" for low, high in found["limits_N"]})
-    parts = [
-        f"Straight cables{'' if robot.pulleys is None else ' over pulleys'}; method {method}; limits {', '.join(limits)}; "
-        f"{significant(found['mass_kg'])} kg. Of margins, moments are divided by {found['length_m']:g} m.",
-    ]
-    if robot.assumed:
-        parts.append(f"Assumed, not measured: {', '.join(robot.assumed)}.")
-    parts += [f"{i['file']}: SHA-256 {i['sha256']}" for i in found["provenance"]["inputs"]]
-    parts.append(f"robocal {found['provenance']['version']}: {found['provenance']['command']}")
-    return "\n\n".join([*parts, *warnings])
+    model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
+    words = (
+        f"{model}; method {method}; limits {limits_text(found['limits_N'])}; {significant(found['mass_kg'])} kg. "
+        f"Of margins, moments are divided by {found['length_m']:g} m."
+    )
+    return "\n\n".join([words, *how_made(found), *made.warnings])

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,16 +13,16 @@ from robocal.cables.boundary import Outline, Surface, outline, surface
 from robocal.cables.geometry import CableRobot
 from robocal.cables.room import Regions, frame_box, regions, seen_from
 from robocal.cables.workspace import Demand, Grid, accelerations, as_box, grid, holds
-from robocal.errors import FormatError, ModelError
+from robocal.errors import ModelError
 from robocal.files.cable.grid import cells_text, outlines_text
 from robocal.files.cable.robot import CableFile, read_cable
 from robocal.files.mesh import ply_text, stl_bytes
 from robocal.files.text import write_files
 from robocal.jobs.cable.demand import demand_of
-from robocal.jobs.cable.load import limited, numbers_of
-from robocal.jobs.cable.workspace_result import PLANES, Start, Workspace
+from robocal.jobs.cable.load import corners_of, held_robot, numbers_of, robot_input
+from robocal.jobs.cable.workspace_result import PLANES, RayStart, Workspace
 from robocal.jobs.inputs import Watch
-from robocal.jobs.plain import plain
+from robocal.jobs.plain import json_text
 from robocal.jobs.simulate import refuse_existing
 
 __all__ = ["cable_workspace"]
@@ -32,7 +30,6 @@ __all__ = ["cable_workspace"]
 Array = NDArray[np.float64]
 FILES = ("workspace.json", "workspace.csv", "outlines.csv", "report.html")
 MESHES = ("surface.ply", "surface.stl")
-CORNERS = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
 SECTION = 720  # rays of a section, at most
 STEPS, MOST_STEPS = 64, 4096  # of a ray
 NEAR = 0.02  # by how much volumes may differ without a remark
@@ -66,12 +63,7 @@ def cable_workspace(
     if output is not None:
         refuse_existing(output, (*FILES, *MESHES), force)
     file = read_cable(robot)
-    able = limited(file, limits)
-    if len(able.cables) < len(able.axes):
-        raise FormatError(
-            "fewer cables than degrees of freedom: such a platform is not held by its cables", file=file.path,
-            key="cables", found=len(able.cables), expected=f"{len(able.axes)} or more for {able.degrees}",
-        )  # fmt: skip
+    able = held_robot(file, limits)
     demand = demand_of(
         file, orientation=orientation, tilt=tilt, payload=payload, mass=mass, wrench=wrench,
         acceleration=acceleration, reserve=reserve, length=length,
@@ -88,15 +80,14 @@ def cable_workspace(
     result = Workspace(
         able, demand, file.units, sides, how, made, room, found, begin, edge, cuts, rays,
         bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *remarks),
-        _doubts(able, made, begin, file), (file.path or Path(robot), file.sha256), command,
+        _doubts(able, made, begin, file), (robot_input(file, robot),), command,
     )  # fmt: skip
     return result if output is None else _save(result, output, watch)
 
 
 def _box(text: str, robot: CableRobot, file: CableFile) -> Array:
     """--box, m. Raises ModelError when it is inverted, or a planar robot's is not flat."""
-    values = np.array(numbers_of(text, "--box", CORNERS))
-    sides: Array = file.units.length.to_si(values.reshape(2, 3).T)
+    sides = corners_of(file, text)
     flat = np.array([i not in robot.axes for i in range(3)])
     if (sides[~flat, 0] >= sides[~flat, 1]).any() or (sides[flat, 0] != sides[flat, 1]).any():
         lies = "".join(f", {'XYZ'[i]}0 = {'XYZ'[i]}1 for this planar robot" for i in np.flatnonzero(flat))
@@ -147,7 +138,7 @@ def _start(
     sides: Array,
     text: str | None,
     file: CableFile,
-) -> Start | None:
+) -> RayStart | None:
     """Where rays start: as told, else X_0 if it is held, else in the middle of the greatest part; None if nothing is held."""
     if text is not None:
         at: Array = file.units.length.to_si(np.array(numbers_of(text, "--start", ("X", "Y", "Z"))))
@@ -160,16 +151,16 @@ def _start(
             raise ModelError(
                 "the start cannot be held", key="--start", found=text, expected="a position inside the workspace"
             )
-        return Start(at, "--start", seen_from(made, at))
+        return RayStart(at, "--start", seen_from(made, at))
     home, why = robot.home[:3, 3], "X_0 is not held"
     if ((home < sides[:, 0]) | (home > sides[:, 1])).any():
         why = "X_0 lies outside the box"
     elif holds(robot, demand, home[None])[0]:
-        return Start(home, "X_0", seen_from(made, home))
+        return RayStart(home, "X_0", seen_from(made, home))
     if found is None:
         return None
     heart = np.array([made.axes[i][k] for i, k in enumerate(found.heart)])
-    return Start(heart, f"the middle of the greatest part, since {why}", seen_from(made, heart))
+    return RayStart(heart, f"the middle of the greatest part, since {why}", seen_from(made, heart))
 
 
 def _steps(made: Grid, sides: Array) -> int:
@@ -180,7 +171,7 @@ def _steps(made: Grid, sides: Array) -> int:
 
 
 def _boundary(
-    robot: CableRobot, demand: Demand, start: Start | None, sides: Array, rays: int, steps: int, watch: Watch | None
+    robot: CableRobot, demand: Demand, start: RayStart | None, sides: Array, rays: int, steps: int, watch: Watch | None
 ) -> tuple[Surface | Outline | None, dict[str, Outline]]:
     """The boundary seen from the start, and its sections by the names of their planes."""
     if start is None:
@@ -195,7 +186,7 @@ def _boundary(
     return surface(robot, demand, start.at, sides, rays, steps), cuts
 
 
-def _remarks(made: Grid, found: Regions, start: Start, edge: Surface | Outline | None) -> tuple[str, ...]:
+def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline | None) -> tuple[str, ...]:
     """What the grid knows and the rays do not: other parts, holes, what the start does not see; and when the two disagree."""
     flat = isinstance(edge, Outline)
     unit, size = ("m2", edge.area) if isinstance(edge, Outline) else ("m3", edge.volume if edge else 0.0)
@@ -219,7 +210,7 @@ def _remarks(made: Grid, found: Regions, start: Start, edge: Surface | Outline |
     return tuple(out)
 
 
-def _doubts(robot: CableRobot, made: Grid, start: Start | None, file: CableFile) -> tuple[str, ...]:
+def _doubts(robot: CableRobot, made: Grid, start: RayStart | None, file: CableFile) -> tuple[str, ...]:
     """Why the result must not be trusted: no cell is held, and which comes closest; or nothing but singular poses are."""
     if made.margin is None:
         return ()
@@ -240,20 +231,17 @@ def _doubts(robot: CableRobot, made: Grid, start: Start | None, file: CableFile)
 
 def _save(made: Workspace, output: Path, watch: Watch | None) -> Workspace:
     """Writes the folder."""
-    from robocal.report.cable.workspace import workspace_page
+    from robocal.jobs.cable.workspace_page import workspace_page
 
     if watch is not None:
         watch({"stage": "write"})
-    document: dict[str, Any] = plain(made.document)
     sheets = {
         name: grid(made.robot, made.demand, *_sheet(made, PLANES[name]), with_margins=True) for name in made.sections
     }
     texts: dict[str, str | bytes] = {
-        "workspace.json": json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
+        "workspace.json": json_text(made.document),
         "workspace.csv": cells_text(made.grid, made.room, made.units),
-        "report.html": workspace_page(
-            made.robot, made.demand, document, made.boundary, made.sections, sheets, made.grid
-        ),
+        "report.html": workspace_page(made, sheets),
     }
     if made.sections:
         texts["outlines.csv"] = outlines_text(made.sections, made.units)

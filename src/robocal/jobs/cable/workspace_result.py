@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -11,22 +11,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal import __version__
 from robocal.cables.boundary import Outline, Surface
 from robocal.cables.geometry import CableRobot
 from robocal.cables.room import Regions, cut_off
 from robocal.cables.workspace import Demand, Grid, margins
 from robocal.files.cable.values import CableUnits
+from robocal.files.dataset import InputFile
 from robocal.geometry import so3
+from robocal.jobs.cable.document import framed
 
-__all__ = ["PLANES", "Start", "Workspace"]
+__all__ = ["PLANES", "RayStart", "Workspace"]
 
 Array = NDArray[np.float64]
 PLANES: Mapping[str, tuple[int, int]] = MappingProxyType({"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)})
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
+class RayStart:
     """Where rays start, (3,) m, in words why there, and which share of the grid's held cells is seen from it."""
 
     at: Array
@@ -48,16 +49,16 @@ class Workspace:
     grid: Grid
     room: Array
     regions: Regions | None
-    start: Start | None
+    start: RayStart | None
     boundary: Surface | Outline | None
     sections: Mapping[str, Outline]
     rays: int
     home_held: bool
     warnings: tuple[str, ...]
     doubts: tuple[str, ...]
-    source: tuple[Path, str]
+    inputs: tuple[InputFile, ...]
     command: str = ""
-    written: tuple[Path, ...] = field(default=())
+    written: tuple[Path, ...] = ()
 
     @property
     def size(self) -> float | None:
@@ -73,9 +74,7 @@ class Workspace:
         wide = float(np.prod(np.where(made.cell > 0, self.box[:, 1] - self.box[:, 0], 1.0)))
         what = "volume_m3" if (made.cell > 0).all() else "area_m2"
         home = self.robot.home[:3, 3]
-        return {
-            "robocal": 1,
-            "robot": self.robot.name,
+        found = {
             "verdict": {"status": "empty" if self.start is None else "found", "reasons": list(self.doubts)},
             "demand": self._demanded(),
             "box": {"m": self.box, "chosen": self.how},
@@ -91,12 +90,9 @@ class Workspace:
             "home": {"position_m": home, "held": self.home_held,
                      "margin_N": float(margins(self.robot, self.demand, home[None])[0])},
             "sections": {name: {"area_m2": line.area} for name, line in self.sections.items()},
-            "warnings": [*self.warnings, *self.doubts],
-            "provenance": {
-                "version": __version__, "command": self.command,
-                "inputs": [{"file": str(self.source[0]), "sha256": self.source[1]}],
-            },
         }  # fmt: skip
+        said = (*self.warnings, *self.doubts)
+        return framed(self.robot, found, warnings=said, inputs=self.inputs, command=self.command)
 
     def _demanded(self) -> dict[str, Any]:
         demand = self.demand

@@ -14,6 +14,9 @@ from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.cables.workspace import Demand, Grid
 from robocal.geometry import se3, so3
+from robocal.jobs.cable.document import how_made, limits_text
+from robocal.jobs.cable.workspace_result import Workspace
+from robocal.jobs.plain import plain
 from robocal.report.cable.page import Block, page
 from robocal.report.cable.scene import scene
 from robocal.report.cable.sections import section
@@ -25,35 +28,28 @@ Array = NDArray[np.float64]
 MOST = 20  # orientations that are listed
 
 
-def workspace_page(
-    robot: CableRobot,
-    demand: Demand,
-    document: Mapping[str, Any],
-    boundary: Surface | Outline | None,
-    sections: Mapping[str, Outline],
-    sheets: Mapping[str, Grid],
-    cells: Grid,
-) -> str:
-    """report.html from the document of `cable workspace`, its boundary and sections by plane, and a grid with margins in each of
-    these planes; `cells` is the whole grid, shown where nothing is held."""
+def workspace_page(made: Workspace, sheets: Mapping[str, Grid]) -> str:
+    """The page of a workspace; `sheets` are grids with margins in the planes of its sections, by their names."""
+    robot, demand, document = made.robot, made.demand, plain(made.document)
     blocks = [Block("What was found", _found(document), table=_numbers(document))]
-    if boundary is not None:
-        blocks.append(_picture(robot, demand, boundary))
-    for name, line in sections.items():
+    if made.boundary is not None:
+        blocks.append(_picture(robot, demand, made.boundary))
+    for name, line in made.sections.items():
         axes = ("xyz".index(name[0]), "xyz".index(name[1]))
         across = 3 - sum(axes)
-        where = f" at {'xyz'[across]} = {fixed(float(line.start[across]), 3)} m" if len(sections) > 1 else ""
+        where = f" at {'xyz'[across]} = {fixed(float(line.start[across]), 3)} m" if len(made.sections) > 1 else ""
         text = (
             f"Margins in the plane {name} through the start of the rays; the line is the exact boundary seen from there. "
             f"Area within it: {significant(line.area, 4)} m²{where}."
         )
         blocks.append(Block(f"Section {name}", text, section(robot, [line], sheets[name], axes)))
-    if not sections:
+    if not made.sections:
         text = "Nothing is held: colours say by how much, at least, the cables fail. The middle layer of the grid."
         axes = (robot.axes[0], robot.axes[1])
-        blocks.append(Block("The grid", text, section(robot, [], cells, axes)))
+        blocks.append(Block("The grid", text, section(robot, [], made.grid, axes)))
     blocks.append(Block("What was demanded", _words(demand), table=_demanded(demand)))
-    return page(f"Workspace of {robot.name}", blocks)
+    blocks.append(Block("How it was worked out", _how(made, document)))
+    return page(f"{robot.name}: workspace", blocks)
 
 
 def _found(document: Mapping[str, Any]) -> str:
@@ -134,6 +130,12 @@ def _demanded(demand: Demand) -> list[list[str]]:
         ["Orientations", "; ".join(_angles(v) for v in turns[:MOST]) + ("; ..." if len(turns) > MOST else "")],
         ["Wrenches", "; ".join(", ".join(f"{v:g}" for v in row) for row in demand.extra) + " (N, Nm)"],
     ]
+
+
+def _how(made: Workspace, document: Mapping[str, Any]) -> str:
+    model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
+    limits = limits_text(document["demand"]["limits_N"])
+    return "\n\n".join([f"{model}, what they weigh left out; limits {limits}.", *how_made(document)])
 
 
 def _angles(vector: Array) -> str:

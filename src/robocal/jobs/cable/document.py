@@ -1,0 +1,49 @@
+"""What the documents of all cable verbs say alike, and how a page says it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from robocal import __version__
+from robocal.cables.geometry import CableRobot
+from robocal.files.dataset import InputFile
+
+__all__ = ["framed", "how_made", "limits_text"]
+
+
+def framed(
+    robot: CableRobot,
+    found: Mapping[str, Any],
+    *,
+    warnings: Sequence[str],
+    inputs: Sequence[InputFile],
+    command: str,
+) -> dict[str, Any]:
+    """The document of a verb: what it `found`, about which robot, with what was assumed, remarked on and read."""
+    return {
+        "robocal": 1,
+        "robot": robot.name,
+        "cables": list(robot.cables),
+        **found,
+        "assumed": list(robot.assumed),
+        "warnings": list(warnings),
+        "provenance": {
+            "version": __version__,
+            "command": command,
+            "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in inputs],
+        },
+    }
+
+
+def how_made(document: Mapping[str, Any]) -> list[str]:
+    """Paragraphs for a page: what was assumed, which files were read, by which command."""
+    assumed, recipe = document["assumed"], document["provenance"]
+    out = [f"Assumed, not measured: {', '.join(assumed)}. The result depends on it."] if assumed else []
+    out += [f"{i['file']}: SHA-256 {i['sha256']}" for i in recipe["inputs"]]
+    return [*out, f"robocal {recipe['version']}: {recipe['command']}"]
+
+
+def limits_text(limits: Sequence[Sequence[float]]) -> str:
+    """Tension limits (m, 2) N in words, each pair once."""
+    return ", ".join(sorted({f"{low:g} to {high:g} N" for low, high in limits}))
