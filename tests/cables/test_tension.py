@@ -334,6 +334,12 @@ def test_what_makes_no_sense_is_named(structure_, wrench, limits, more, word):
         distribute(structure_, wrench, limits, **more)
 
 
+@pytest.mark.parametrize("wrong", [{"shape": np.full((2, 1), np.nan)}, {"shape": np.zeros((2, 0))}, {"taken": [[np.nan], [0.0]]}])
+def test_a_disturbance_that_is_none_is_refused(wrong):
+    with pytest.raises(ModelError, match="disturbance"):
+        disturbance_margin(*RIG, **{"shape": np.eye(2), **wrong})
+
+
 def test_no_pose_is_no_error():
     out = distribute(np.empty((0, 6, 8)), np.empty((0, 6)), np.tile([1.0, 9.0], (8, 1)))
     assert out.tension.shape == (0, 8) and out.missing().shape == (0, 6)

@@ -223,3 +223,33 @@ def test_what_makes_no_sense_is_named(machine):
         holds(replace(machine, degrees="6D"), demand, [[0, 0, 1]])
     with pytest.raises(ModelError, match="positions"):
         holds(machine, demand, [0, 0, 1])
+    with pytest.raises(ModelError, match="too few rays"):
+        surface(machine, demand, [0, 0, 1], [[-1, 1], [-1, 1], [0, 2]], count=3)
+    with pytest.raises(ModelError, match="along two axes"):
+        outline(machine, demand, [0, 0, 1], [[-1, 1], [-1, 1], [0, 2]], axes=(1, 1))
+    with pytest.raises(ModelError, match="steps"):
+        rays(machine, demand, [0, 0, 1], [[0.0, 0, 1.1]], steps=0)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "word"),
+    [
+        ({"acceleration": np.nan}, "acceleration"),
+        ({"acceleration": -1.0}, "acceleration"),
+        ({"reserve": np.nan}, "reserve"),
+        ({"reserve": -5.0}, "reserve"),
+        ({"rotations": 2 * np.eye(3)[None]}, "rotation matrix"),
+        ({"rotations": -np.eye(3)[None]}, "rotation matrix"),
+        ({"gravity": (0.0, 0.0)}, "three components"),
+    ],
+)
+def test_a_demand_that_makes_no_sense_is_not_taken_for_less(machine, wrong, word):
+    """A NaN is no acceleration at all to a comparison, and a matrix of twice a rotation a platform twice as large."""
+    with pytest.raises(ModelError, match=word):
+        holds(machine, Demand(np.array([30.0]), **wrong), [[0, 0, 1]])
+
+
+def test_cells_across_a_flat_box_count_once(machine):
+    demand, sides = Demand(np.array([30.0])), [[0, 0], [-2, 2], [0.5, 2.5]]
+    one, five = (grid(machine, demand, sides, (n, 12, 12)).volume for n in (1, 5))
+    assert one == pytest.approx(five) and one > 1

@@ -31,8 +31,10 @@ def first_exit(
 
     `inside(ray, lam)` says for ray numbers (n,) and lambda (n,) whether the point is inside; NaN for a ray whose start is
     not. A ray is looked at in `steps` equal steps; the first that leaves is halved until it is shorter than `tolerance`. An exit
-    and return within one step is not seen.
+    and return within one step is not seen. Raises ModelError for fewer steps than one and a tolerance that is none.
     """
+    if steps < 1 or not 0.0 < tolerance < 1.0:
+        raise ModelError("a ray is looked at in steps and halved", key="steps, tolerance", found=(steps, tolerance))
     every = np.arange(count)
     low, high = np.zeros(count), np.ones(count)
     started = inside(every, low)
@@ -122,6 +124,11 @@ def _ends(origin: Array, way: Array, box: ArrayLike) -> Array:
     return ends
 
 
+def _enough(count: int, least: int, what: str) -> None:
+    if count < least:
+        raise ModelError(f"too few rays for {what}", key="count", found=count, expected=f"{least} or more")
+
+
 @dataclass(frozen=True)
 class Surface:
     """Boundary of the part of the workspace that is seen from `start`: vertices (n, 3) m, faces (f, 3), outwards."""
@@ -141,6 +148,7 @@ def surface(
     machine: CableRobot, demand: Demand, start: ArrayLike, box: ArrayLike, count: int = 4000, steps: int = 64
 ) -> Surface:
     """The boundary within a box (3, 2) m by `count` rays spread evenly (a Fibonacci lattice), joined into triangles."""
+    _enough(count, 4, "a surface")
     origin = np.asarray(start, dtype=float)
     i = np.arange(count) + 0.5
     z, turn = 1.0 - 2.0 * i / count, i * np.pi * (3.0 - np.sqrt(5.0))
@@ -179,6 +187,9 @@ def outline(
     steps: int = 64,
 ) -> Outline:
     """The section through `start` in the plane of two axes (0 x, 1 y, 2 z), within a box (3, 2) m; all of it for a planar robot."""
+    _enough(count, 3, "an outline")
+    if len({*axes} & {0, 1, 2}) != 2:
+        raise ModelError("a section lies along two axes", key="axes", found=axes, expected="two of 0 x, 1 y, 2 z")
     origin = np.asarray(start, dtype=float)
     turn = 2.0 * np.pi * np.arange(count) / count
     way = np.zeros((count, 3))

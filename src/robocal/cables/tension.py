@@ -151,6 +151,8 @@ def disturbance_margin(
     if several and (given.shape[0] != len(w) or not np.isfinite(given).all()):
         raise ModelError("wrenches are an array (k, v, d) of finite numbers", found=given.shape)
     stretch = _disturbance(shape, w)
+    if stretch.shape[2] == 0:
+        raise ModelError("a disturbance has at least one component", key="shape", found=np.shape(shape))
     gone = _disturbance(np.zeros((w.shape[1], 0)) if taken is None else taken, w)
     loads = door(given if several else load[:, None])
     margin, code = np.empty(len(w)), np.empty(len(w), np.int64)
@@ -263,6 +265,8 @@ def _disturbance(shape: ArrayLike, w: Array) -> Array:
     stretch = door(stretch[None] if stretch.ndim == 2 else stretch)
     if stretch.ndim != 3 or len(stretch) not in (1, len(w)) or stretch.shape[1] != w.shape[1]:
         raise ModelError("a disturbance's shape is an array (d, q) or (k, d, q)", found=np.shape(shape))
+    if not np.isfinite(stretch).all():
+        raise ModelError("a disturbance's shape holds a number that is none", expected="finite numbers")
     return stretch
 
 

@@ -138,6 +138,13 @@ def _check(demand: Demand) -> tuple[Array, Array, Array]:
     for name, value, shape in (("masses", masses, ()), ("extra", extra, (6,)), ("rotations", rotations, (3, 3))):
         if value.ndim != len(shape) + 1 or value.shape[1:] != shape or len(value) == 0:
             raise ModelError("a demand needs at least one of them", key=name, found=value.shape)
+    for name, number in (("acceleration", demand.acceleration), ("reserve", demand.reserve)):
+        if not 0.0 <= number < np.inf:
+            raise ModelError("a demand is a finite number, 0 or more", key=name, found=number)
+    if np.shape(demand.gravity) != (3,):
+        raise ModelError("gravity has three components, m/s^2", key="gravity", found=demand.gravity)
+    if not np.abs(rotations @ rotations.swapaxes(1, 2) - np.eye(3)).max() < 1e-6 or not (np.linalg.det(rotations) > 0).all():
+        raise ModelError("an orientation is a rotation matrix", key="rotations", expected="orthonormal, right-handed")
     return masses, extra, rotations
 
 
@@ -155,8 +162,9 @@ class Grid:
 
     @property
     def volume(self) -> float:
-        """Of the cells that can be held, m^3; m^2 for a box without thickness."""
-        return float(self.inside.sum() * np.prod(self.cell[self.cell > 0.0]))
+        """Of the cells that can be held, m^3; m^2 for a box without thickness, in which cells across it count once."""
+        flat = tuple(int(i) for i in np.flatnonzero(self.cell <= 0.0))
+        return float(self.inside.mean(axis=flat).sum() * np.prod(self.cell[self.cell > 0.0]))
 
 
 def grid(
