@@ -334,7 +334,9 @@ def test_what_makes_no_sense_is_named(structure_, wrench, limits, more, word):
         distribute(structure_, wrench, limits, **more)
 
 
-@pytest.mark.parametrize("wrong", [{"shape": np.full((2, 1), np.nan)}, {"shape": np.zeros((2, 0))}, {"taken": [[np.nan], [0.0]]}])
+@pytest.mark.parametrize(
+    "wrong", [{"shape": np.full((2, 1), np.nan)}, {"shape": np.zeros((2, 0))}, {"taken": [[np.nan], [0.0]]}]
+)
 def test_a_disturbance_that_is_none_is_refused(wrong):
     with pytest.raises(ModelError, match="disturbance"):
         disturbance_margin(*RIG, **{"shape": np.eye(2), **wrong})

@@ -143,7 +143,10 @@ def _check(demand: Demand) -> tuple[Array, Array, Array]:
             raise ModelError("a demand is a finite number, 0 or more", key=name, found=number)
     if np.shape(demand.gravity) != (3,):
         raise ModelError("gravity has three components, m/s^2", key="gravity", found=demand.gravity)
-    if not np.abs(rotations @ rotations.swapaxes(1, 2) - np.eye(3)).max() < 1e-6 or not (np.linalg.det(rotations) > 0).all():
+    if (
+        not np.abs(rotations @ rotations.swapaxes(1, 2) - np.eye(3)).max() < 1e-6
+        or not (np.linalg.det(rotations) > 0).all()
+    ):
         raise ModelError("an orientation is a rotation matrix", key="rotations", expected="orthonormal, right-handed")
     return masses, extra, rotations
 
