@@ -48,6 +48,11 @@ class Ran:
         """stdout as JSON, all of it."""
         return json.loads(self.out)
 
+    @property
+    def remarks(self) -> str:
+        """stderr but for the note that a command gives when it is the first to need its kernels."""
+        return "".join(line for line in self.err.splitlines(True) if not line.startswith("note: compiling kernels"))
+
     def assert_refused(self, *words: str) -> None:
         """Exit status 2, one message on stderr that says all of `words`, nothing on stdout but the error where
         JSON is wanted, no traceback."""

@@ -58,7 +58,7 @@ PLACE = ["x [m]", "y [m]", "z [m]", "rx [deg]", "ry [deg]", "rz [deg]"]
 
 def test_a_list_is_read_back_by_every_verb(folder):
     ran = robocal("cable", "poses", "robot.yaml", "-n", 30, "--seed", 3, "-o", "list")
-    assert ran.status == 0 and ran.err == ""
+    assert ran.status == 0 and ran.remarks == ""
     assert files(folder / "list") == {"poses.csv", "program.csv", "list.json", "report.html"}
     listed = rows(folder / "list" / "poses.csv")
     assert len(listed) == 30 and listed[0]["id"] == "p01"
@@ -66,7 +66,7 @@ def test_a_list_is_read_back_by_every_verb(folder):
     assert (tension >= 10 - 1e-6).all() and (tension <= 400 + 1e-6).all()
     # inverse: the same lengths, stretched by the same tensions
     ran = robocal("cable", "inverse", "robot.yaml", "list/poses.csv", "-o", "lengths.csv")
-    assert ran.status == 0 and ran.err == ""
+    assert ran.status == 0 and ran.remarks == ""
     np.testing.assert_allclose(numbers(rows(folder / "lengths.csv"), *LENGTHS), numbers(listed, *LENGTHS), atol=2e-9)
     # forward: the same poses
     ran = robocal("cable", "forward", "robot.yaml", "list/poses.csv", "--sigma", 0.001, "-o", "back.csv")
@@ -129,7 +129,7 @@ def test_the_document_says_what_stopped_whom(folder):
 
 def test_poses_worth_measuring(folder):
     ran = robocal("cable", "poses", "robot.yaml", "-n", 60, "--choose", 8, "--sigma", 0.002, "-o", "list")
-    assert ran.status == 0 and ran.err == "" and "frame anchors" in ran.out
+    assert ran.status == 0 and ran.remarks == "" and "frame anchors" in ran.out
     found = json.loads((folder / "list" / "list.json").read_text())["choice"]
     assert len(set(found["poses"])) == 8 and found["sigma_m"] == 0.002
     rms = found["expected_rms_m"]

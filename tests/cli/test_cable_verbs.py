@@ -33,7 +33,7 @@ def test_there_and_back(folder):
     ran = robocal("cable", "inverse", robot, folder / "poses.csv", "-o", lengths)
     assert (ran.status, ran.out.strip()) == (0, str(lengths))
     ran = robocal("cable", "forward", robot, lengths, "--sigma", 0.001, "-o", back)
-    assert ran.status == 0 and ran.err == ""
+    assert ran.status == 0 and ran.remarks == ""
     header, found = values(back)
     assert header[1:7] == ["x [m]", "y [m]", "z [m]", "rx [deg]", "ry [deg]", "rz [deg]"] and header[-1] == "solutions"
     np.testing.assert_allclose(found, [[0.1, -0.2, 0.9, 0, 0, 0], [0.3, 0.2, 1.6, 5, 3, -10]], atol=1e-8)

@@ -46,7 +46,7 @@ def rows(path):
 def test_the_files_say_one_thing(robot, tmp_path):
     out = tmp_path / "out"
     ran = robocal("cable", "workspace", robot, "--cells", 21, "--rays", 2000, "-o", out, "--json")
-    assert ran.status == 0 and ran.err == "" and files(out) == EVERY
+    assert ran.status == 0 and ran.remarks == "" and files(out) == EVERY
     found = json.loads((out / "workspace.json").read_text())
     assert {k: v for k, v in ran.document.items() if k not in ("written", "provenance")} == {
         k: v for k, v in found.items() if k != "provenance"

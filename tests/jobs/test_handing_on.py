@@ -13,6 +13,7 @@ from cli.runs import small
 from robocal.arms import catalog
 from robocal.arms.conventions import chain
 from robocal.errors import ModelError
+from robocal.files.csvtable import csv_text
 from robocal.files.robot import describe
 from robocal.files.run import RESIDUAL_COLUMNS
 from robocal.files.text import Source
@@ -124,9 +125,8 @@ def test_examples_are_found_and_can_be_checked() -> None:
 
 
 def test_csv_cells_are_quoted_where_needed() -> None:
-    from robocal.jobs.export import _csv
-
-    assert next(csv.reader(io.StringIO(_csv([["a,b", 'c"d']])))) == ["a,b", 'c"d']
+    text = csv_text(["x", "y"], [["a,b", 'c"d']])
+    assert list(csv.reader(io.StringIO(text))) == [["x", "y"], ["a,b", 'c"d']]
 
 
 def test_offsets_are_refused_where_they_are_not(tmp_path: Path) -> None:

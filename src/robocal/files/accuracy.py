@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from typing import Any
 
 from robocal.calibrate.accuracy import AccuracyMap
-from robocal.files.csvtable import read_csv
+from robocal.files.csvtable import csv_text, read_csv
 
 __all__ = ["MAP_COLUMNS", "accuracy_columns", "accuracy_text", "read_accuracy"]
 
@@ -29,12 +27,8 @@ def accuracy_columns(found: AccuracyMap) -> dict[str, list[Any]]:
 
 def accuracy_text(columns: dict[str, list[Any]]) -> str:
     """The text of accuracy_map.csv."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(MAP_COLUMNS)
-    for row in zip(*(columns[name] for name in MAP_COLUMNS), strict=True):
-        writer.writerow([f"{v:.6g}" if isinstance(v, float) else v for v in row])
-    return stream.getvalue()
+    rows = zip(*(columns[name] for name in MAP_COLUMNS), strict=True)
+    return csv_text(MAP_COLUMNS, ([f"{v:.6g}" if isinstance(v, float) else v for v in row] for row in rows))
 
 
 def read_accuracy(path: str | os.PathLike[str]) -> dict[str, list[Any]]:

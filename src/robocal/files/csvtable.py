@@ -7,6 +7,7 @@ fields, CRLF, trailing separators and a byte-order mark are accepted. Headers ma
 from __future__ import annotations
 
 import csv
+import io
 import math
 import os
 import re
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from robocal.errors import FormatError, nearest
 from robocal.files.text import read_text
 
-__all__ = ["CsvTable", "read_csv"]
+__all__ = ["CsvTable", "csv_text", "read_csv"]
 
 Array = NDArray[np.float64]
 _UNIT = re.compile(r"^(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]\s*$")
@@ -180,6 +181,15 @@ def read_csv(
         _fit(row, len(units), int(line), source.path, chosen, decimal) for row, line in zip(rows, lines, strict=True)
     )
     return CsvTable(source.path, source.sha256, names, units, lines, cells, decimal)
+
+
+def csv_text(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
+    """The text of a CSV: commas, one line per row, quoted where a cell needs it."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    return stream.getvalue()
 
 
 def _split_unit(header: str) -> tuple[str, str | None]:

@@ -6,8 +6,6 @@ What is written here is read back by `dataset.py` to the same data set.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from collections.abc import Sequence
@@ -19,6 +17,7 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
+from robocal.files.csvtable import csv_text
 from robocal.files.headers import CONFIGURATION, PER_JOINT
 from robocal.files.kinds.base import KindFile, words
 from robocal.files.kinds.places import frame_line, frame_words
@@ -87,11 +86,7 @@ def table_text(dataset: DataSet, chain: Chain, units: Units | None = None, *, di
     if obs.target is not None and obs.targets:
         headers.append("target")
         columns.append([obs.targets[t].name for t in obs.target])
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(headers)
-    writer.writerows(zip(*columns, strict=True))
-    return stream.getvalue()
+    return csv_text(headers, zip(*columns, strict=True))
 
 
 def data_text(dataset: DataSet, chain: Chain, file: str, units: Units | None = None) -> str:

@@ -3,8 +3,6 @@ as a joint program."""
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.files.csvtable import read_csv
+from robocal.files.csvtable import csv_text, read_csv
 from robocal.files.dataset import InputFile, read_dataset
 from robocal.files.headers import IDS, joint_columns
 from robocal.files.kinds.base import column_units
@@ -51,11 +49,10 @@ def poses_text(chain: Chain, names: Sequence[str], q: Array, rank: Sequence[int]
     are a plan of k poses)."""
     units = units or Units()
     shown = [units.length if j.type == "prismatic" else units.angle for j in chain.joints]
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["id", *(f"{j.name} [{u.name}]" for j, u in zip(chain.joints, shown, strict=True)), "rank"])
+    header = ["id", *(f"{j.name} [{u.name}]" for j, u in zip(chain.joints, shown, strict=True)), "rank"]
+    rows = []
     for name, row, place in zip(names, q, rank, strict=True):
         # Finer than any controller, in degrees or in radians.
         cells = (number(round(float(u.from_si(v)), 9)) for u, v in zip(shown, row, strict=True))
-        writer.writerow([name, *cells, str(place)])
-    return stream.getvalue()
+        rows.append([name, *cells, str(place)])
+    return csv_text(header, rows)

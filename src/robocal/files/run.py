@@ -4,8 +4,6 @@ none."""
 from __future__ import annotations
 
 import contextlib
-import csv
-import io
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -14,6 +12,7 @@ from typing import Any
 
 from robocal.errors import nearest
 from robocal.files.covariance import COVARIANCE
+from robocal.files.csvtable import csv_text
 from robocal.files.layerfile import LAYER
 from robocal.files.result import Result
 from robocal.files.text import write_files
@@ -46,12 +45,11 @@ def residual_text(columns: Mapping[str, Sequence[Any]]) -> str:
     lengths = {len(values) for values in columns.values()}
     if len(lengths) > 1:
         raise ValueError(f"columns of different length: {sorted(lengths)}")
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(RESIDUAL_COLUMNS)
-    for i in range(max(lengths, default=0)):
-        writer.writerow([_cell(columns[name][i]) if name in columns else "" for name in RESIDUAL_COLUMNS])
-    return stream.getvalue()
+    rows = (
+        [_cell(columns[name][i]) if name in columns else "" for name in RESIDUAL_COLUMNS]
+        for i in range(max(lengths, default=0))
+    )
+    return csv_text(RESIDUAL_COLUMNS, rows)
 
 
 def _cell(value: Any) -> str:

@@ -7,8 +7,6 @@ the branch; joint columns alone are a joint program, whose targets are their nom
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,7 +21,7 @@ from robocal.calibrate.compensate import STATUS, Compensation, Targets
 from robocal.errors import FormatError
 from robocal.files import orientation
 from robocal.files.configurations import joint_values, recorded
-from robocal.files.csvtable import CsvTable, read_csv
+from robocal.files.csvtable import CsvTable, csv_text, read_csv
 from robocal.files.datamodel import OrientationModel
 from robocal.files.dataset import InputFile
 from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns
@@ -201,11 +199,7 @@ def compensated_text(
         add("after_angle", deg, made.after_angle)
     add("dexterity", None, np.round(made.dexterity, 4))
     shown.append(("note", notes))
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow([name for name, _ in shown])
-    writer.writerows(zip(*(cells for _, cells in shown), strict=True))
-    return stream.getvalue()
+    return csv_text([name for name, _ in shown], zip(*(cells for _, cells in shown), strict=True))
 
 
 def _cell(value: float) -> str:

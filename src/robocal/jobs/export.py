@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +9,7 @@ from robocal.arms.chain import Chain
 from robocal.arms.conventions import convention_of, rows
 from robocal.arms.denavit import to_denavit
 from robocal.errors import FileError, ModelError, nearest
+from robocal.files.csvtable import csv_text
 from robocal.files.robot import Robot, describe
 from robocal.files.rows import leaves
 from robocal.files.text import write_text
@@ -74,7 +73,7 @@ def export(
         text = offset_text(robot, arm, nominal, form)
     else:
         table = parameter_table(arm)
-        text = _csv(table) if form == "csv" else _markdown(table)
+        text = csv_text(table[0], table[1:]) if form == "csv" else _markdown(table)
     if form in (*OFFSETS, "csv", "markdown"):
         notes = (*notes, *_beyond(arm.chain))
     notes = (*told, *notes)
@@ -137,12 +136,6 @@ def _parameter_list(robot: Robot) -> list[list[str]]:
         ["parameter", "value", "unit"],
         *([p.name, number(robot.units.of(p.unit).from_si(p.value)), robot.units.of(p.unit).name] for p in table.rows),
     ]
-
-
-def _csv(table: list[list[str]]) -> str:
-    stream = io.StringIO()
-    csv.writer(stream, lineterminator="\n").writerows(table)
-    return stream.getvalue()
 
 
 def _markdown(table: list[list[str]]) -> str:

@@ -3,8 +3,6 @@ properties for xacro."""
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
@@ -12,6 +10,7 @@ from xml.sax.saxutils import quoteattr
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import default_free
 from robocal.errors import ModelError
+from robocal.files.csvtable import csv_text
 from robocal.files.robot import Robot
 from robocal.files.rows import quoted, same
 from robocal.files.units import Unit, number
@@ -106,13 +105,13 @@ def _driven(chain: Chain, joint: str) -> tuple[str, ...]:
 
 def _table(offsets: Sequence[Offset], robot: str) -> str:
     """A CSV in the robot file's units."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["joint", "offset", "sigma", "unit"])
+    rows = []
     for o in offsets:
         sigma = "" if o.sigma is None else f"{o.sigma / o.unit.factor:.3g}"
-        writer.writerow([o.joint, number(o.value / o.unit.factor), sigma, o.unit.name])
-    return "# Feed the nominal model with joint value + offset.\n" + stream.getvalue()
+        rows.append([o.joint, number(o.value / o.unit.factor), sigma, o.unit.name])
+    return "# Feed the nominal model with joint value + offset.\n" + csv_text(
+        ["joint", "offset", "sigma", "unit"], rows
+    )
 
 
 def _ros(offsets: Sequence[Offset], robot: str) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +14,7 @@ from robocal.calibrate.workspace import Predicted, base_motion, parameters_of, p
 from robocal.errors import FileError, FormatError
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
+from robocal.files.csvtable import csv_text
 from robocal.files.dataset import InputFile
 from robocal.files.layerfile import LAYER
 from robocal.files.robot import Robot
@@ -160,15 +159,9 @@ def _rows(ids: Sequence[str], found: Predicted, known: Knowledge) -> list[dict[s
 
 
 def _text(rows: Sequence[dict[str, Any]]) -> str:
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
     names = list(rows[0]) if rows else ["configuration"]
-    writer.writerow([_header(n) for n in names])
-    for row in rows:
-        writer.writerow(
-            ["" if row[n] is None else row[n] if isinstance(row[n], str) else number(row[n]) for n in names]
-        )
-    return stream.getvalue()
+    cells = (["" if r[n] is None else r[n] if isinstance(r[n], str) else number(r[n]) for n in names] for r in rows)
+    return csv_text([_header(n) for n in names], cells)
 
 
 def _header(name: str) -> str:

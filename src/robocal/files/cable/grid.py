@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from robocal.cables.boundary import Outline
 from robocal.cables.workspace import Grid
 from robocal.files.cable.values import CableUnits
+from robocal.files.csvtable import csv_text
 
 __all__ = ["cells_text", "outlines_text"]
 
@@ -26,7 +27,7 @@ def cells_text(made: Grid, acceleration: Array, units: CableUnits) -> str:
     columns = [_cells(length.from_si(c)) for c in centres.T]
     columns.append(["1" if held else "0" for held in made.inside.ravel().tolist()])
     columns += [_cells(force.from_si(margin)), _cells(acceleration.ravel())]
-    return _table(header, columns)
+    return csv_text(header, zip(*columns, strict=True))
 
 
 def outlines_text(sections: Mapping[str, Outline], units: CableUnits) -> str:
@@ -35,13 +36,8 @@ def outlines_text(sections: Mapping[str, Outline], units: CableUnits) -> str:
     header = ["section", *(f"{axis} [{length.name}]" for axis in "xyz")]
     names = [name for name, line in sections.items() for _ in line.points]
     points = np.concatenate([line.points for line in sections.values()])
-    return _table(header, [names, *(_cells(length.from_si(c)) for c in points.T)])
+    return csv_text(header, zip(names, *(_cells(length.from_si(c)) for c in points.T), strict=True))
 
 
 def _cells(values: Array) -> list[str]:
     return [f"{v:.9g}" if abs(v) < np.inf else "" for v in values.tolist()]
-
-
-def _table(header: list[str], columns: list[list[str]]) -> str:
-    rows = (",".join(row) for row in zip(*columns, strict=True))
-    return "\n".join([",".join(header), *rows]) + "\n"

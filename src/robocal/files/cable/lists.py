@@ -8,8 +8,6 @@ fx [N], fy, fz, mx [Nm], my, mz                             with poses: what els
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +18,7 @@ from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.values import CableUnits
-from robocal.files.csvtable import CsvTable, read_csv
+from robocal.files.csvtable import CsvTable, csv_text, read_csv
 from robocal.files.headers import IDS
 from robocal.files.kinds.base import column_units
 from robocal.files.units import number
@@ -120,7 +118,7 @@ def lengths_text(
     for i, row in enumerate(lengths):
         cells = [number(unit.from_si(float(v))) for v in row]
         rows.append([names[i], *cells, *(column[i] for column in more.values())])
-    return _text(header, rows)
+    return csv_text(header, rows)
 
 
 def tension_columns(robot: CableRobot, tension: Array, units: CableUnits) -> dict[str, list[str]]:
@@ -141,12 +139,4 @@ def platform_text(names: Sequence[str], poses: Array, units: CableUnits, more: M
         cells = [number(round(u.from_si(float(v)), 12)) for u, v in zip(shown, vector, strict=True)]
         cells = cells if known[i] else [""] * len(cells)
         rows.append([names[i], *cells, *(column[i] for column in more.values())])
-    return _text(header, rows)
-
-
-def _text(header: list[str], rows: list[list[str]]) -> str:
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
-    return stream.getvalue()
+    return csv_text(header, rows)
