@@ -134,15 +134,30 @@ def test_a_singular_pose_is_not_trusted(folder):
         ("inverse", ("z [mm]", "zz [mm]"), (), ["poses.csv", "column z", "no such column"]),
         ("inverse", ("1600", "16OO"), (), ["poses.csv", "row 3", "column z"]),
         ("inverse", ("", ""), ("--tension", "50"), ["robot.yaml", "elasticity of box is not known"]),
+        ("inverse", ("rz [deg]", "rz [deg],C1.tension [N]"), (), ["no column of this name is read", "c1.tension"]),
+        (
+            "tension",
+            ("rz [deg]", "rz [deg],Fx [N]"),
+            ("--limits", "10,400", "--mass", "5"),
+            ["column Fx", "no column of this name is read", "expected fx"],
+        ),
+        (
+            "tension",
+            ("rz [deg]", "rz [deg],mx"),
+            ("--limits", "10,400", "--mass", "5"),
+            ["column mx", "a header such as mx [Nm]"],
+        ),
         ("inverse", ("", ""), ("--tension", "-5"), ["--tension", "cannot push"]),
-        ("inverse", ("", ""), ("--sag",), ["needs its tension"]),
+        ("inverse", ("", ""), ("--sag",), ["--sag", "needs its tension", "c1.tension [N]", "--tension"]),
         ("forward", ("", ""), (), ["poses.csv", "column c1", "no such column"]),
         ("forward", ("id,x [mm],y [mm]", "id,c1 [mm],c2 [deg]"), (), ["poses.csv", "column c2", "a length is needed"]),
         ("forward", ("", ""), ("--starts", "-1"), ["--starts"]),
     ],
 )
 def test_bad_input_is_refused(folder, verb, change, more, words):
-    (folder / "poses.csv").write_text(POSES.replace(*change) if change[0] else POSES)
+    more_cells = ",5" if change[1].count(",") else ""
+    text = POSES.replace(*change) if change[0] else POSES
+    (folder / "poses.csv").write_text(text.replace(",0\n", f",0{more_cells}\n").replace("-10\n", f"-10{more_cells}\n"))
     before = files(folder)
     ran = robocal("cable", verb, folder / "robot.yaml", folder / "poses.csv", "-o", folder / "out.csv", *more)
     ran.assert_refused(*words)

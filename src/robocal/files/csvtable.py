@@ -137,7 +137,7 @@ class CsvTable:
                 return self.fail("not a finite number", row, column, found=cell, expected="a finite number")
             if math.isnan(value):
                 if self.decimal == "." and _COMMA.fullmatch(cell):
-                    hint = 'a decimal point; or announce the comma: csv: {separator: ";", decimal: ","}'
+                    hint = 'a decimal point; a data file can announce the comma, csv: {separator: ";", decimal: ","}'
                     return self.fail(
                         "a decimal comma that the file does not announce", row, column, found=cell, expected=hint
                     )
@@ -232,6 +232,8 @@ def _fit(row: list[str], width: int, line: int, path: Path, separator: str, deci
         name = SEPARATORS.get(separator, repr(separator))
         expected = f"{width} columns, separated by {name}"
         if separator == "," and decimal == "." and len(row) > width:
-            expected += " (are there decimal commas? then announce csv: {separator: ..., decimal: ','} )"
+            expected += (
+                " (are there decimal commas? a data file can announce them, csv: {separator: ..., decimal: ','})"
+            )
         raise FormatError("wrong number of columns", file=path, row=line, found=len(row), expected=expected)
     return tuple(row)

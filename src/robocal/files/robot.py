@@ -127,7 +127,8 @@ def parse_robot(source: Source) -> Robot:
     """The same from the text of a robot.yaml."""
     document = parse(source)
     if document.data.get("kind") == "cable":
-        document.fail("this is a cable robot, and an arm is needed", ("kind",), found="cable", expected="arm")
+        expected = "arm; cable robots have verbs of their own: robocal cable --help"
+        document.fail("this is a cable robot, and an arm is needed", ("kind",), found="cable", expected=expected)
     model = validate(RobotModel, document)
     units = read_units(model.units, document)
     if model.convention not in CONVENTIONS:

@@ -165,6 +165,8 @@ def _tree(source: Source, expected: str) -> Node:
         ) from None
     # Bodies stand in <links>, or since 2017 one level down.
     found = top[0].one(expected) if top[0].tag == "bodies_system" and expected == "links" else top[0]
+    if found.tag == "robot":
+        found.fail("this is a URDF of an arm, and a cable robot is needed", expected="kind: cable, or CASPR's XML")
     if found.tag != expected:
         found.fail("this is not that file of CASPR", expected=f"<{expected}>")
     return found

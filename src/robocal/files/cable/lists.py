@@ -27,6 +27,7 @@ from robocal.geometry import se3
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = [
+    "COLUMNS",
     "WRENCH",
     "CableList",
     "lengths_text",
@@ -38,6 +39,12 @@ __all__ = [
 
 Array = NDArray[np.float64]
 WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
+# What columns of lists are called, and so no cable.
+COLUMNS = (
+    *(*IDS, *FRAME_SYMBOLS, *WRENCH),
+    *("lambda", "limit", "contact", "rank", "feasible", "margin"),
+    *("residual", "sigma_position", "sigma_orientation", "solutions"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,14 +86,25 @@ def _columns(table: CsvTable, names: Sequence[str], si: Sequence[str]) -> Array:
 
 def _tensions(table: CsvTable, robot: CableRobot) -> Array | None:
     names = [f"{cable}.tension" for cable in robot.cables]
-    if not any(name in table.names for name in names):
+    if not _given(table, names):
         return None
     return _columns(table, names, ("N",) * len(names))
 
 
+def _given(table: CsvTable, names: Sequence[str]) -> list[str]:
+    """Those of the columns that are there. Raises FormatError for one that is only written otherwise: it would be
+    passed over without a word."""
+    wanted = {name.lower(): name for name in names}
+    for found in table.names:
+        name = wanted.get(found.lower(), found)
+        if name != found and name not in table.names:
+            raise table.fail("no column of this name is read", column=found, expected=name)
+    return [name for name in names if name in table.names]
+
+
 def _wrenches(table: CsvTable) -> Array | None:
     """Those of the six columns that are there; the others are zero."""
-    given = [i for i, name in enumerate(WRENCH) if name in table.names]
+    given = [WRENCH.index(name) for name in _given(table, WRENCH)]
     if not given:
         return None
     out = np.zeros((len(table), 6))

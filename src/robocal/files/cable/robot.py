@@ -20,6 +20,7 @@ from robocal.cables.pulley import Pulleys
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.cable.model import CableModel, CableRobotModel, CommonModel, PlatformModel, PulleyModel, UnitsModel
 from robocal.files.cable.values import CableUnits, Values
+from robocal.files.cable.lists import COLUMNS
 from robocal.files.schema import validate
 from robocal.files.text import Source, read_text
 from robocal.files.units import Unit, parse_unit
@@ -55,7 +56,7 @@ def read_cable(path: str | os.PathLike[str]) -> CableFile:
     if source.path.suffix.lower() == ".xml" or source.text.lstrip().startswith("<"):
         return read_caspr(source)
     document = parse(source)
-    if "robocal" not in document.data and "frame_anchors" in document.data:
+    if not {"robocal", "kind"} & set(document.data) and "frame_anchors" in document.data:
         return read_published(document)
     return _described(source, document)
 
@@ -83,6 +84,14 @@ def _described(source: Source, document: Document) -> CableFile:
 def checked(robot: CableRobot, document: Document, where: Mapping[str, Path_] | None = None) -> tuple[str, ...]:
     """What `cables.check` says of a robot, located in its file; `where` says under which keys another format has mass,
     tension and whatever else it has for all cables at once."""
+    for name in robot.cables:
+        if name in COLUMNS or set(name) & set("[]"):
+            document.fail(
+                "no name for a cable: lists have columns called so",
+                _path(f"{name}.name", robot, document, where or {}),
+                found=name,
+                expected="one that is no column of a list (id, x, rx, fx, margin, ...) and has no brackets",
+            )
     try:
         return tuple(f"{document.path}: {doubt}" for doubt in check(robot))
     except ModelError as error:

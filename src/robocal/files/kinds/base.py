@@ -229,7 +229,7 @@ def column_units(
             if si[i] == "1":
                 out.append(parse_unit("1"))
                 continue
-            word = {"m": "mm", "rad": "deg"}.get(si[i], "K")
+            word = {"m": "mm", "rad": "deg", "N m": "Nm"}.get(si[i], si[i])
             hint = f"`unit` in the data file, or a header such as {label} [{word}]"
             if not document.text:
                 raise table.fail("the unit is missing", None, label, expected=f"a header such as {label} [{word}]")

@@ -40,10 +40,15 @@ def located(error: ModelError, path: str, rows: CableList) -> FormatError:
 
 
 def fitting(file: CableFile, pull: Array | None, sag: bool) -> None:
-    """Whether the robot's file knows what the length model needs. Raises FormatError naming it, or ModelError."""
+    """Whether the robot's file knows what the length model needs. Raises FormatError naming it, or ModelError for sag
+    without tensions."""
+    if sag and pull is None:
+        raise ModelError(
+            "a sagging cable needs its tension",
+            key="--sag",
+            expected=f"columns {file.robot.cables[0]}.tension [N], ... in the list, or --tension",
+        )
     try:
         model_of(file.robot, sag=sag, tense=pull is not None)
     except ModelError as error:
-        if error.key == "tension":
-            raise
         raise FormatError(error.message, file=file.path, key=error.key, expected=error.expected) from None
