@@ -18,9 +18,9 @@ from robocal.cables.check import check
 from robocal.cables.geometry import SYMBOLS, CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import FormatError, ModelError, nearest
+from robocal.files.cable.lists import COLUMNS
 from robocal.files.cable.model import CableModel, CableRobotModel, CommonModel, PlatformModel, PulleyModel, UnitsModel
 from robocal.files.cable.values import CableUnits, Values
-from robocal.files.cable.lists import COLUMNS
 from robocal.files.schema import validate
 from robocal.files.text import Source, read_text
 from robocal.files.units import Unit, parse_unit
