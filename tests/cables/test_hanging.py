@@ -52,7 +52,7 @@ def test_against_500_elements(upright, rng):
         return points, np.linalg.norm(y[2] * u + w * y[3] * UP)
 
     for d, n, r, t, w in zip(*cables(rng, 12, upright), strict=True):
-        found = hang(d, t, w, e, (r, n))
+        found = hang(d, t, w, e, Pulleys(r, n))
         start = [0.0, float(found.wrap) * 1.02, t * 0.98, float(found.length) * 0.99]
 
         def miss(y, d=d, n=n, r=r, t=t, w=w):
@@ -69,16 +69,16 @@ def test_against_500_elements(upright, rng):
         if upright:  # the wheel stays in the vertical plane through its cable's ends
             assert abs(y[0]) < 1e-9 and abs(found.force[0] * d[1] - found.force[1] * d[0]) < 1e-12 * t
         else:
-            taut, _ = run(d, (r, n))
+            taut, _ = run(d, Pulleys(r, n))
             assert abs(y[0]) > 0 and found.length != pytest.approx(stretch(taut, t, e)[0], rel=1e-7)
 
 
 def test_without_weight_a_stretched_cable_over_a_pulley(rng):
     d, n, r, t, _ = cables(rng, 500)
-    taut, u = run(d, (r, n))
+    taut, u = run(d, Pulleys(r, n))
     inside = np.isnan(taut)
     for weight, room in ((0.0, 1e-13), (1e-9, 1e-9)):
-        hung = hang(d, t, weight, 1e-5, (r, n))
+        hung = hang(d, t, weight, 1e-5, Pulleys(r, n))
         np.testing.assert_array_equal(np.isnan(hung.length), inside)
         np.testing.assert_allclose(hung.length, stretch(taut, t, 1e-5)[0], atol=room)
         np.testing.assert_allclose(hung.force, t[:, None] * u, atol=1e5 * room)
@@ -90,11 +90,11 @@ def test_without_radius_plain_sag(rng):
     plain = hang(d, t, w, 1e-5)
     across = np.hypot(d[:, 0], d[:, 1])
     np.testing.assert_allclose(plain.length, hang_by_tension(np.stack([across, d[:, 2]], -1), t, w, 1e-5).length)
-    small = hang(d, t, w, 1e-5, (1e-9, n))
+    small = hang(d, t, w, 1e-5, Pulleys(np.array(1e-9), n))
     np.testing.assert_allclose(small.length, plain.length, atol=1e-8)
     np.testing.assert_allclose(small.force, plain.force, atol=1e-5)
     np.testing.assert_allclose(small.gradient, plain.gradient, atol=1e-7)
-    mixed = hang(d, t, w, 1e-5, (np.where(np.arange(500) % 2, 0.1, 0.0), n))
+    mixed = hang(d, t, w, 1e-5, Pulleys(np.where(np.arange(500) % 2, 0.1, 0.0), n))
     np.testing.assert_array_equal(mixed.length[::2], plain.length[::2])
     assert (np.abs(mixed.length - plain.length)[1::2] > 1e-6).all()
 
@@ -102,15 +102,15 @@ def test_without_radius_plain_sag(rng):
 def test_a_cable_that_hangs_straight_down(rng):
     """Below the tangent of the wheel after half a turn: nothing pulls across, and no derivative is lost."""
     d, r, t, w, e = np.array([0.2, 0.0, -3.0]), 0.1, 50.0, 2.0, 1e-4
-    hung = hang(d, t, w, e, (r, UP))
+    hung = hang(d, t, w, e, Pulleys(r, UP))
     assert hung.wrap == pytest.approx(np.pi, abs=1e-12)
     np.testing.assert_allclose(hung.force, [0, 0, -t], atol=1e-9)
     # From the tension t at the lower end upwards: 3 m = L + e (t L + w L^2 / 2).
     free = (-(1 + e * t) + np.sqrt((1 + e * t) ** 2 + 6 * e * w)) / (e * w)
     assert hung.length == pytest.approx(free + r * np.pi / (1 + e * (t + w * free)), abs=1e-12)
     check_jacobian(
-        lambda x: hang(d + x, t, w, e, (r, UP)).length[None],
-        lambda x: hang(d + x, t, w, e, (r, UP)).gradient[None],
+        lambda x: hang(d + x, t, w, e, Pulleys(r, UP)).length[None],
+        lambda x: hang(d + x, t, w, e, Pulleys(r, UP)).gradient[None],
         np.zeros(3),
         tolerance=1e-6,
     )
@@ -125,7 +125,7 @@ def test_stretch_sag_and_pulley_add_up(rng):
     pose = poses(robot, rng, 20)
     extra = inverse(robot, pose, t, sag=True)[0] - inverse(robot, pose, t)[0]
     d = pose[:, None, :3, 3] + robot.b @ pose[:, :3, :3].swapaxes(1, 2) - robot.a
-    taut, u = run(d, (r, UP))
+    taut, u = run(d, Pulleys(r, UP))
     beta = np.arctan2(np.hypot(u[..., 0], u[..., 1]), u[..., 2])
     free = (taut - r * beta)[..., None] * u
     size, across, rise = taut - r * beta, np.hypot(free[..., 0], free[..., 1]), free[..., 2]
@@ -138,7 +138,7 @@ def test_what_cannot_hang_over_a_pulley_says_so(rng):
     robot = replace(heavy(box()), pulleys=wheels(rng), density=np.array([0.1] * 7 + [90.0]))
     with pytest.raises(ModelError, match="c8 cannot hang so"):
         inverse(robot, robot.home[None], 20.0, sag=True)
-    inside = hang(np.array([0.1, 0.0, 0.01]), 50.0, 0.1, 0.0, (0.1, UP))
+    inside = hang(np.array([0.1, 0.0, 0.01]), 50.0, 0.1, 0.0, Pulleys(np.array(0.1), UP))
     assert np.isnan(inside.length) and np.isnan(inside.gradient).all() and np.isnan(inside.wrap)
-    assert np.isnan(hang(np.array([2.0, 0, 0]), 0.0, 0.1, 0.0, (0.1, UP)).length)
+    assert np.isnan(hang(np.array([2.0, 0, 0]), 0.0, 0.1, 0.0, Pulleys(np.array(0.1), UP)).length)
     assert np.isnan(hang(np.array([2.0, 0, 0]), 0.0, 0.1, 0.0).length)

@@ -138,7 +138,7 @@ def test_pulley_is_a_tangent_and_an_arc(rng):
         n = rng.normal(size=3)
         n /= np.linalg.norm(n)
         d, radius = rng.normal(size=3) * 2, rng.uniform(0.05, 0.2)
-        length, u = run(d, (radius, n))
+        length, u = run(d, Pulleys(radius, n))
         beta, expected = geometric(d, radius, n)
         assert length == pytest.approx(expected, abs=1e-7)
         side = d - (d @ n) * n
@@ -154,15 +154,15 @@ def test_pulley_by_hand():
         ([0, 0, 2.0], 2.0, [0, 0, 1]),
         ([0, 0.2, -2.0], 0.1 * np.pi + 2.0, [0, 0, -1]),
     ):
-        got, u = run(np.array(end, float), (0.1, axis))
+        got, u = run(np.array(end, float), Pulleys(np.array(0.1), axis))
         assert got == pytest.approx(length, abs=1e-12)
         np.testing.assert_allclose(u, way, atol=1e-12)
-    assert np.isnan(run(np.array([0.1, 0, 0.01]), (0.1, axis))[0])
+    assert np.isnan(run(np.array([0.1, 0, 0.01]), Pulleys(np.array(0.1), axis))[0])
 
 
 def test_pulley_of_no_radius_is_an_eyelet(rng):
     d = rng.normal(size=(50, 3))
-    length, u = run(d, (0.0, np.array([0.0, 0.6, 0.8])))
+    length, u = run(d, Pulleys(np.array(0.0), np.array([0.0, 0.6, 0.8])))
     np.testing.assert_allclose(length, np.linalg.norm(d, axis=1), rtol=1e-14)
     np.testing.assert_allclose(u, run(d, None)[1], atol=1e-14)
 
@@ -179,7 +179,7 @@ def test_measured_lengths_know_the_pulleys(rng):
     where = Configurations(tuple(f"p{i}" for i in range(5)), start=se3.to_vector(pose))
     p = problem(robot, DataSet(where, (rows,)))
     assert np.abs(p.linearize(p.start).r).max() < 1e-9
-    numbers, wheel = robot.numbers[2], (float(robot.pulleys.radius[2]), robot.pulleys.axis[2])
+    numbers, wheel = robot.numbers[2], robot.pulley(2)
     check_jacobian(
         lambda c: lengths(pose[None], c[None], wheel)[0][0],
         lambda c: lengths(pose[None], c[None], wheel)[2][0],

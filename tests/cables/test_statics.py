@@ -116,14 +116,14 @@ def test_stiffness_is_the_difference_of_wrenches(rig, rng, wheels, degrees):
 def test_curvature_over_a_pulley(rng):
     for _ in range(5):
         axis, radius, d = rng.normal(size=3), rng.uniform(0.05, 0.2), rng.normal(size=3) * 2
-        for pulley in (None, (radius, axis / np.linalg.norm(axis)), (0.0, axis / np.linalg.norm(axis))):
+        for pulley in (None, *(Pulleys(np.array(r), axis / np.linalg.norm(axis)) for r in (radius, 0.0))):
             check_jacobian(
                 lambda x, pulley=pulley: run(x, pulley)[1],
                 lambda x, pulley=pulley: curvature(x, pulley),
                 d,
                 tolerance=1e-7,
             )
-    mixed = curvature(np.array([[0, 0, -1.0], [1.0, 0, 0.2]]), (np.array([0.0, 0.1]), np.tile([0.0, 0, 1], (2, 1))))
+    mixed = curvature(np.array([[0, 0, -1.0], [1.0, 0, 0.2]]), Pulleys(np.array([0.0, 0.1]), np.tile([0.0, 0, 1], (2, 1))))
     np.testing.assert_allclose(mixed[0], np.diag([1.0, 1, 0]))
 
 
@@ -165,7 +165,7 @@ def test_cables_over_pulleys_hold_a_weight_from_above(rng):
         sum_ = np.einsum("kdm,km->kd", w, found.tension)[0]
         np.testing.assert_allclose(sum_[:3], [0, 0, 7 * 9.81], atol=1e-9)
         d = pose[:, :3, 3] + machine.b - machine.a
-        _, arrives = run(d, None if machine.pulleys is None else (wheel.radius, wheel.axis))
+        _, arrives = run(d, machine.pulleys)
         forces = -found.tension[0][:, None] * arrives  # each cable pulls back along itself
         np.testing.assert_allclose(np.cross(machine.b, forces).sum(axis=0), -load[0, 3:], atol=1e-9)
 

@@ -82,6 +82,10 @@ class CableRobot:
         """Zeros of the length sensors, (m,)."""
         return np.asarray(self.numbers[:, 6])
 
+    def pulley(self, cable: int) -> Pulleys | None:
+        """The pulley of one cable by its number, radius () and axis (3,)."""
+        return None if self.pulleys is None else Pulleys(self.pulleys.radius[cable], self.pulleys.axis[cable])
+
     @property
     def axes(self) -> tuple[int, ...]:
         """Which components of the twist (v, w) the platform has: rows of W, columns of L."""
@@ -137,11 +141,11 @@ def cable_robot(
     return CableRobot(name, cables, Table(tuple(rows)), **known)  # type: ignore[arg-type]
 
 
-def lengths(pose: Array, cable: Array, pulley: tuple[float, Array] | None = None) -> tuple[Array, Array, Array]:
+def lengths(pose: Array, cable: Array, pulley: Pulleys | None = None) -> tuple[Array, Array, Array]:
     """Length (B, m) of one cable, its gradient with respect to the platform's (v, w), (B, m, 6), and to the cable's
     seven numbers, (B, m, 7).
 
-    pose (B, m, 4, 4), cable (B, 7) in the order of SYMBOLS, pulley (radius, axis (3,)).
+    pose (B, m, 4, 4), cable (B, 7) in the order of SYMBOLS, pulley that of the cable, radius () and axis (3,).
     """
     a, b, l0 = cable[:, None, :3], cable[:, None, 3:6], cable[:, None, 6]
     r = pose[..., :3, :3]
@@ -161,6 +165,5 @@ def straight(robot: CableRobot, pose: ArrayLike) -> tuple[Array, Array, Array]:
     """
     t = np.asarray(pose, float).reshape(-1, 4, 4)
     lever = robot.b @ t[:, :3, :3].swapaxes(-1, -2)
-    pulleys = robot.pulleys
-    full, u = run(t[:, None, :3, 3] + lever - robot.a, None if pulleys is None else (pulleys.radius, pulleys.axis))
+    full, u = run(t[:, None, :3, 3] + lever - robot.a, robot.pulleys)
     return full, np.concatenate([u, np.cross(lever, u)], axis=-1), lever

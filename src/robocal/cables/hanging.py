@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.cables.elastic import catenary, hang_by_tension
 from robocal.cables.newton import Rows, inverted, newton
-from robocal.cables.pulley import run
+from robocal.cables.pulley import Pulleys, taut
 
 __all__ = ["Hung", "hang"]
 
@@ -48,17 +48,16 @@ def hang(
     tension: ArrayLike,
     weight: ArrayLike,
     elasticity: ArrayLike,
-    pulley: tuple[ArrayLike, ArrayLike] | None = None,
+    pulleys: Pulleys | None = None,
 ) -> Hung:
     """Cables from frame anchors to their ends d (..., 3) away that pull with `tension` (...) there, in N.
 
-    weight per unstretched length in N/m, elasticity in 1/N, pulley (radius (...), axis (..., 3)) in m, None for
-    eyelets; the base's z points up.
+    weight per unstretched length in N/m, elasticity in 1/N; eyelets without pulleys; the base's z points up.
     """
     ends = np.asarray(d, float)
     flat = ends.reshape(-1, 3)
     shape = ends.shape[:-1]
-    radius, axis = (0.0, UP) if pulley is None else pulley
+    radius, axis = (0.0, UP) if pulleys is None else (pulleys.radius, pulleys.axis)
     t, w, e, r = (
         np.broadcast_to(np.asarray(v, float), shape).reshape(-1) for v in (tension, weight, elasticity, radius)
     )
@@ -70,8 +69,7 @@ def hang(
         out[at] = _eyelet(flat[at], t[at], w[at], e[at])
     if wheel.any():
         at = wheel
-        across = flat[at] - (flat[at] * n[at]).sum(axis=-1, keepdims=True) * n[at]
-        side = across / np.maximum(np.linalg.norm(across, axis=-1), 1e-300)[:, None]
+        side = taut(flat[at], Pulleys(r[at], n[at]))[3]
         out[at] = _over(_Wheel(flat[at], t[at], w[at], e[at], r[at], n[at], side))
     return Hung(*(out[:, i].reshape((*shape, *more)) for i, more in COLUMNS))
 
@@ -104,10 +102,9 @@ class _Wheel:
     def guess(self) -> tuple[Array, Array]:
         """Length of the taut string (k,); swivel from its, wrap and unstretched free length (k, 3). A light cable leaves
         lower by half of what its weight takes from its tension."""
-        full, u = run(self.d, (self.r, self.n))
-        beta = np.arctan2((u * self.side).sum(axis=-1), (u * self.n).sum(axis=-1))
-        beta = np.where(beta < -1e-9, beta + 2 * np.pi, beta)
-        free = (full - self.r * beta) / (1 + self.e * self.t)
+        free, beta, _, _ = taut(self.d, Pulleys(self.r, self.n))
+        full = self.r * beta + free
+        free = free / (1 + self.e * self.t)
         rise = np.cos(beta) * self.side[:, 2] - np.sin(beta) * self.n[:, 2]
         beta = beta - np.minimum(self.w * free / (2 * self.t), 0.5) * rise
         return full, np.stack([np.zeros_like(beta), np.clip(beta, 0, 2 * np.pi), free], axis=-1)

@@ -101,7 +101,5 @@ def _sagging(robot: CableRobot, density: Array, pose: Array, pull: Array | None)
     lever = robot.b @ pose[:, :3, :3].swapaxes(-1, -2)
     d = pose[:, None, :3, 3] + lever - robot.a
     elasticity = np.zeros(len(robot.cables)) if robot.elasticity is None else robot.elasticity
-    wheels = robot.pulleys
-    pulley = None if wheels is None else (wheels.radius, wheels.axis)
-    hung = hang(d, np.asarray(pull), density, elasticity, pulley)
+    hung = hang(d, np.asarray(pull), density, elasticity, robot.pulleys)
     return hung.length - robot.zeros, np.concatenate([hung.gradient, np.cross(lever, hung.gradient)], axis=-1)

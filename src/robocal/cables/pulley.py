@@ -17,58 +17,56 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-__all__ = ["Pulleys", "curvature", "run"]
+__all__ = ["Pulleys", "curvature", "run", "taut"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Pulleys:
-    """Radius (m,) in m and swivel axis (m, 3): the unit direction in which the cable enters at the frame anchor,
-    base axes. Radius 0: a plain eyelet."""
+    """Radii (...) in m and swivel axes (..., 3): the unit direction in which the cable enters at the frame anchor,
+    base axes. Radius 0: a plain eyelet. Those of a robot are (m,) and (m, 3)."""
 
     radius: Array
     axis: Array
 
 
-def run(d: Array, pulley: tuple[ArrayLike, Array] | None) -> tuple[Array, Array]:
+def run(d: Array, pulleys: Pulleys | None) -> tuple[Array, Array]:
     """Length (...) from the frame anchor to the end d (..., 3) away, and the unit vector (..., 3) in which the cable
-    arrives.
-
-    pulley (radius (...), axis (..., 3)), None for straight cables. Not a number where d lies inside the pulley.
-    """
-    if pulley is None:
+    arrives; straight without pulleys. Not a number where d lies inside a pulley."""
+    if pulleys is None:
         full = np.linalg.norm(d, axis=-1)
         return full, d / np.where(full > 0, full, np.inf)[..., None]
-    radius, n = np.asarray(pulley[0], float), np.asarray(pulley[1], float)
-    free, beta, _, side = _taut(d, radius, n)
-    return radius * beta + free, np.sin(beta)[..., None] * side + np.cos(beta)[..., None] * n
+    free, beta, _, side = taut(d, pulleys)
+    return pulleys.radius * beta + free, np.sin(beta)[..., None] * side + np.cos(beta)[..., None] * pulleys.axis
 
 
-def curvature(d: Array, pulley: tuple[ArrayLike, Array] | None) -> Array:
+def curvature(d: Array, pulleys: Pulleys | None) -> Array:
     """Second derivative (..., 3, 3) of the length by the end d (..., 3): how the direction in which the cable arrives
     turns with it.
 
     It is m m^T / f + sin(beta) q q^T / s, with q across the wheel's plane (the swivel follows) and m in it, square to
     the cable (the tangent rolls on); (I - u u^T) / l for straight cables. Not finite where the swivel is undetermined.
     """
-    if pulley is None:
+    if pulleys is None:
         full, u = run(d, None)
         return np.asarray((np.eye(3) - u[..., :, None] * u[..., None, :]) / full[..., None, None])
-    radius, n = np.asarray(pulley[0], float), np.asarray(pulley[1], float)
-    free, beta, s, side = _taut(d, radius, n)
+    n = pulleys.axis
+    free, beta, s, side = taut(d, pulleys)
     q, m = np.cross(n, side), np.cos(beta)[..., None] * side - np.sin(beta)[..., None] * n
     with np.errstate(divide="ignore", invalid="ignore"):
         swivels, rolls = (np.sin(beta) / s)[..., None, None], (1 / free)[..., None, None]
         out = rolls * m[..., :, None] * m[..., None, :] + swivels * q[..., :, None] * q[..., None, :]
     # An eyelet has no wheel whose plane could be undetermined.
-    return np.where((radius > 0)[..., None, None], out, curvature(d, None))
+    return np.where((pulleys.radius > 0)[..., None, None], out, curvature(d, None))
 
 
-def _taut(d: Array, radius: Array, n: Array) -> tuple[Array, Array, Array, Array]:
-    """Free segment (...), wrap angle (...), distance s from the swivel axis (...) and the unit vector (..., 3) to it."""
+def taut(d: Array, pulleys: Pulleys) -> tuple[Array, Array, Array, Array]:
+    """Free segment f (...), wrap angle beta (...), and the distance s (...) of the end d from the swivel axis with the unit
+    vector (..., 3) along it, away from the axis."""
+    radius, n = pulleys.radius, pulleys.axis
     h = (d * n).sum(axis=-1)
     across = d - h[..., None] * n
     s = np.linalg.norm(across, axis=-1)

@@ -118,11 +118,11 @@ def stiffness(robot: CableRobot, pose: ArrayLike, tension: ArrayLike, force: Arr
     Raises ModelError for unknown elasticity. After Behzadipour and Khajepour (2006), who have straight cables.
     """
     t = np.asarray(pose, dtype=float).reshape(-1, 4, 4)
-    e, pulleys, rows = robot.need("elasticity"), robot.pulleys, list(robot.axes)
+    e, rows = robot.need("elasticity"), list(robot.axes)
     pull = np.broadcast_to(np.asarray(tension, dtype=float), (len(t), len(robot.cables)))
     full, gradient, lever = straight(robot, t)
     u = -gradient[..., :3]
-    curved = curvature(t[:, None, :3, 3] + lever - robot.a, None if pulleys is None else (pulleys.radius, pulleys.axis))
+    curved = curvature(t[:, None, :3, 3] + lever - robot.a, robot.pulleys)
     along = (1.0 + e * pull) / (e * full)
     cable = along[..., None, None] * u[..., :, None] * u[..., None, :] + pull[..., None, None] * curved
     s = so3.skew(lever)

@@ -137,10 +137,8 @@ def _free(robot: CableRobot) -> tuple[str, ...]:
 def _by_parameters(robot: CableRobot, poses: Array, names: Sequence[str]) -> Array:
     """J (k, m, n): gradient of the lengths with respect to the free parameters."""
     out = np.zeros((len(poses), len(robot.cables), len(names)))
-    wheels = robot.pulleys
     for i, cable in enumerate(robot.cables):
-        pulley = None if wheels is None else (float(wheels.radius[i]), wheels.axis[i])
-        _, _, own = lengths(poses[None], robot.numbers[i][None], pulley)
+        _, _, own = lengths(poses[None], robot.numbers[i][None], robot.pulley(i))
         for s, symbol in enumerate(SYMBOLS):
             if f"{cable}.{symbol}" in names:
                 out[:, i, names.index(f"{cable}.{symbol}")] = own[0, :, s]

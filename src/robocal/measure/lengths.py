@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
+from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
@@ -30,7 +31,7 @@ class LengthRows(Rows):
         obs: Observations,
         name: str,
         index: NDArray[np.int64],
-        pulley: tuple[float, Array] | None,
+        pulley: Pulleys | None,
     ) -> None:
         cable = builder.rows(f"{name}.{s}" for s in SYMBOLS)
         super().__init__(builder.tool(obs.configuration[index]), obs, index, UNSTATED, cable)
@@ -57,10 +58,8 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
             found=[int(number.min()), int(number.max())],
             expected=f"0 to {len(machine.cables) - 1}",
         )
-    wheels = machine.pulleys
-    pulley = [None if wheels is None else (float(wheels.radius[i]), wheels.axis[i]) for i in range(len(machine.cables))]
     return [
-        LengthRows(builder, obs, name, np.flatnonzero(number == i), pulley[i])
+        LengthRows(builder, obs, name, np.flatnonzero(number == i), machine.pulley(i))
         for i, name in enumerate(machine.cables)
         if (number == i).any()
     ]
