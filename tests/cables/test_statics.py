@@ -123,7 +123,9 @@ def test_curvature_over_a_pulley(rng):
                 d,
                 tolerance=1e-7,
             )
-    mixed = curvature(np.array([[0, 0, -1.0], [1.0, 0, 0.2]]), Pulleys(np.array([0.0, 0.1]), np.tile([0.0, 0, 1], (2, 1))))
+    mixed = curvature(
+        np.array([[0, 0, -1.0], [1.0, 0, 0.2]]), Pulleys(np.array([0.0, 0.1]), np.tile([0.0, 0, 1], (2, 1)))
+    )
     np.testing.assert_allclose(mixed[0], np.diag([1.0, 1, 0]))
 
 

@@ -9,13 +9,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
+from robocal.cables.geometry import CableRobot
+from robocal.cables.workspace import Demand, as_box, as_poses, holds
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
 
-from .geometry import CableRobot
-from .workspace import Demand, as_box, as_poses, holds
-
-__all__ = ["Outline", "Surface", "first_exit", "outline", "rays", "statics_along", "surface"]
+__all__ = [
+    "Outline",
+    "Surface",
+    "directions",
+    "first_exit",
+    "joined",
+    "outline",
+    "rays",
+    "statics_along",
+    "surface",
+]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -80,7 +89,7 @@ def _halve(
     return points[every, at], points[every, at + 1]
 
 
-def rays(machine: CableRobot, demand: Demand, start: ArrayLike, ends: ArrayLike, steps: int = 64) -> Array:
+def rays(robot: CableRobot, demand: Demand, start: ArrayLike, ends: ArrayLike, steps: int = 64) -> Array:
     """lambda (n,) up to which the way from `start` to each of `ends` can be held; see `first_exit`.
 
     Positions (3,) and (n, 3) m; or poses (4, 4) and (n, 4, 4), between which the origin moves straight and the platform
@@ -88,13 +97,13 @@ def rays(machine: CableRobot, demand: Demand, start: ArrayLike, ends: ArrayLike,
     """
     origin, targets = as_poses(np.asarray(start, dtype=float)[None])[0], as_poses(ends)
     turn = so3.log(targets[:, :3, :3] @ origin[:3, :3].T)
-    reach = statics_along(machine, demand, steps)(origin, targets[:, :3, 3] - origin[:3, 3], turn)
+    reach = statics_along(robot, demand, steps)(origin, targets[:, :3, 3] - origin[:3, 3], turn)
     if np.isnan(reach).any():
         raise ModelError("rays must start inside the workspace: the start cannot be held", found=origin[:3, 3].tolist())
     return reach
 
 
-def statics_along(machine: CableRobot, demand: Demand, steps: int = 64) -> Callable[[Array, Array, Array], Array]:
+def statics_along(robot: CableRobot, demand: Demand, steps: int = 64) -> Callable[[Array, Array, Array], Array]:
     """lambda_s of motions, as `poses.reachable_poses` asks for it: how far everything demanded can be held.
 
     The function takes a start (4, 4), translations (n, 3) m and rotation vectors (n, 3) rad in base axes, and gives (n,) in
@@ -105,7 +114,7 @@ def statics_along(machine: CableRobot, demand: Demand, steps: int = 64) -> Calla
         def inside(ray: NDArray[np.int64], lam: Array) -> Flags:
             share = lam[:, None]
             turned = so3.exp(share * rotation[ray]) @ start[:3, :3]
-            return holds(machine, demand, se3.compose(turned, start[:3, 3] + share * translation[ray]))
+            return holds(robot, demand, se3.compose(turned, start[:3, 3] + share * translation[ray]))
 
         return first_exit(inside, len(translation), steps)
 
@@ -145,22 +154,32 @@ class Surface:
 
 
 def surface(
-    machine: CableRobot, demand: Demand, start: ArrayLike, box: ArrayLike, count: int = 4000, steps: int = 64
+    robot: CableRobot, demand: Demand, start: ArrayLike, box: ArrayLike, count: int = 4000, steps: int = 64
 ) -> Surface:
-    """The boundary within a box (3, 2) m by `count` rays spread evenly (a Fibonacci lattice), joined into triangles."""
+    """The boundary within a box (3, 2) m by `count` rays in all `directions`, joined into triangles."""
     _enough(count, 4, "a surface")
-    origin = np.asarray(start, dtype=float)
+    origin, way = np.asarray(start, dtype=float), directions(count)
+    ends = _ends(origin, way, box)
+    lam = rays(robot, demand, origin, ends, steps)
+    return Surface(origin, origin + lam[:, None] * (ends - origin), joined(way))
+
+
+def directions(count: int) -> Array:
+    """Unit vectors (count, 3) spread evenly over all directions: a Fibonacci lattice."""
     i = np.arange(count) + 0.5
     z, turn = 1.0 - 2.0 * i / count, i * np.pi * (3.0 - np.sqrt(5.0))
     flat = np.sqrt(1.0 - z * z)
-    way = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
-    faces = ConvexHull(way).simplices.astype(np.int64)
+    return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
+
+
+def joined(way: Array) -> NDArray[np.int64]:
+    """Triangles (f, 3) that join directions (n, 3) to a closed surface around their origin, corners turning left seen from
+    outside. Raises QhullError for directions in one plane."""
+    faces: NDArray[np.int64] = ConvexHull(way).simplices.astype(np.int64)
     x = way[faces]
     inwards = np.einsum("fi,fi->f", x[:, 0], np.cross(x[:, 1], x[:, 2])) < 0.0
     faces[inwards] = faces[inwards][:, ::-1]
-    ends = _ends(origin, way, box)
-    lam = rays(machine, demand, origin, ends, steps)
-    return Surface(origin, origin + lam[:, None] * (ends - origin), faces)
+    return faces
 
 
 @dataclass(frozen=True)
@@ -178,7 +197,7 @@ class Outline:
 
 
 def outline(
-    machine: CableRobot,
+    robot: CableRobot,
     demand: Demand,
     start: ArrayLike,
     box: ArrayLike,
@@ -195,4 +214,4 @@ def outline(
     way = np.zeros((count, 3))
     way[:, axes[0]], way[:, axes[1]] = np.cos(turn), np.sin(turn)
     ends = _ends(origin, way, box)
-    return Outline(origin, origin + rays(machine, demand, origin, ends, steps)[:, None] * (ends - origin))
+    return Outline(origin, origin + rays(robot, demand, origin, ends, steps)[:, None] * (ends - origin))

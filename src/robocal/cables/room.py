@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
+from robocal.cables.geometry import CableRobot
+from robocal.cables.workspace import Grid
 from robocal.errors import ModelError
-
-from .geometry import CableRobot
-from .workspace import Grid
 
 __all__ = ["FLAT", "Regions", "cut_off", "frame_box", "regions", "seen_from"]
 

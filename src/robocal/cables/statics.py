@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import door
+from robocal.cables.balance._kernels import structure_kernel
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.pulley import curvature
 from robocal.errors import ModelError
 from robocal.geometry import so3
-
-from .balance._kernels import structure_kernel
 
 __all__ = ["GRAVITY", "gravity_wrench", "null_vector", "stiffness", "structure", "structure_of"]
 

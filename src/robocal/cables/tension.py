@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import door
+from robocal.cables.distribution._kernels import centre_kernel, nearest_kernel, power_kernel
+from robocal.cables.margin._kernels import margin_kernel, missing_kernel
+from robocal.cables.polytope._kernels import FOUND, STUCK
 from robocal.errors import ModelError, RobocalError, nearest
-
-from .distribution._kernels import centre_kernel, nearest_kernel, power_kernel
-from .margin._kernels import margin_kernel, missing_kernel
-from .polytope._kernels import FOUND, STUCK
 
 __all__ = [
     "METHODS",

@@ -12,11 +12,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal.cables.geometry import CableRobot
+from robocal.cables.statics import GRAVITY, gravity_wrench, structure_of
+from robocal.cables.tension import ball, capacity_margin, disturbance_margin, is_feasible
 from robocal.errors import ModelError
-
-from .geometry import CableRobot
-from .statics import GRAVITY, gravity_wrench, structure_of
-from .tension import ball, capacity_margin, disturbance_margin, is_feasible
 
 __all__ = ["Demand", "Grid", "accelerations", "as_box", "as_poses", "grid", "holds", "margins"]
 
@@ -42,16 +41,16 @@ class Demand:
     gravity: tuple[float, float, float] = GRAVITY
 
 
-def margins(machine: CableRobot, demand: Demand, where: ArrayLike) -> Array:
+def margins(robot: CableRobot, demand: Demand, where: ArrayLike) -> Array:
     """Least capacity margin (k,) [N] over everything demanded, whichever way it accelerates; negative: outside.
 
     `where`: positions (k, 3) m, or poses (k, 4, 4), after whose rotation come the demand's own.
     """
-    pose, limits = as_poses(where), machine.need("limits")
+    pose, limits = as_poses(where), robot.need("limits")
     least = np.full(len(pose), np.inf)
-    for whole, w, loads, turned in _cases(machine, demand, pose):
+    for whole, w, loads, turned in _cases(robot, demand, pose):
         if demand.acceleration > 0.0:
-            push = _push(machine, turned)
+            push = _push(robot, turned)
             for mass, own in _by_mass(demand, loads):
                 shaken = demand.acceleration * mass * push
                 least = np.minimum(least, capacity_margin(w, own, limits, demand.length, shaken))
@@ -61,14 +60,14 @@ def margins(machine: CableRobot, demand: Demand, where: ArrayLike) -> Array:
     return least
 
 
-def accelerations(machine: CableRobot, demand: Demand, where: ArrayLike) -> Array:
+def accelerations(robot: CableRobot, demand: Demand, where: ArrayLike) -> Array:
     """Greatest acceleration (k,) [m/s^2] of the centre of mass in any direction, without turning, over everything demanded,
     with the reserve left; infinite without mass. `where` as for `margins`.
     """
-    pose, limits = as_poses(where), machine.need("limits")
+    pose, limits = as_poses(where), robot.need("limits")
     least = np.full(len(pose), np.inf)
-    for whole, w, loads, turned in _cases(machine, demand, pose):
-        push = _push(machine, turned)
+    for whole, w, loads, turned in _cases(robot, demand, pose):
+        push = _push(robot, turned)
         kept = None if demand.reserve <= 0.0 else demand.reserve * ball(w.shape[1], demand.length)
         for mass, own in _by_mass(demand, loads):
             if mass > 0.0:
@@ -78,13 +77,13 @@ def accelerations(machine: CableRobot, demand: Demand, where: ArrayLike) -> Arra
     return least
 
 
-def holds(machine: CableRobot, demand: Demand, where: ArrayLike) -> Flags:
+def holds(robot: CableRobot, demand: Demand, where: ArrayLike) -> Flags:
     """Whether everything demanded can be held, (k,); `where` as for `margins`."""
     pose = as_poses(where)
     if demand.reserve > 0.0 or demand.acceleration > 0.0:
-        return margins(machine, demand, pose) >= demand.reserve
-    inside, limits = np.ones(len(pose), bool), machine.need("limits")
-    for whole, w, loads, _ in _cases(machine, demand, pose):
+        return margins(robot, demand, pose) >= demand.reserve
+    inside, limits = np.ones(len(pose), bool), robot.need("limits")
+    for whole, w, loads, _ in _cases(robot, demand, pose):
         inside &= whole
         for v in range(loads.shape[1]):
             inside &= is_feasible(w, loads[:, v], limits)
@@ -103,27 +102,27 @@ def as_poses(where: ArrayLike) -> Array:
     return pose
 
 
-def _cases(machine: CableRobot, demand: Demand, pose: Array) -> Iterator[tuple[Flags, Array, Array, Array]]:
+def _cases(robot: CableRobot, demand: Demand, pose: Array) -> Iterator[tuple[Flags, Array, Array, Array]]:
     """For each orientation: whether all cables have a length (k,); W (k, d, m); wrenches (k, v, d), masses slowest; and
     the poses (k, 4, 4) themselves."""
     masses, extra, rotations = _check(demand)
-    rows = list(machine.axes)
+    rows = list(robot.axes)
     for rotation in rotations:
         turned = pose.copy()
         turned[:, :3, :3] = pose[:, :3, :3] @ rotation
-        w = structure_of(machine, turned, strict=False)
+        w = structure_of(robot, turned, strict=False)
         # With a platform anchor on its frame anchor nothing can be said to hold.
         whole: Flags = np.isfinite(w.sum(axis=(1, 2)))
         w[~whole] = 0.0
-        weight = [gravity_wrench(turned, float(m), machine.com, demand.gravity) for m in masses]
+        weight = [gravity_wrench(turned, float(m), robot.com, demand.gravity) for m in masses]
         loads = np.concatenate([(one[:, None] + extra)[..., rows] for one in weight], axis=1)
         yield whole, w, loads, turned
 
 
-def _push(machine: CableRobot, turned: Array) -> Array:
+def _push(robot: CableRobot, turned: Array) -> Array:
     """What one m/s^2 along each axis does to one kg, (k, d, 3)."""
-    units = [gravity_wrench(turned, 1.0, machine.com, axis) for axis in np.eye(3)]
-    return np.stack(units, axis=-1)[:, list(machine.axes)]
+    units = [gravity_wrench(turned, 1.0, robot.com, axis) for axis in np.eye(3)]
+    return np.stack(units, axis=-1)[:, list(robot.axes)]
 
 
 def _by_mass(demand: Demand, loads: Array) -> Iterator[tuple[float, Array]]:
@@ -171,7 +170,7 @@ class Grid:
 
 
 def grid(
-    machine: CableRobot, demand: Demand, box: ArrayLike, counts: tuple[int, int, int], with_margins: bool = False
+    robot: CableRobot, demand: Demand, box: ArrayLike, counts: tuple[int, int, int], with_margins: bool = False
 ) -> Grid:
     """The workspace at the centres of counts[0] x counts[1] x counts[2] cells of the box (3, 2) m; an axis may have no length."""
     sides = as_box(box)
@@ -180,8 +179,8 @@ def grid(
     cell = (sides[:, 1] - sides[:, 0]) / np.array(counts)
     axes = tuple(sides[i, 0] + cell[i] * (np.arange(n) + 0.5) for i, n in enumerate(counts))
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    margin = margins(machine, demand, points) if with_margins else None
-    inside = holds(machine, demand, points) if margin is None else margin >= max(demand.reserve, 0.0)
+    margin = margins(robot, demand, points) if with_margins else None
+    inside = holds(robot, demand, points) if margin is None else margin >= max(demand.reserve, 0.0)
     shaped = None if margin is None else margin.reshape(counts)
     return Grid((axes[0], axes[1], axes[2]), cell, inside.reshape(counts), shaped)
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
-from robocal.cables.boundary import Surface
+from robocal.cables.boundary import Surface, directions, joined
 from robocal.cables.geometry import CableRobot, cable_robot
 
 LIMITS = (20.0, 125.0)
@@ -29,12 +28,5 @@ def robot_of(
 
 def ball(count: int, radius: float = 0.8) -> Surface:
     """A sphere as `boundary.surface` would give it, with a flat top."""
-    i = np.arange(count) + 0.5
-    z, turn = 1 - 2 * i / count, i * np.pi * (3 - np.sqrt(5))
-    way = np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], axis=1)
-    faces = ConvexHull(way).simplices.astype(np.int64)
-    x = way[faces]
-    turned = np.einsum("fi,fi->f", x[:, 0], np.cross(x[:, 1], x[:, 2])) < 0
-    faces[turned] = faces[turned][:, ::-1]
-    start = np.array([0.0, 0.0, 1.5])
-    return Surface(start, start + radius * way, faces)
+    start, way = np.array([0.0, 0.0, 1.5]), directions(count)
+    return Surface(start, start + radius * way, joined(way))

@@ -18,7 +18,7 @@ from robocal.report.cable.paint import brief, figure
 from robocal.report.cable.ropes import courses, wheels
 from robocal.report.cable.solids import hull_loops, thinned
 from robocal.report.cable.stage import Stage, stage
-from robocal.report.cable.tension import STATES, Tensions, tensions_of
+from robocal.report.cable.tension import STATES, ColouredTensions, coloured
 from robocal.report.numbers import significant
 from robocal.report.svg import label, num
 
@@ -78,13 +78,13 @@ def scene(
     return text.replace("<svg ", f"<svg {_camera(seen, right, top)} ", 1) if seen.turns else text
 
 
-def _held(robot: CableRobot, tension: ArrayLike | None) -> Tensions | None:
+def _held(robot: CableRobot, tension: ArrayLike | None) -> ColouredTensions | None:
     if tension is None:
         return None
     values, m = np.asarray(tension, float), len(robot.cables)
     if values.shape != (m,):
         raise ModelError("tensions to be drawn", expected=f"one per cable, ({m},)", found=values.shape)
-    return tensions_of(values, robot.limits)
+    return coloured(values, robot.limits)
 
 
 def _camera(seen: Stage, right: float, top: float) -> str:
@@ -129,7 +129,7 @@ def _shades(corners: Array) -> list[int]:
     return found
 
 
-def _cables(robot: CableRobot, ends: Array, held: Tensions | None) -> Iterator[Mark]:
+def _cables(robot: CableRobot, ends: Array, held: ColouredTensions | None) -> Iterator[Mark]:
     for i, (name, points) in enumerate(zip(robot.cables, courses(robot, ends), strict=True)):
         state = "plain" if held is None else held.state(i)
         colour = f' stroke="{held.colour(i)}"' if held is not None and state != "none" else ""
@@ -160,11 +160,11 @@ def _cloud(points: Array) -> Iterator[Mark]:
         yield Mark(p[None], "spot", size=1.7)
 
 
-def _words(robot: CableRobot, held: Tensions | None) -> list[tuple[str, str]]:
+def _words(robot: CableRobot, held: ColouredTensions | None) -> list[tuple[str, str]]:
     return [(brief(name), "" if held is None else held.said(i)) for i, name in enumerate(robot.cables)]
 
 
-def _legend(held: Tensions, height: float) -> str:
+def _legend(held: ColouredTensions, height: float) -> str:
     """The states that occur, beside the colour scale."""
     found = [s for s in STATES if s != "held" and any(held.state(i) == s for i in range(len(held.values)))]
     parts = []
@@ -178,7 +178,9 @@ def _legend(held: Tensions, height: float) -> str:
     return "".join(parts)
 
 
-def _said(robot: CableRobot, held: Tensions | None, surface: Surface | Outline | None, cloud: int, caption: str) -> str:
+def _said(
+    robot: CableRobot, held: ColouredTensions | None, surface: Surface | Outline | None, cloud: int, caption: str
+) -> str:
     """The picture in words."""
     parts = [f"{robot.name}: {len(robot.cables)} cables, {robot.degrees}."]
     if held is not None:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from robocal.cables.boundary import Surface
+from robocal.cables.boundary import Surface, directions, joined
 
 __all__ = ["hull_loops", "thinned"]
 
@@ -51,17 +51,9 @@ def thinned(surface: Surface, most: int = 1500) -> tuple[Array, Ints]:
     size = np.linalg.norm(arm, axis=1)
     kept = np.flatnonzero(size > 0.0)
     way = arm[kept] / size[kept, None]
-    count = (most + 4) // 2
-    i = np.arange(count) + 0.5
-    z, turn = 1.0 - 2.0 * i / count, i * np.pi * (3.0 - np.sqrt(5.0))
-    flat = np.sqrt(1.0 - z * z)
-    wanted = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
-    chosen = np.unique((wanted @ way.T).argmax(axis=1))
+    chosen = np.unique((directions((most + 4) // 2) @ way.T).argmax(axis=1))
     try:
-        faces = ConvexHull(way[chosen]).simplices.astype(np.int64)
+        faces = joined(way[chosen])
     except QhullError:  # a surface without volume has nothing to show
         return surface.vertices, surface.faces[:0]
-    x = way[chosen][faces]
-    inwards = np.einsum("fi,fi->f", x[:, 0], np.cross(x[:, 1], x[:, 2])) < 0.0
-    faces[inwards] = faces[inwards][:, ::-1]
     return surface.vertices[kept[chosen]], faces

@@ -14,7 +14,7 @@ from robocal.report.cable.paint import bar, tint
 from robocal.report.numbers import significant
 from robocal.report.svg import Scale, label, num, tick_text
 
-__all__ = ["STATES", "Tensions", "tensions_of"]
+__all__ = ["STATES", "ColouredTensions", "coloured"]
 
 Array = NDArray[np.float64]
 WIDE = 20.0  # ratio of the limits from which the scale is logarithmic
@@ -22,7 +22,7 @@ STATES = {"held": "", "slack": "slack", "over": "over limit", "none": "no tensio
 
 
 @dataclass(frozen=True, eq=False)
-class Tensions:
+class ColouredTensions:
     """Tensions (m,) N, NaN where there are none, limits (m, 2) N where they are known, and the ends of the colour scale, N."""
 
     values: Array
@@ -83,7 +83,7 @@ class Tensions:
         return "".join(parts)
 
 
-def tensions_of(values: Array, limits: Array | None) -> Tensions:
+def coloured(values: Array, limits: Array | None) -> ColouredTensions:
     """The scale reaches from the least limit to the greatest, or over the tensions where no limits are known."""
     known = values[np.isfinite(values)]
     ends = known if limits is None else limits[np.isfinite(limits)]
@@ -92,4 +92,4 @@ def tensions_of(values: Array, limits: Array | None) -> Tensions:
     low, high = float(ends.min()), float(ends.max())
     if not high > low:
         low, high = low - 0.5 * abs(low) - 0.5, high + 0.5 * abs(high) + 0.5
-    return Tensions(np.where(np.isfinite(values), values, np.nan), limits, low, high)
+    return ColouredTensions(np.where(np.isfinite(values), values, np.nan), limits, low, high)
