@@ -155,7 +155,7 @@ def test_a_singular_pose_is_not_trusted(folder):
     ],
 )
 def test_bad_input_is_refused(folder, verb, change, more, words):
-    more_cells = ",5" if change[1].count(",") else ""
+    more_cells = ",5" * (change[1].count(",") - change[0].count(","))
     text = POSES.replace(*change) if change[0] else POSES
     (folder / "poses.csv").write_text(text.replace(",0\n", f",0{more_cells}\n").replace("-10\n", f"-10{more_cells}\n"))
     before = files(folder)

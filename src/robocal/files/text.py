@@ -118,6 +118,9 @@ def write_files(folder: str | os.PathLike[str], files: Mapping[str, bytes | str]
         for target, content in zip(targets, files.values(), strict=True):
             if target.is_dir():
                 raise FileError("cannot be written: there is a folder of this name", file=target)
+            if target.exists() and not target.is_file():
+                # Renaming onto a device or a pipe would take it away from everybody.
+                raise FileError("cannot be written: this is not an ordinary file", file=target)
             temporary.append(target.with_name(f".{target.name}.{secrets.token_hex(4)}.tmp"))
             _write_through(temporary[-1], content.encode("utf-8") if isinstance(content, str) else content)
         with _undisturbed():
