@@ -269,6 +269,15 @@ def test_limits_that_touch_leave_one_answer(rng):
                 np.testing.assert_allclose(out.tension, np.broadcast_to(t, (100, 8)), atol=1e-7)
 
 
+def test_limits_that_touch_to_rounding_are_met_however_little_one_cable_changes():
+    """The second cable misses its limit by 4e-12 N of 5 N, and the way there would be 4 N of the first."""
+    w, limits = np.array([[[1e-12, -1.0]]]), np.array([[0.0, 1.0], [5 + 5e-12, 5 + 5e-12]])
+    out = distribute(w, [5.0], limits)
+    assert out.feasible.all()
+    np.testing.assert_allclose(out.tension[0], [1.0, 5.0], atol=1e-9)
+    assert not is_feasible(w, [5.0 - 1e-9], limits).any()
+
+
 def test_cross_checks_of_ipanema_3(shared_data):
     machine, mass = published(shared_data, "ipanema_3")
     pose = np.eye(4)[None].copy()

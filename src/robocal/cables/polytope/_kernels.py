@@ -38,10 +38,11 @@ def interval(base, e, count, lo, hi, edge):
             low, steep_low = s0, abs(g)
         if s1 < high:
             high, steep_high = s1, abs(g)
-    if low > high:
-        if 0.5 * (low - high) * max(steep_low, steep_high) > edge:
+    if low > high:  # the point that both limits miss by the same force
+        share = steep_low / (steep_low + steep_high)
+        if (low - high) * share * steep_high > edge:
             return 0.0, 0.0, False
-        low = high = 0.5 * (low + high)
+        low = high = high + (low - high) * share
     return low, high, True
 
 
