@@ -80,7 +80,11 @@ def distribute(
     w, load, bounds = _enter(structure, wrench, limits)
     if method not in METHODS:
         raise ModelError(
-            "unknown tension method", found=method, expected=", ".join(METHODS), suggestion=nearest(method, METHODS)
+            "unknown tension method",
+            key="method",
+            found=method,
+            expected=", ".join(METHODS),
+            suggestion=nearest(method, METHODS),
         )
     if not 2.0 <= power < np.inf:
         raise ModelError("the power of a p-norm is at least 2", key="power", found=power)

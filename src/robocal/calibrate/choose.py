@@ -82,7 +82,7 @@ def choose(
     noise, rng = noise or Noise(), rng or np.random.default_rng(0)
     if not 1 <= count <= len(poses):
         raise ModelError(
-            "so many poses cannot be chosen", found=count, expected=f"1 to {len(poses)}, those of the list"
+            "so many poses cannot be chosen", key="count", found=count, expected=f"1 to {len(poses)}, those of the list"
         )
     b = cable_blocks(robot, poses, noise)
     measure, seen = posed(b, criterion, count)

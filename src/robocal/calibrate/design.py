@@ -149,7 +149,9 @@ def posed(b: Blocks, name: str, count: int) -> tuple[Criterion, Blocks]:
         return criterion, b
     directions = seen_directions(b, count)
     if not directions.shape[1]:
-        raise ModelError("so few poses show nothing above the noise", found=f"{count} poses", expected="more poses")
+        raise ModelError(
+            "so few poses show nothing above the noise", key="count", found=f"{count} poses", expected="more poses"
+        )
     seen = within(b, directions)
     return criterion_of(name, len(seen.names), seen.tests), seen
 

@@ -6,14 +6,11 @@ from typing import Annotated
 
 import typer
 
-
-def _option(*names: str, metavar: str, text: str) -> object:
-    return typer.Option(*names, metavar=metavar, help=text, show_default=False)
-
+from robocal.cli.options import option
 
 Folder = Annotated[
     str | None,
-    _option("-o", "--output", metavar="DIR", text="Write poses.csv, program.csv, list.json and report.html here."),
+    option("-o", "--output", metavar="DIR", text="Write poses.csv, program.csv, list.json and report.html here."),
 ]
 Count = Annotated[int, typer.Option("-n", "--poses", metavar="N", min=1, max=10_000, help="Poses to list.")]
 Margin = Annotated[float, typer.Option("--mu", metavar="MU", help="How much of each free way is gone, up to 1.")]
@@ -27,32 +24,32 @@ Start = Annotated[
 ]
 Box = Annotated[
     str | None,
-    _option(
+    option(
         "--box", metavar="X0,Y0,Z0,X1,Y1,Z1", text="The box Z of random poses, in place of one as large as the machine."
     ),
 ]
 Scale = Annotated[float, typer.Option("--scale", metavar="S", help="Z, as a multiple of the machine.")]
 Turn = Annotated[
     float | None,
-    _option("--turn", metavar="ANGLE", text="Z, about each axis, in the robot file's unit  [default: 30 deg]"),
+    option("--turn", metavar="ANGLE", text="Z, about each axis, in the robot file's unit  [default: 30 deg]"),
 ]
 Diameter = Annotated[
-    float | None, _option("--diameter", metavar="D", text="Of every cable, not that of the robot file.")
+    float | None, option("--diameter", metavar="D", text="Of every cable, not that of the robot file.")
 ]
 Body = Annotated[
     str, typer.Option("--body", metavar="BODY", help="The platform: hull or box of its anchors, none, or LX,LY,LZ.")
 ]
 Relief = Annotated[
     float | None,
-    _option("--relief", metavar="R", text="A cable may touch its own eyelet so far from it  [default: 10 diameters]"),
+    option("--relief", metavar="R", text="A cable may touch its own eyelet so far from it  [default: 10 diameters]"),
 ]
 Waypoints = Annotated[int, typer.Option("--steps", metavar="K", min=1, max=1000, help="Waypoints on each way.")]
 Choose = Annotated[
-    int | None, _option("--choose", metavar="N", text="Choose the N poses that are best for calibration.")
+    int | None, option("--choose", metavar="N", text="Choose the N poses that are best for calibration.")
 ]
 PoseNoise = Annotated[
     str | None,
-    _option(
+    option(
         "--pose-noise",
         metavar="POSITION,ORIENTATION",
         text="For --choose: standard deviation per axis of a measured pose, in the robot file's units.",
@@ -63,7 +60,5 @@ Criterion = Annotated[
 ]
 Sigma = Annotated[
     float | None,
-    _option(
-        "--sigma", metavar="SIGMA", text="For --choose: standard deviation of a length  [default: 1 mm, converted]"
-    ),
+    option("--sigma", metavar="SIGMA", text="For --choose: standard deviation of a length  [default: 1 mm, converted]"),
 ]

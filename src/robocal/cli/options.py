@@ -14,7 +14,7 @@ def _argument(name: str, text: str) -> object:
     return typer.Argument(metavar=name, help=text, show_default=False)
 
 
-def _option(*names: str, metavar: str | None = None, text: str) -> object:
+def option(*names: str, metavar: str | None = None, text: str) -> object:
     """An option without a default worth showing."""
     return typer.Option(*names, metavar=metavar, help=text, show_default=False)
 
@@ -29,19 +29,19 @@ Run = Annotated[str, _argument("RUN", "A run folder with result.json and residua
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, messages on stderr.")]
 Seed = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="For whatever is drawn at random.")]
-Base = Annotated[str | None, _option("--base", metavar="LINK", text="First link of the chain in a URDF.")]
-Tip = Annotated[str | None, _option("--tip", metavar="LINK", text="Last link of the chain in a URDF.")]
+Base = Annotated[str | None, option("--base", metavar="LINK", text="First link of the chain in a URDF.")]
+Tip = Annotated[str | None, option("--tip", metavar="LINK", text="Last link of the chain in a URDF.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
 
-RunFolder = Annotated[str | None, _option("-o", "--output", metavar="DIR", text="Write a run folder here.")]
+RunFolder = Annotated[str | None, option("-o", "--output", metavar="DIR", text="Write a run folder here.")]
 ValidationFolder = Annotated[
-    str | None, _option("-o", "--output", metavar="DIR", text="Write validation.json and validation.html here.")
+    str | None, option("-o", "--output", metavar="DIR", text="Write validation.json and validation.html here.")
 ]
-OutputFile = Annotated[str | None, _option("-o", "--output", metavar="FILE", text="Write here, not to the terminal.")]
-PageFile = Annotated[str | None, _option("-o", "--output", metavar="FILE", text="The page  [default: RUN/report.html]")]
+OutputFile = Annotated[str | None, option("-o", "--output", metavar="FILE", text="Write here, not to the terminal.")]
+PageFile = Annotated[str | None, option("-o", "--output", metavar="FILE", text="The page  [default: RUN/report.html]")]
 DemoFolder = Annotated[str, typer.Option("-o", "--output", metavar="DIR", help="Where files and reports go.")]
 NewFolder = Annotated[str, typer.Option("-o", "--output", metavar="DIR", help="Folder for the files.")]
-SimulationFolder = Annotated[str, _option("-o", "--output", metavar="DIR", text="Folder for robot, data and truth.")]
+SimulationFolder = Annotated[str, option("-o", "--output", metavar="DIR", text="Folder for robot, data and truth.")]
 
 # new
 JointCount = Annotated[
@@ -61,16 +61,16 @@ List = Annotated[bool, typer.Option("--list", help="List the catalogue and the c
 # identify
 Free = Annotated[
     list[str],
-    _option(
+    option(
         "--free",
         metavar="NAME",
         text="Free exactly these, not what the robot file says: j2.alpha, alpha, j2, tool. Repeat, or separate by commas.",
     ),
 ]
-Fix = Annotated[list[str], _option("--fix", metavar="NAME", text="Hold these; also frames of data files.")]
+Fix = Annotated[list[str], option("--fix", metavar="NAME", text="Hold these; also frames of data files.")]
 Prior = Annotated[
     list[str],
-    _option(
+    option(
         "--prior",
         metavar="NAME=SIGMA",
         text="Standard deviation expected beforehand, in the robot file's units; length=... and angle=... for all.",
@@ -86,7 +86,7 @@ Method = Annotated[
 ]
 Compare = Annotated[
     str | None,
-    _option(
+    option(
         "--compare",
         metavar="[METHODS]",
         text="Try several estimators on the same split, side by side: say lm,ekf,lse; alone: all that are worth it.",
@@ -97,7 +97,7 @@ Loss = Annotated[
 ]
 HoldOut = Annotated[
     str | None,
-    _option(
+    option(
         "--hold-out",
         metavar="SHARE",
         text="Share of configurations kept for judging, 0 to 0.5; blocks of rows in time order; or group, whole groups  "
@@ -106,10 +106,10 @@ HoldOut = Annotated[
 ]
 Folds = Annotated[
     int | None,
-    _option("--folds", metavar="K", text="Hold out everything once, in K rounds, and fit the model to everything."),
+    option("--folds", metavar="K", text="Hold out everything once, in K rounds, and fit the model to everything."),
 ]
 GroupColumn = Annotated[
-    str | None, _option("--group", metavar="COLUMN", text="The column that says what is held out together.")
+    str | None, option("--group", metavar="COLUMN", text="The column that says what is held out together.")
 ]
 Blocks = Annotated[int, typer.Option("--blocks", metavar="N", min=2, help="How many, with --hold-out blocks.")]
 Reselect = Annotated[
@@ -117,7 +117,7 @@ Reselect = Annotated[
 ]
 LeaveOneOut = Annotated[
     bool | None,
-    _option(
+    option(
         "--leave-one-out/--no-leave-one-out",
         text="Predict every configuration from all the others  [default: up to 400 configurations]",
     ),
@@ -126,7 +126,7 @@ KeepAll = Annotated[bool, typer.Option("--keep-all", help="Fit also what the dat
 Particles = Annotated[int, typer.Option("--particles", metavar="N", min=50, max=100_000, help="For --method particle.")]
 Bootstrap = Annotated[
     int | None,
-    _option(
+    option(
         "--bootstrap",
         metavar="N",
         text="Draw the configurations N times again: intervals that trust no model of the noise.",
@@ -136,7 +136,7 @@ Iterations = Annotated[int, typer.Option("--iterations", metavar="N", min=1, hel
 
 Groups = Annotated[
     list[str],
-    _option(
+    option(
         "--groups",
         metavar="NAMES",
         text="Try these beyond geometry; each enters only if unseen blocks of rows get better: gain, eccentricity, "
@@ -148,7 +148,7 @@ LayerOption = Annotated[
 ]
 
 # validate, export
-Against = Annotated[str | None, _option("--against", metavar="ROBOT", text="Compare with this robot, say the nominal.")]
+Against = Annotated[str | None, option("--against", metavar="ROBOT", text="Compare with this robot, say the nominal.")]
 Distances = Annotated[
     str,
     typer.Option(
@@ -168,13 +168,11 @@ Form = Annotated[
 ]
 Into = Annotated[
     str | None,
-    _option(
-        "--into", metavar="URDF", text="With --format urdf: this URDF with calibrated origins, else byte for byte."
-    ),
+    option("--into", metavar="URDF", text="With --format urdf: this URDF with calibrated origins, else byte for byte."),
 ]
 Nominal = Annotated[
     str | None,
-    _option("--nominal", metavar="ROBOT", text="What offsets are counted from; a run folder knows it."),
+    option("--nominal", metavar="ROBOT", text="What offsets are counted from; a run folder knows it."),
 ]
 
 # compensate
@@ -183,7 +181,7 @@ Targets = Annotated[
 ]
 Controller = Annotated[
     str | None,
-    _option("--nominal", metavar="ROBOT", text="The model that the controller keeps; a run folder knows it."),
+    option("--nominal", metavar="ROBOT", text="The model that the controller keeps; a run folder knows it."),
 ]
 Tool = Annotated[
     str,
@@ -194,7 +192,7 @@ Tool = Annotated[
     ),
 ]
 CompensationFolder = Annotated[
-    str | None, _option("-o", "--output", metavar="DIR", text="Write compensated.csv and compensation.json here.")
+    str | None, option("-o", "--output", metavar="DIR", text="Write compensated.csv and compensation.json here.")
 ]
 
 # simulate
@@ -206,13 +204,13 @@ Poses = Annotated[
 ]
 At = Annotated[
     str | None,
-    _option(
+    option(
         "--at", metavar="FILE", text="Take the joint values of this data file or list of poses instead of drawing them."
     ),
 ]
 Noise = Annotated[
     float | None,
-    _option(
+    option(
         "--noise",
         metavar="SIGMA",
         text="Standard deviation per axis, in the robot file's length unit  [default: 0.05 mm, converted]",
@@ -220,11 +218,11 @@ Noise = Annotated[
 ]
 AngleNoise = Annotated[
     float | None,
-    _option("--angle-noise", metavar="SIGMA", text="The same for orientations  [default: 0.1 mrad, converted]"),
+    option("--angle-noise", metavar="SIGMA", text="The same for orientations  [default: 0.1 mrad, converted]"),
 ]
 LengthError = Annotated[
     float | None,
-    _option(
+    option(
         "--length-error",
         metavar="SIGMA",
         text="Standard deviation of true lengths around nominal ones, in the same unit  [default: 0.3 mm, converted]",
@@ -232,14 +230,14 @@ LengthError = Annotated[
 ]
 AngleError = Annotated[
     float | None,
-    _option(
+    option(
         "--angle-error",
         metavar="SIGMA",
         text="The same for angles, in the robot file's angle unit  [default: 1 mrad, converted]",
     ),
 ]
 Setting = Annotated[
-    list[str], _option("--set", metavar="NAME=VALUE", text="A true value, in the robot file's units; may be repeated.")
+    list[str], option("--set", metavar="NAME=VALUE", text="A true value, in the robot file's units; may be repeated.")
 ]
 Where = Annotated[
     str,
@@ -257,7 +255,7 @@ Absolute = Annotated[bool, typer.Option("--absolute", help="Include what is not 
 FirstRun = Annotated[str, _argument("RUN1", "The earlier run folder.")]
 SecondRun = Annotated[str, _argument("RUN2", "The later run folder, identified from the same robot file.")]
 NewTool = Annotated[bool, typer.Option("--new-tool", help="The tool was mounted anew and may differ.")]
-DriftFolder = Annotated[str | None, _option("-o", "--output", metavar="DIR", text="Write drift.json here.")]
+DriftFolder = Annotated[str | None, option("-o", "--output", metavar="DIR", text="Write drift.json here.")]
 
 # cable
 CableRobot = Annotated[str, _argument("ROBOT", "robot.yaml with kind: cable, or CASPR's X_cables.xml.")]
@@ -265,19 +263,19 @@ PlatformPoses = Annotated[str, _argument("POSES", "CSV: x [m], y, z, rx [deg], r
 CableLengths = Annotated[str, _argument("LENGTHS", "CSV: one column per cable, such as c1 [mm].")]
 Tension = Annotated[
     float | None,
-    _option("--tension", metavar="T", text="Tension of every cable, in the robot file's unit: cables stretch."),
+    option("--tension", metavar="T", text="Tension of every cable, in the robot file's unit: cables stretch."),
 ]
 Sag = Annotated[bool, typer.Option("--sag", help="Cables also hang by their weight.")]
 LengthNoise = Annotated[
     float | None,
-    _option("--sigma", metavar="SIGMA", text="Standard deviation of a length, in the robot file's unit."),
+    option("--sigma", metavar="SIGMA", text="Standard deviation of a length, in the robot file's unit."),
 ]
 Starts = Annotated[int, typer.Option("--starts", metavar="N", min=0, help="Further starts that look for other poses.")]
 
 # cable tension
 TensionFolder = Annotated[
     str | None,
-    _option("-o", "--output", metavar="DIR", text="Write tensions.csv, tension.json and report.html here."),
+    option("-o", "--output", metavar="DIR", text="Write tensions.csv, tension.json and report.html here."),
 ]
 TensionMethod = Annotated[
     str, typer.Option("--method", metavar="METHOD", help="norm (least), mid, closed, barycentre (continuous), p-norm.")
@@ -285,14 +283,14 @@ TensionMethod = Annotated[
 Power = Annotated[float, typer.Option("--power", metavar="P", help="Of --method p-norm, from 2 on.")]
 Mass = Annotated[
     float | None,
-    _option("--mass", metavar="MASS", text="Of the platform, in the robot file's unit, instead of the file's."),
+    option("--mass", metavar="MASS", text="Of the platform, in the robot file's unit, instead of the file's."),
 ]
 Payload = Annotated[
     float, typer.Option("--payload", metavar="MASS", help="Hung at the centre of mass, in the robot file's unit.")
 ]
 Wrench = Annotated[
     str | None,
-    _option(
+    option(
         "--wrench",
         metavar="FX,FY,FZ,MX,MY,MZ",
         text="Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm.",
@@ -300,11 +298,11 @@ Wrench = Annotated[
 ]
 TensionLimits = Annotated[
     str | None,
-    _option("--limits", metavar="LEAST,GREATEST", text="Tension limits of every cable, not those of the robot file."),
+    option("--limits", metavar="LEAST,GREATEST", text="Tension limits of every cable, not those of the robot file."),
 ]
 MomentLength = Annotated[
     float | None,
-    _option(
+    option(
         "--length",
         metavar="LENGTH",
         text="Divides moments to compare them with forces, in the robot file's unit  [default: 1 m]",

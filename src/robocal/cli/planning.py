@@ -6,11 +6,9 @@ from typing import Annotated
 
 import typer
 
+from robocal.cli.options import option
+
 UNIT = "in the robot file's units"
-
-
-def _text(*names: str, metavar: str, text: str) -> object:
-    return typer.Option(*names, metavar=metavar, help=text, show_default=False)
 
 
 Instrument = Annotated[
@@ -22,7 +20,8 @@ Instrument = Annotated[
     ),
 ]
 PlanFolder = Annotated[
-    str | None, _text("-o", "--output", metavar="DIR", text="Write poses.csv, data.yaml, plan.json and plan.html here.")
+    str | None,
+    option("-o", "--output", metavar="DIR", text="Write poses.csv, data.yaml, plan.json and plan.html here."),
 ]
 Count = Annotated[
     int | None,
@@ -35,22 +34,22 @@ Criterion = Annotated[
     typer.Option("--criterion", metavar="NAME", help="I: mean error at test poses; G: the largest; D, A, E, O1 to O5."),
 ]
 Accuracy = Annotated[
-    float | None, _text("--accuracy", metavar="LENGTH", text=f"Mean error at test poses that is enough, {UNIT}.")
+    float | None, option("--accuracy", metavar="LENGTH", text=f"Mean error at test poses that is enough, {UNIT}.")
 ]
 After = Annotated[
-    list[str], _text("--after", metavar="DATA", text="Continue from these measurements: what they know counts.")
+    list[str], option("--after", metavar="DATA", text="Continue from these measurements: what they know counts.")
 ]
 Candidates = Annotated[
     int, typer.Option("--draw", metavar="N", min=20, max=100_000, help="How many candidates to draw in the region.")
 ]
 Listed = Annotated[
     str | None,
-    _text("--candidates", metavar="FILE", text="Choose from this list of poses (CSV with joint columns, data.yaml)."),
+    option("--candidates", metavar="FILE", text="Choose from this list of poses (CSV with joint columns, data.yaml)."),
 ]
-Tests = Annotated[str | None, _text("--tests", metavar="FILE", text="Predict at these poses, not at a sample.")]
+Tests = Annotated[str | None, option("--tests", metavar="FILE", text="Predict at these poses, not at a sample.")]
 TaskBox = Annotated[
     str | None,
-    _text(
+    option(
         "--task",
         metavar="BOX",
         text="Predict inside x0,y0,z0,x1,y1,z1 of the tool point, while measuring anywhere allowed.",
@@ -58,21 +57,21 @@ TaskBox = Annotated[
 ]
 Box = Annotated[
     str | None,
-    _text("--box", metavar="BOX", text=f"Measure only with the tool point inside x0,y0,z0,x1,y1,z1, {UNIT}."),
+    option("--box", metavar="BOX", text=f"Measure only with the tool point inside x0,y0,z0,x1,y1,z1, {UNIT}."),
 ]
 Floor = Annotated[
-    float | None, _text("--floor", metavar="Z", text="Keep tool point and flange above this height over the base.")
+    float | None, option("--floor", metavar="Z", text="Keep tool point and flange above this height over the base.")
 ]
 Pedestal = Annotated[
     str | None,
-    _text("--pedestal", metavar="R,H", text="Keep both out of a cylinder of radius R up to height H around the base."),
+    option("--pedestal", metavar="R,H", text="Keep both out of a cylinder of radius R up to height H around the base."),
 ]
 Distance = Annotated[
-    str | None, _text("--range", metavar="MIN,MAX", text="Keep the target this far from the instrument.")
+    str | None, option("--range", metavar="MIN,MAX", text="Keep the target this far from the instrument.")
 ]
 Cone = Annotated[
-    float | None, _text("--cone", metavar="ANGLE", text="Keep it within this angle of the instrument's z axis.")
+    float | None, option("--cone", metavar="ANGLE", text="Keep it within this angle of the instrument's z axis.")
 ]
 Facing = Annotated[
-    float | None, _text("--facing", metavar="ANGLE", text="Let its z axis point at the instrument within this angle.")
+    float | None, option("--facing", metavar="ANGLE", text="Let its z axis point at the instrument within this angle.")
 ]

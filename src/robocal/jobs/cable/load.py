@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +26,7 @@ __all__ = [
     "missing_text",
     "numbers_of",
     "robot_input",
+    "said_of",
     "wrench_of",
 ]
 
@@ -120,6 +124,18 @@ def numbers_of(text: str, option: str, names: tuple[str, ...]) -> list[float]:
     if len(values) != len(names) or not all(math.isfinite(v) for v in values):
         raise ModelError("not what this option takes", key=option, found=text, expected=",".join(names))
     return values
+
+
+@contextmanager
+def said_of(options: Mapping[str | None, str]) -> Iterator[None]:
+    """What a model complains of by one of these keys is said of the option that stands for it."""
+    try:
+        yield
+    except ModelError as error:
+        if error.key not in options:
+            raise
+        facts: dict[str, Any] = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
+        raise ModelError(error.message, key=options[error.key], **facts) from None
 
 
 def missing_text(robot: CableRobot, missing: Array) -> str:

@@ -5,23 +5,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.boundary import statics_along
-from robocal.cables.geometry import CableRobot
 from robocal.cables.poses import PoseList, reachable_poses
-from robocal.cables.program import Program, kept_to_what_is_held, program
+from robocal.cables.program import kept_to_what_is_held, program
 from robocal.cables.tension import METHODS
 from robocal.cables.workspace import Demand
-from robocal.calibrate.choose import EXPECTED, Choice, Noise, choose
+from robocal.calibrate.choose import EXPECTED, Noise, choose
 from robocal.errors import ModelError, nearest
 from robocal.files.cable.program import list_text, program_text
 from robocal.files.cable.robot import CableFile, read_cable
 from robocal.files.text import write_files
-from robocal.jobs.cable.load import held_robot, mass_of, numbers_of, robot_input
+from robocal.jobs.cable.load import held_robot, mass_of, numbers_of, robot_input, said_of
 from robocal.jobs.cable.poses_result import Listed
 from robocal.jobs.cable.start import box_of, clearance_of, started
 from robocal.jobs.inputs import Watch, computable
@@ -86,15 +84,16 @@ def cable_poses(
         )  # fmt: skip
         listing = kept_to_what_is_held(able, demand, listing, steps)
         tell({"stage": "distributing tensions"})
-        made = _program(able, listing, steps, method)
+        with said_of({"method": "--method"}):
+            made = program(able, listing, steps, method)
         choice = None
         if wanted is not None:
-            choice = _choose(able, listing.poses, wanted, noise, criterion, seed, tell)
+            rng = np.random.default_rng([seed, 1])
+            with said_of({"criterion": "--criterion", "count": "--choose"}):
+                choice = choose(able, listing.poses, wanted, noise=noise, criterion=criterion, rng=rng, watch=tell)
     names = tuple(f"p{i + 1:0{len(str(count))}d}" for i in range(count))
-    rank = None if choice is None else {int(i): k + 1 for k, i in enumerate(choice.chosen)}
-    text = list_text(able, names, listing, made, file.units, rank=rank)
     out = Listed(
-        file.units, able, names, begin, z, clearance, listing, made, method, margin, seed, choice, text,
+        file.units, able, names, begin, z, clearance, listing, made, method, margin, seed, choice,
         (*file.warnings, *warnings, *_doubts(listing, noise, sigma, wanted, file)),
         (robot_input(file, robot),), command,
     )  # fmt: skip
@@ -121,15 +120,6 @@ def _sane(count: int, steps: int, margin: float, method: str) -> None:
         )
 
 
-def _program(robot: CableRobot, listing: PoseList, steps: int, method: str) -> Program:
-    """Waypoints; what the method cannot do is said of its option."""
-    try:
-        return program(robot, listing, steps, method)
-    except ModelError as error:
-        key = f"--{error.key}" if error.key == "method" else error.key
-        raise ModelError(error.message, key=key, found=error.found, expected=error.expected) from None
-
-
 def _noise(file: CableFile, sigma: float | None, pose_noise: str | None) -> Noise:
     length = UNSTATED if sigma is None else float(file.units.length.to_si(sigma))
     if not length > 0:
@@ -140,18 +130,6 @@ def _noise(file: CableFile, sigma: float | None, pose_noise: str | None) -> Nois
     if min(position, orientation) < 0:
         raise ModelError("a noise is a standard deviation", key="--pose-noise", found=pose_noise, expected="0 or more")
     return Noise(length, file.units.length.to_si(position), file.units.angle.to_si(orientation))
-
-
-def _choose(
-    robot: CableRobot, poses: Array, wanted: int, noise: Noise, criterion: str, seed: int, watch: Watch
-) -> Choice:
-    rng = np.random.default_rng([seed, 1])
-    try:
-        return choose(robot, poses, wanted, noise=noise, criterion=criterion, rng=rng, watch=watch)
-    except ModelError as error:
-        key = "--criterion" if "criterion" in error.message else "--choose"
-        facts: dict[str, Any] = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
-        raise ModelError(error.message, key=key, **facts) from None
 
 
 def _doubts(

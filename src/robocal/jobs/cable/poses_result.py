@@ -13,6 +13,7 @@ from robocal.cables.poses import LIMITS, PoseBox, PoseList
 from robocal.cables.program import Program
 from robocal.cables.start import Clearance, Start
 from robocal.calibrate.choose import Choice
+from robocal.files.cable.program import list_text
 from robocal.files.cable.values import CableUnits
 from robocal.files.dataset import InputFile
 from robocal.jobs.cable.document import framed
@@ -49,11 +50,17 @@ class Listed:
     margin: float
     seed: int
     choice: Choice | None
-    text: str
     warnings: tuple[str, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
     written: tuple[Path, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """poses.csv."""
+        choice = self.choice
+        rank = None if choice is None else {int(i): k + 1 for k, i in enumerate(choice.chosen)}
+        return list_text(self.robot, self.names, self.listing, self.program, self.units, rank=rank)
 
     @property
     def limits(self) -> dict[str, int]:

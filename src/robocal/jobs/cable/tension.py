@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +11,13 @@ from numpy.typing import NDArray
 from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, capacity_margin, distribute
-from robocal.errors import FormatError, ModelError
+from robocal.errors import FormatError
 from robocal.files.cable.lists import WRENCH, CableList, platform_text, read_platform_poses, tension_columns
 from robocal.files.cable.robot import CableFile, read_cable
 from robocal.files.dataset import InputFile
 from robocal.files.text import write_files
 from robocal.files.units import number
-from robocal.jobs.cable.load import held_robot, lever_of, mass_of, missing_text, robot_input, wrench_of
+from robocal.jobs.cable.load import held_robot, lever_of, mass_of, missing_text, robot_input, said_of, wrench_of
 from robocal.jobs.cable.tension_result import Tensions
 from robocal.jobs.plain import json_text
 from robocal.jobs.simulate import refuse_existing
@@ -59,7 +58,8 @@ def cable_tension(
     structure = _structure(able, rows, poses)
     extra = wrench_of(file, wrench) + (0.0 if rows.wrench is None else rows.wrench)
     load = (gravity_wrench(rows.values, weight, able.com) + extra)[:, able.axes]
-    spread = _distributed(structure, load, able, method, power)
+    with said_of({"method": "--method", "power": "--power"}):
+        spread = distribute(structure, load, able.need("limits"), method, power)
     margin = capacity_margin(structure, load, able.need("limits"), lever)
     missing = spread.missing(lever)
     made = Tensions(
@@ -85,16 +85,6 @@ def _structure(robot: CableRobot, rows: CableList, poses: str) -> Array:
             key=robot.cables[cable],
         )
     return out
-
-
-def _distributed(structure: Array, load: Array, robot: CableRobot, method: str, power: float) -> Distribution:
-    """Tensions; what the model complains of is said of the option that it comes from."""
-    try:
-        return distribute(structure, load, robot.need("limits"), method, power)
-    except ModelError as error:
-        key = {"unknown tension method": "method"}.get(error.message, error.key)
-        facts: dict[str, Any] = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
-        raise ModelError(error.message, key=f"--{key}", **facts) from None
 
 
 def _text(
