@@ -27,13 +27,14 @@ HELP = """Find out what a robot really is: its true parameters from measurements
   robocal new ur10 -o cell          a robot and a data file to fill in
   robocal check cell/robot.yaml cell/data.yaml
   robocal identify cell/robot.yaml cell/data.yaml -o run
+  robocal cable workspace robot.yaml -o held    cable robots: see robocal cable --help
 
 \b
 Exit status: 0 done; 2 the input is wrong, nothing was written;
 3 it ran, but the result must not be trusted; 130 stopped.
 """
 
-CABLES = "Cable-driven parallel robots: lengths, poses, tensions."
+CABLES = "Cable-driven parallel robots: lengths, poses, tensions, workspaces, lists of poses. `robocal new cable` writes a file to start from."
 
 
 def build() -> typer.Typer:
