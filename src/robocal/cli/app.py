@@ -34,7 +34,9 @@ Exit status: 0 done; 2 the input is wrong, nothing was written;
 3 it ran, but the result must not be trusted; 130 stopped.
 """
 
-CABLES = "Cable-driven parallel robots: lengths, poses, tensions, workspaces, lists of poses. `robocal new cable` writes a file to start from."
+CABLES = """Cable-driven parallel robots: lengths, poses, tensions, workspaces, lists of poses.
+
+robocal new cable writes a file to start from."""
 
 
 def build() -> typer.Typer:
