@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from hashlib import sha256
+
 import numpy as np
 import pytest
 from cables.cable_robots import box
@@ -183,15 +185,38 @@ def test_an_arm_is_refused_and_a_cable_robot_is_no_arm(folder):
     robocal("export", folder / "robot.yaml").assert_refused("this is a cable robot")
 
 
+@pytest.mark.parametrize(
+    ("verb", "lists", "options"),
+    [
+        ("inverse", ["poses.csv"], []),
+        ("forward", ["lengths.csv"], []),
+        ("tension", ["poses.csv"], []),
+        ("workspace", [], ["--cells", 5, "--rays", 20]),
+        ("poses", [], ["-n", 3, "--start", "0,0,1", "--body", "none"]),
+    ],
+)
+def test_every_document_says_of_which_robot_and_from_which_files(verb, lists, options, tmp_path):
+    robocal("new", "cable", "-o", tmp_path)
+    robot = tmp_path / "robot.yaml"
+    robocal("cable", "inverse", robot, tmp_path / "poses.csv", "-o", tmp_path / "lengths.csv")
+    inputs = [robot, *(tmp_path / name for name in lists)]
+    ran = robocal("cable", verb, *inputs, *options, "--json")
+    found = ran.document
+    assert ran.status == 0 and len(found["cables"]) == 8 and found["robot"] in robot.read_text()
+    assert {"robocal", "assumed", "warnings", "written"} <= set(found)
+    for said, file in zip(found["provenance"]["inputs"], inputs, strict=True):
+        assert said == {"file": str(file), "sha256": sha256(file.read_bytes()).hexdigest()}
+
+
 def test_new_cable_works_as_it_stands(tmp_path):
     cell = tmp_path / "cell"
     made = robocal("new", "cable", "-o", cell)
     assert made.status == 0 and "robocal cable tension" in made.out
     assert sorted(p.name for p in cell.iterdir()) == ["poses.csv", "robot.yaml"]
     held = robocal("cable", "tension", cell / "robot.yaml", cell / "poses.csv", "--json")
-    assert (held.status, held.err) == (0, "") and all(p["feasible"] for p in held.document["poses"])
+    assert (held.status, held.remarks) == (0, "") and all(p["feasible"] for p in held.document["poses"])
     ran = robocal("cable", "inverse", cell / "robot.yaml", cell / "poses.csv", "-o", cell / "lengths.csv")
-    assert (ran.status, ran.err) == (0, "")
+    assert (ran.status, ran.remarks) == (0, "")
     back = robocal("cable", "forward", cell / "robot.yaml", cell / "lengths.csv", "--json").document["poses"]
     np.testing.assert_allclose(np.array(back[1]["T_base_platform"])[:3, 3], [-0.8, 0, 1.2], atol=1e-9)
     robocal("new", "cable", "-o", cell).assert_refused("robot.yaml", "--force")

@@ -24,6 +24,7 @@ __all__ = [
     "Distribution",
     "ball",
     "capacity_margin",
+    "check_method",
     "distribute",
     "disturbance_margin",
     "is_feasible",
@@ -78,6 +79,17 @@ def distribute(
     Raises ModelError for shapes, limits or a method that make no sense.
     """
     w, load, bounds = _enter(structure, wrench, limits)
+    check_method(method)
+    if not 2.0 <= power < np.inf:
+        raise ModelError("the power of a p-norm is at least 2", key="power", found=power)
+    tension = np.full((w.shape[0], w.shape[2]), np.nan)
+    feasible, found = METHODS[method](w, load, bounds, power, tension)
+    tension[~found] = np.nan
+    return Distribution(method, tension, feasible, found, w, load, bounds)
+
+
+def check_method(method: str) -> None:
+    """Raises ModelError for a name that is not one of METHODS."""
     if method not in METHODS:
         raise ModelError(
             "unknown tension method",
@@ -86,12 +98,6 @@ def distribute(
             expected=", ".join(METHODS),
             suggestion=nearest(method, METHODS),
         )
-    if not 2.0 <= power < np.inf:
-        raise ModelError("the power of a p-norm is at least 2", key="power", found=power)
-    tension = np.full((w.shape[0], w.shape[2]), np.nan)
-    feasible, found = METHODS[method](w, load, bounds, power, tension)
-    tension[~found] = np.nan
-    return Distribution(method, tension, feasible, found, w, load, bounds)
 
 
 def is_feasible(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike) -> Flags:

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from robocal.cables.boundary import statics_along
 from robocal.cables.poses import PoseList, reachable_poses
 from robocal.cables.program import kept_to_what_is_held, program
-from robocal.cables.tension import METHODS
+from robocal.cables.tension import check_method
 from robocal.cables.workspace import Demand
 from robocal.calibrate.choose import EXPECTED, Noise, choose
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError
 from robocal.files.cable.program import list_text, program_text
 from robocal.files.cable.robot import CableFile, read_cable
 from robocal.files.text import write_files
@@ -110,14 +110,8 @@ def _sane(count: int, steps: int, margin: float, method: str) -> None:
         )
     if not 0 < margin <= 1:
         raise ModelError("out of range", key="--mu", found=margin, expected="above 0 and at most 1")
-    if method not in METHODS:
-        raise ModelError(
-            "unknown tension method",
-            key="--method",
-            found=method,
-            expected=", ".join(METHODS),
-            suggestion=nearest(method, METHODS),
-        )
+    with said_of({"method": "--method"}):
+        check_method(method)
 
 
 def _noise(file: CableFile, sigma: float | None, pose_noise: str | None) -> Noise:
