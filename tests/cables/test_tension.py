@@ -185,6 +185,24 @@ def test_missing_wrench_is_the_least_squares_residual(d, m, rng):
     np.testing.assert_array_equal(distribute(w, load, limits).missing(0.3)[feasible], 0)
 
 
+@pytest.mark.parametrize("length", [1e-6, 1e-4, 1e3, 1e5])
+def test_missing_wrench_is_the_least_whatever_the_length(length, rng):
+    """No wrench is missing that a direction n does not miss: |missing| = n . (-w) - max n . W t, n along it."""
+    w, load, limits = random_rig(6, 12, 400, rng, lower=0.0)
+    w[:, :, 11] = w[:, :, 0]
+    load *= 10.0 ** rng.uniform(-3, 3, (400, 1))
+    scale = np.array([1.0, 1, 1, 1 / length, 1 / length, 1 / length])
+    missing = scale * missing_wrench(w, load, limits, length)
+    size = np.linalg.norm(missing, axis=1)
+    most = np.abs(scale * load).max(axis=1) + 20 * np.linalg.norm(scale[:, None] * w, axis=1).max(axis=1)
+    some = size > 1e-6 * most
+    n = missing[some] / size[some, None]
+    seen = np.einsum("kd,kdm->km", n * scale, w[some])
+    bound = (n * -scale * load[some]).sum(axis=1) - np.maximum(seen * limits[:, 0], seen * limits[:, 1]).sum(axis=1)
+    assert some.sum() > 100
+    np.testing.assert_array_less(np.abs(size[some] - bound), 1e-9 * most[some])
+
+
 @pytest.mark.parametrize(("d", "m"), [(2, 2), (2, 3), (3, 4), (2, 4), (3, 6), (3, 7)])
 def test_margin_is_the_distance_to_the_hull(d, m, rng):
     w, load, limits = random_rig(d, m, 60, rng)

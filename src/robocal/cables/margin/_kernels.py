@@ -14,6 +14,9 @@ from robocal._jit import kernel
 from robocal.cables.balance._kernels import factor, null_rows, reflect, solve
 
 
+_PULL = 5e-14  # what rounding leaves of a pull that is none, beside the cable's own and the largest wrench
+
+
 @kernel
 def _dependency(n, r, chosen, work, column, s):
     """s (r + 1,) <- a vector with sum_j N[:, chosen_j] s_j = 0; returns |s|^2, zero when there is more than one such line."""
@@ -249,7 +252,7 @@ def missing_kernel(w, load, weight, lo, hi, missing, code):
     count, d, m = w.shape
     a, b, rest = np.empty((d, m)), np.empty(d), np.empty(d)
     q, tri, y = np.empty((m, d)), np.empty((m, m)), np.empty(m)
-    t, state, free = np.empty(m), np.empty(m, np.int64), np.empty(m, np.int64)
+    t, state, free, long = np.empty(m), np.empty(m, np.int64), np.empty(m, np.int64), np.empty(m)
     for k in range(count):
         size = 0.0
         for i in range(d):
@@ -258,21 +261,26 @@ def missing_kernel(w, load, weight, lo, hi, missing, code):
                 a[i, j] = weight[i] * w[k, i, j]
         for j in range(m):
             t[j], state[j] = lo[j], -1  # -1 at the lower limit, 1 at the upper one, 0 free
-            size = max(size, abs(hi[j]))
+            long[j] = 0.0
+            for i in range(d):
+                long[j] += a[i, j] * a[i, j]
+            long[j] = math.sqrt(long[j])
+            size = max(size, long[j] * max(abs(lo[j]), abs(hi[j])))
         code[k] = 1
         for _ in range(100 * m):
             for i in range(d):
                 rest[i] = -weight[i] * load[k, i]
                 for j in range(m):
                     rest[i] -= a[i, j] * t[j]
-            best, pick = 1e-12 * size, -1
+            best, pick = 0.0, -1
             for j in range(m):
                 if state[j] != 0:
                     pull = 0.0
                     for i in range(d):
                         pull += a[i, j] * rest[i]
-                    if -state[j] * pull > best and hi[j] > lo[j]:
-                        best, pick = -state[j] * pull, j
+                    pull *= -state[j]
+                    if pull > max(best, _PULL * long[j] * size) and hi[j] > lo[j]:
+                        best, pick = pull, j
             if pick < 0:
                 code[k] = 0
                 break
