@@ -13,7 +13,6 @@ import numpy as np
 from robocal._jit import kernel
 from robocal.cables.balance._kernels import factor, null_rows, reflect, solve
 
-
 _PULL = 5e-14  # what rounding leaves of a pull that is none, beside the cable's own and the largest wrench
 
 
