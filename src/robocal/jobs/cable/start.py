@@ -12,6 +12,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.interference import Body, box, hull
 from robocal.cables.poses import PoseBox, default_box
 from robocal.cables.start import CELLS, Clearance, Start, examine, propose
+from robocal.cables.statics import structure_of
 from robocal.errors import ModelError
 from robocal.files.cable.robot import CableFile
 from robocal.geometry import se3
@@ -36,6 +37,7 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
             )
     else:
         pose = robot.home if said == "mean" else _pose(file, robot, said)
+    _whole(file, robot, pose)
     # Examined by a method that finds tensions wherever there are any.
     found = examine(robot, pose, clearance)
     if found.held and not found.touching and found.margin != 0.0:
@@ -56,6 +58,18 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
         else f"another, such as --start {_shown(file, robot, other)} (or --start best)"
     )
     raise ModelError(why, key="--start", found=shown, expected=instead)
+
+
+def _whole(file: CableFile, robot: CableRobot, pose: Array) -> None:
+    """Raises ModelError where a cable has no direction at the start."""
+    lost = ~np.isfinite(structure_of(robot, pose[None], strict=False)[0]).all(axis=0)
+    if lost.any():
+        raise ModelError(
+            f"cable {robot.cables[int(np.argmax(lost))]} has no direction at the start X_0: its anchors coincide there, or "
+            "the platform anchor lies in its pulley",
+            key="--start",
+            found=_shown(file, robot, pose),
+        )
 
 
 def _none() -> str:
