@@ -113,6 +113,15 @@ def test_a_reader_that_goes_away(case: Path) -> None:
     assert ran.returncode in (0, 141) and ran.stderr == "" and len(ran.stdout) == 20
 
 
+def test_a_reader_of_tables_that_has_gone() -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "robocal.cli", "new", "--list"]
+    ran = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writer)
+    assert (ran.returncode, ran.stderr) == (141, "")
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_a_full_terminal(case: Path) -> None:
     with open("/dev/full", "w") as full:

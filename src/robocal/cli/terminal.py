@@ -75,6 +75,8 @@ class Terminal:
                 no_color=None if coloured(stream) else True,
                 emoji=False,
             )
+            # rich would leave with status 1, a fault of ours; the guard knows better what a reader that has gone means.
+            self._console.on_broken_pipe = _gone  # type: ignore[method-assign]
         return self._console
 
     def show(self, *parts: RenderableType) -> None:
@@ -115,6 +117,11 @@ class Terminal:
         finally:
             on_compile(None)
             bar.close()
+
+
+def _gone() -> None:
+    """Passes on, from inside rich's handler of it, that nobody reads our output any more."""
+    raise BrokenPipeError
 
 
 class Bar:
