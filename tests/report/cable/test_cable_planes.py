@@ -166,3 +166,10 @@ def test_figure_3_6_counts_what_it_shows(rng: np.random.Generator) -> None:
     assert f"{100 * listing.reached:.0f} % reached" in "".join(root.itertext())
     bare = parsed(reached(None, listing, (0, 2)))
     assert inside(bare) and not of_class(bare, "zbox") and not of_class(bare, "space")
+
+
+def test_long_names_of_cables_stay_apart() -> None:
+    names = [f"upper winch of the hall, number {i}" for i in range(1, 13)]
+    text = tensions(["a", "b"], np.full((2, 12), 50.0), np.tile([20.0, 125.0], (12, 1)), names)
+    shown = {e.text for e in parsed(text).iter() if e.text and "…" in e.text}
+    assert len(shown) == 12 and all(len(s) <= 14 for s in shown)

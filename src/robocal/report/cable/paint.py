@@ -35,8 +35,9 @@ def figure(kind: str, width: float, height: float, parts: Iterable[str], *, titl
 
 
 def brief(name: str, most: int = 14) -> str:
-    """A name that fits beside a mark."""
-    return name if len(name) <= most else name[: most - 1] + "…"
+    """A name that fits beside a mark; the middle is left out, since names of cables differ at their ends."""
+    tail = most // 3
+    return name if len(name) <= most else f"{name[: most - tail - 1]}…{name[-tail:]}"
 
 
 def tint(share: float, ramp: Sequence[str] = RAMP) -> str:
