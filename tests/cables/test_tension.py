@@ -335,6 +335,8 @@ def test_published_robots_at_ten_thousand_poses(name, shared_data, rng):
     some = np.flatnonzero(feasible)[:10_000]
     assert len(some) == 10_000
     assert agrees_with_quadprog(w[some], load[some], machine.limits, 1e-8).all()
+    for power in (4.0, 16.0, 100.0):  # one in thousands only crawls at the bottom, by rounding
+        assert distribute(w[some], load[some], machine.limits, "p-norm", power).found.all()
 
 
 RIG = (np.tile(np.eye(2, 3), (4, 1, 1)), np.zeros((4, 2)), np.tile([1.0, 9.0], (3, 1)))

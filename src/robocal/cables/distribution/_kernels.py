@@ -228,7 +228,7 @@ def _power_sum(t, reference, scale, power):
 @kernel
 def _descend(t, n, r, lo, hi, edge, reference, scale, power, hess, grad, g, base, line, along, trial):
     """t <- where the sum of powers is least, by Newton's steps from t; each is exact within the limits. FOUND or STUCK."""
-    value = _power_sum(t, reference, scale, power)
+    value, gain = _power_sum(t, reference, scale, power), np.inf
     for _ in range(200):
         _newton_target(t, n, r, reference, scale, power, hess, grad, g, base)
         if nearest(base, g, r, lo, hi, edge, line, along, trial) != FOUND:
@@ -248,10 +248,10 @@ def _descend(t, n, r, lo, hi, edge, reference, scale, power, hess, grad, g, base
             share *= 0.5
         if share <= 1e-9:  # no better point in this direction: the value is flat to rounding
             return FOUND
-        value = new
+        gain, value = value - new, new
         for i in range(t.shape[0]):
             t[i] = line[i]
-    return STUCK
+    return FOUND if gain <= 1e-13 * value else STUCK  # steps that rounding makes, at the bottom
 
 
 @kernel
