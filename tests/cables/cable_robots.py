@@ -20,8 +20,13 @@ def published(name: str) -> CableRobot:
     place = FOLDER / f"{name}.yaml"
     if not place.is_file():
         pytest.skip(f"{place} is not here")
-    data = YAML(typ="safe").load(place.read_text())
-    return cable_robot(name, data["frame_anchors"], data["platform_anchors"], data.get("initial_lengths_m"))
+    data = YAML(typ="safe").load(place.read_text(encoding="utf-8"))
+    a, b, zeros = data["frame_anchors"], data["platform_anchors"], data.get("initial_lengths_m")
+    limits, com = (
+        np.tile(np.array(data["tension_limits_N"], float), (len(a), 1)),
+        np.array(data["centre_of_mass_m"], float),
+    )
+    return cable_robot(name, a, b, zeros, limits=limits, com=com, mass=float(data["mass_kg"]))
 
 
 def box() -> CableRobot:

@@ -1,23 +1,15 @@
-"""Robots and a dense sampling of motions, written without the package: what first contacts are held to."""
+"""A dense sampling of motions, written without the package: what first contacts are held to."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
-import pytest
-from ruamel.yaml import YAML
-
-FOLDER = Path(__file__).parents[3] / "shared" / "data" / "cable-robots"
-ROBOTS = ("laval", "ipanema_1", "ipanema_2", "ipanema_3", "cogiro")
+from cables.cable_robots import published
 
 
 def anchors(name):
-    """Frame and platform anchors, (m, 3) each, of a robot of the shared data."""
-    if not FOLDER.is_dir():
-        pytest.skip(f"needs {FOLDER}")
-    data = YAML(typ="safe").load((FOLDER / f"{name}.yaml").read_text(encoding="utf-8"))
-    return np.array(data["frame_anchors"], float), np.array(data["platform_anchors"], float)
+    """Frame and platform anchors, (m, 3) each, of a published robot."""
+    robot = published(name)
+    return robot.a, robot.b
 
 
 def pose(position, rotation=None):

@@ -1,29 +1,12 @@
-"""Cable robots for tests: published ones from the shared data, random ones; linear programs as judges."""
+"""Places, poses and loads of a cable robot; linear programs as judges."""
 
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from scipy.optimize import linprog
 
-from robocal.cables.geometry import cable_robot
 from robocal.cables.statics import gravity_wrench, structure
-from robocal.files.yamlio import load
 from robocal.geometry import so3
-
-PUBLISHED = ("ipanema_1", "ipanema_2", "ipanema_3", "cogiro", "laval")
-
-
-def published(shared_data, name):
-    """A published robot and its mass."""
-    path = shared_data / "cable-robots" / f"{name}.yaml"
-    if not path.is_file():
-        pytest.skip(f"needs {path.name} in ../shared/data/cable-robots, which is not there")
-    text = load(path).data
-    a, b = (np.array(text[key], dtype=float) for key in ("frame_anchors", "platform_anchors"))
-    limits = np.tile(np.array(text["tension_limits_N"], dtype=float), (len(a), 1))
-    com, mass = np.array(text["centre_of_mass_m"], dtype=float), float(text["mass_kg"])
-    return cable_robot(name, a, b, limits=limits, com=com, mass=mass), mass
 
 
 def box(machine):
@@ -42,10 +25,10 @@ def poses(machine, count, rng, tilt=0.3):
     return pose
 
 
-def problem(machine, mass, count, rng):
+def problem(machine, count, rng):
     """Structure matrices and weights at random poses."""
     pose = poses(machine, count, rng)
-    return structure(pose, machine.a, machine.b), gravity_wrench(pose, mass, machine.com)
+    return structure(pose, machine.a, machine.b), gravity_wrench(pose, machine.mass, machine.com)
 
 
 def slack(w, load, limits):

@@ -6,7 +6,8 @@ import itertools
 
 import numpy as np
 import pytest
-from cables.motions import ROBOTS, anchors, beyond, body_overlap, pair_distances, random_motions, sampled, turns
+from cables.cable_robots import PUBLISHED
+from cables.motions import anchors, beyond, body_overlap, pair_distances, random_motions, sampled, turns
 
 from robocal.cables.contact.segments import distances
 from robocal.cables.interference import KINDS, box, crossings, first_contact, hull
@@ -124,7 +125,7 @@ def test_bodies_of_every_rank():
 # Against the closed form
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", PUBLISHED)
 def test_pure_translation_by_the_closed_form(name):
     a, b = anchors(name)
     rng = np.random.default_rng(2)
@@ -216,7 +217,7 @@ def not_invented(found, g, a, b, start, v, w, body, relief, diameter):
 
 
 def test_no_contact_of_a_dense_sampling_is_missed():
-    totals = np.sum([held_to_dense_sampling(name, 40, 4, steps=1000) for name in ROBOTS], axis=0)
+    totals = np.sum([held_to_dense_sampling(name, 40, 4, steps=1000) for name in PUBLISHED], axis=0)
     assert totals[0] > 100 and totals[1] > 50
 
 
@@ -290,7 +291,7 @@ def test_no_contact_of_cables_with_a_common_end_is_missed(at_platform):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", PUBLISHED)
 def test_no_contact_of_2000_motions_sampled_5000_times_is_missed(name):
     some, several = held_to_dense_sampling(name, 400, 5)
     if name != "ipanema_1":  # whose cables cannot meet over such motions but at their common ends

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from cables.motions import anchors, body_overlap, pair_distances, pose, sampled
 
-from robocal.cables.geometry import cable_robot
+from robocal.cables.geometry import cable_robot, home
 from robocal.cables.interference import box, first_contact, hull
-from robocal.cables.poses import LIMITS, PoseBox, default_box, home, reachable_poses
+from robocal.cables.poses import LIMITS, PoseBox, default_box, reachable_poses
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
 

@@ -6,7 +6,8 @@ import itertools
 
 import numpy as np
 import pytest
-from cables.rigs import PUBLISHED, problem, published, slack
+from cables.cable_robots import PUBLISHED, published
+from cables.rigs import problem, slack
 from scipy.optimize import linprog, lsq_linear
 from scipy.spatial import ConvexHull
 
@@ -156,12 +157,15 @@ def test_centre_is_that_of_the_polygon(rng):
     np.testing.assert_allclose((up + down)[out.found], 0, atol=1e-8)
 
 
-def test_centre_is_continuous_along_a_path(shared_data):
-    machine, mass = published(shared_data, "ipanema_3")
+def test_centre_is_continuous_along_a_path():
+    machine = published("ipanema_3")
     pose = np.tile(np.eye(4), (4001, 1, 1))
     pose[:, :3, 3] = np.linspace([-3, -2, 0.5], [3, 2, 2.0], 4001)
     out = distribute(
-        structure(pose, machine.a, machine.b), gravity_wrench(pose, mass, machine.com), machine.limits, "barycentre"
+        structure(pose, machine.a, machine.b),
+        gravity_wrench(pose, machine.mass, machine.com),
+        machine.limits,
+        "barycentre",
     )
     step = np.abs(np.diff(out.tension, axis=0)).max()
     coarse = np.abs(np.diff(out.tension[::4], axis=0)).max()
@@ -296,26 +300,26 @@ def test_limits_that_touch_to_rounding_are_met_however_little_one_cable_changes(
     assert not is_feasible(w, [5.0 - 1e-9], limits).any()
 
 
-def test_cross_checks_of_ipanema_3(shared_data):
-    machine, mass = published(shared_data, "ipanema_3")
+def test_cross_checks_of_ipanema_3():
+    machine = published("ipanema_3")
     pose = np.eye(4)[None].copy()
     pose[0, 2, 3] = 1.0
     w = structure(pose, machine.a, machine.b)
     closed = np.array([1433.1, 1514.7, 1532.3, 1533.7, 1447.6, 1561.3, 1673.4, 1637.7])
     norm = np.array([360.8, 381.4, 377.2, 380.5, 100.0, 100.0, 118.2, 108.6])
-    load = gravity_wrench(pose, mass, machine.com, (0, 0, -9.80665))
+    load = gravity_wrench(pose, machine.mass, machine.com, (0, 0, -9.80665))
     np.testing.assert_allclose(distribute(w, load, machine.limits, "closed").tension[0], closed, atol=0.1)
     np.testing.assert_allclose(distribute(w, load, machine.limits).tension[0], norm, atol=0.1)
     # Each has its own gravity, with which it agrees to the digits printed (with 9.81 the second is off by 0.115 N).
     np.testing.assert_allclose(distribute(w, load, machine.limits).tension[0], norm, atol=0.0501)
-    load = gravity_wrench(pose, mass, machine.com, (0, 0, -9.81))
+    load = gravity_wrench(pose, machine.mass, machine.com, (0, 0, -9.81))
     np.testing.assert_allclose(distribute(w, load, machine.limits, "closed").tension[0], closed, atol=0.0501)
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_published_robots(name, shared_data, rng):
-    machine, mass = published(shared_data, name)
-    w, load = problem(machine, mass, 400, rng)
+def test_published_robots(name, rng):
+    machine = published(name)
+    w, load = problem(machine, 400, rng)
     feasible = is_feasible(w, load, machine.limits)
     truth = np.array([slack(w[k], load[k], machine.limits) for k in range(100)])
     assert ((truth < 0) == feasible[:100])[np.abs(truth) > 1e-6].all()
@@ -325,9 +329,9 @@ def test_published_robots(name, shared_data, rng):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_published_robots_at_ten_thousand_poses(name, shared_data, rng):
-    machine, mass = published(shared_data, name)
-    w, load = problem(machine, mass, 120_000, rng)
+def test_published_robots_at_ten_thousand_poses(name, rng):
+    machine = published(name)
+    w, load = problem(machine, 120_000, rng)
     feasible = is_feasible(w, load, machine.limits)
     truth = np.array([slack(w[k], load[k], machine.limits) for k in range(10_000)])
     sure = np.abs(truth) > 1e-6

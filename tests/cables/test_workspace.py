@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cables.rigs import PUBLISHED, box, poses, published, slack
+from cables.cable_robots import PUBLISHED, published
+from cables.rigs import box, poses, slack
 
 from robocal.cables import boundary
 from robocal.cables.boundary import first_exit, outline, rays, statics_along, surface
@@ -32,10 +33,10 @@ def machine(rng):
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_cells_agree_with_a_linear_program(name, shared_data, rng):
-    machine, mass = published(shared_data, name)
-    made = grid(machine, Demand(np.array([mass])), box(machine), (9, 9, 9), with_margins=True)
-    plain = grid(machine, Demand(np.array([mass])), box(machine), (9, 9, 9))
+def test_cells_agree_with_a_linear_program(name, rng):
+    machine = published(name)
+    made = grid(machine, Demand(np.array([machine.mass])), box(machine), (9, 9, 9), with_margins=True)
+    plain = grid(machine, Demand(np.array([machine.mass])), box(machine), (9, 9, 9))
     assert (
         (made.inside == plain.inside).all()
         and ((made.margin > 0) == made.inside).all()
@@ -44,7 +45,7 @@ def test_cells_agree_with_a_linear_program(name, shared_data, rng):
     cells = np.argwhere(np.ones((9, 9, 9)))[rng.permutation(729)[:300]]
     pose = np.tile(np.eye(4), (300, 1, 1))
     pose[:, :3, 3] = np.stack([made.axes[i][cells[:, i]] for i in range(3)], axis=1)
-    w, load = structure(pose, machine.a, machine.b), gravity_wrench(pose, mass, machine.com)
+    w, load = structure(pose, machine.a, machine.b), gravity_wrench(pose, machine.mass, machine.com)
     truth = np.array([slack(w[k], load[k], machine.limits) for k in range(300)])
     sure = np.abs(truth) > 1e-6
     assert ((truth < 0) == made.inside[tuple(cells.T)])[sure].all() and sure.sum() > 295
@@ -52,9 +53,9 @@ def test_cells_agree_with_a_linear_program(name, shared_data, rng):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_volumes_of_published_robots(name, shared_data):
-    machine, mass = published(shared_data, name)
-    volumes_agree(machine, Demand(np.array([mass])), (41, 41, 41), 4000)
+def test_volumes_of_published_robots(name):
+    machine = published(name)
+    volumes_agree(machine, Demand(np.array([machine.mass])), (41, 41, 41), 4000)
 
 
 def test_volume_by_grid_and_by_rays(machine):

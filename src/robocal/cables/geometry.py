@@ -18,9 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.cables.pulley import Pulleys, run
 from robocal.errors import ModelError
+from robocal.geometry import se3
 from robocal.parameters import Parameter, Table
 
-__all__ = ["DEGREES", "SYMBOLS", "CableRobot", "cable_robot", "lengths", "straight"]
+__all__ = ["DEGREES", "SYMBOLS", "CableRobot", "cable_robot", "home", "lengths", "straight"]
 
 Array = NDArray[np.float64]
 SYMBOLS = ("ax", "ay", "az", "bx", "by", "bz", "l0")
@@ -96,10 +97,8 @@ class CableRobot:
 
     @property
     def home(self) -> Array:
-        """X_0 = (mean of the a_i, identity), (4, 4): where a pose is looked for when nothing is known."""
-        out = np.eye(4)
-        out[:3, 3] = self.a.mean(axis=0)
-        return out
+        """X_0, (4, 4): where a pose is looked for when nothing is known."""
+        return home(self.a)
 
     def need(self, what: str) -> Array:
         """A property that may be unknown, as an array. Raises ModelError naming it when it is."""
@@ -107,6 +106,11 @@ class CableRobot:
         if value is None:
             raise ModelError(f"the {what} of {self.name} is not known", key=what, expected=f"{what} in the robot file")
         return np.asarray(value, float)
+
+
+def home(a: ArrayLike) -> Array:
+    """X_0 = (mean of the frame anchors a (m, 3), identity), (4, 4): section 3.4.5 of the thesis behind `examples/cable-laval`."""
+    return se3.compose(np.eye(3), np.asarray(a, float).mean(axis=0))
 
 
 def cable_robot(

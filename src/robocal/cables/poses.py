@@ -15,11 +15,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal.cables.geometry import home
 from robocal.cables.interference import Body, Contacts, first_contact
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
 
-__all__ = ["LIMITS", "Feasible", "PoseBox", "PoseList", "default_box", "home", "reachable_poses"]
+__all__ = ["LIMITS", "Feasible", "PoseBox", "PoseList", "default_box", "reachable_poses"]
 
 Array = NDArray[np.float64]
 LIMITS = ("box", "statics", "cable-cable", "cable-platform")
@@ -35,11 +36,6 @@ class PoseBox:
     translation: Array
     rotation: Array
     offset: Array = field(default_factory=lambda: np.zeros(3))
-
-
-def home(a: ArrayLike) -> Array:
-    """X_0 of section 3.4.5: the mean of the frame anchors a (m, 3), with the identity for orientation; (4, 4)."""
-    return se3.compose(np.eye(3), np.asarray(a, float).mean(axis=0))
 
 
 def default_box(a: ArrayLike, scale: float = 1.1, turn: float = np.pi / 6, start: ArrayLike | None = None) -> PoseBox:

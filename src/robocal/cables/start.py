@@ -58,7 +58,7 @@ class Start:
         return np.asarray(self.tensions.missing()[0])
 
 
-def examine(robot: CableRobot, pose: ArrayLike, clearance: Clearance, method: str = "norm") -> Start:
+def examine(robot: CableRobot, pose: ArrayLike, clearance: Clearance) -> Start:
     """Asks a pose (4, 4) whether it can be held, with which margin, and what touches.
 
     Raises ModelError when mass or limits of the robot are not known, and for a cable without length.
@@ -66,7 +66,7 @@ def examine(robot: CableRobot, pose: ArrayLike, clearance: Clearance, method: st
     x = np.asarray(pose, float)[None]
     mass, limits = float(robot.need("mass")), robot.need("limits")
     w = gravity_wrench(x, mass, robot.com)[:, list(robot.axes)]
-    tensions = distribute(structure_of(robot, x), w, limits, method)
+    tensions = distribute(structure_of(robot, x), w, limits)
     margin = float(margins(robot, Demand(np.array([mass])), x)[0])
     met = _contacts(robot, x, clearance)
     who = "" if met.free[0] else met.names(robot.cables)[0]

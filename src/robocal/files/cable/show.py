@@ -13,11 +13,10 @@ from robocal.files.units import number
 __all__ = ["describe_cable"]
 
 
-def describe_cable(robot: CableRobot, units: CableUnits | None = None, *, comment: str = "") -> str:
+def describe_cable(robot: CableRobot, units: CableUnits | None = None) -> str:
     """A robot.yaml that reads back as this robot, with the sources of its values and which of them are assumed."""
     units = units or CableUnits()
-    lines = [f"# {line}" for line in comment.splitlines()]
-    lines += ["robocal: 1", f"name: {quoted(robot.name)}", "kind: cable"]
+    lines = ["robocal: 1", f"name: {quoted(robot.name)}", "kind: cable"]
     words = ", ".join(f"{k}: {getattr(units, k).name}" for k in ("length", "angle", "force", "mass"))
     lines += [f"units: {{{words}}}", f"degrees: {robot.degrees}"]
     if robot.degrees != "3R3T":

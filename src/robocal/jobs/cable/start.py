@@ -38,7 +38,6 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
     else:
         pose = robot.home if said == "mean" else _pose(file, robot, said)
     _whole(file, robot, pose)
-    # Examined by a method that finds tensions wherever there are any.
     found = examine(robot, pose, clearance)
     if found.held and not found.touching and found.margin != 0.0:
         return found

@@ -1,4 +1,4 @@
-"""Where a quantity on a grid passes a level: the segments of marching squares, joined by straight interpolation."""
+"""Where a quantity on a grid passes zero: the segments of marching squares, joined by straight interpolation."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ __all__ = ["contour"]
 Array = NDArray[np.float64]
 
 
-def contour(u: Array, v: Array, values: Array, level: float = 0.0) -> Array:
-    """Segments (n, 2, 2) in coordinates (u, v) where values (len(u), len(v)) pass the level; what is not finite counts as far below.
+def contour(u: Array, v: Array, values: Array) -> Array:
+    """Segments (n, 2, 2) in coordinates (u, v) where values (len(u), len(v)) pass zero; what is not finite counts as far below.
 
     A square whose corners alternate is cut twice, its middle deciding how.
     """
     finite = values[np.isfinite(values)]
-    far = float(np.abs(finite - level).max()) if len(finite) else 1.0
-    z = np.where(np.isfinite(values), values - level, np.where(values == np.inf, far, -far))
+    far = float(np.abs(finite).max()) if len(finite) else 1.0
+    z = np.where(np.isfinite(values), values, np.where(values == np.inf, far, -far))
     z = np.where(z == 0.0, 1e-12 * (far or 1.0), z)
     corners = np.stack([z[:-1, :-1], z[1:, :-1], z[1:, 1:], z[:-1, 1:]])  # around the square
     places = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)

@@ -4,7 +4,7 @@ colour bars."""
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from importlib.resources import files
 
 from robocal.report.svg import drawing, num
@@ -13,6 +13,7 @@ __all__ = ["asset", "bar", "brief", "clean", "figure", "tint"]
 
 # Blue, teal, green, amber, orange, red: equally dark all the way, so that each stands out on white and on black.
 RAMP = ("#2b7bd6", "#17989a", "#5c9a3a", "#c98a10", "#dd5f1b", "#d0263e")
+STEPS = 40  # of a colour bar
 
 
 def asset(name: str) -> str:
@@ -40,20 +41,20 @@ def brief(name: str, most: int = 14) -> str:
     return name if len(name) <= most else f"{name[: most - tail - 1]}…{name[-tail:]}"
 
 
-def tint(share: float, ramp: Sequence[str] = RAMP) -> str:
+def tint(share: float) -> str:
     """The colour at a share of the ramp, 0 to 1; what lies outside gets the end's."""
-    at = min(max(share, 0.0), 1.0) * (len(ramp) - 1)
-    i = min(int(at), len(ramp) - 2)
-    ends = [[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in ramp[i : i + 2]]
+    at = min(max(share, 0.0), 1.0) * (len(RAMP) - 1)
+    i = min(int(at), len(RAMP) - 2)
+    ends = [[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in RAMP[i : i + 2]]
     return "#" + "".join(f"{round(a + (at - i) * (b - a)):02x}" for a, b in zip(*ends, strict=True))
 
 
-def bar(x: float, top: float, bottom: float, width: float = 14.0, steps: int = 40) -> str:
+def bar(x: float, top: float, bottom: float) -> str:
     """An upright bar with the colours of the ramp, low values at the bottom."""
-    high = (bottom - top) / steps
+    high = (bottom - top) / STEPS
     # A hair higher than a step, so that no seam shows.
     return "".join(
-        f'<rect x="{num(x)}" y="{bottom - (i + 1) * high:.2f}" width="{num(width)}" height="{high + 0.6:.2f}" '
-        f'shape-rendering="crispEdges" fill="{tint((i + 0.5) / steps)}"/>'
-        for i in range(steps)
+        f'<rect x="{num(x)}" y="{bottom - (i + 1) * high:.2f}" width="14" height="{high + 0.6:.2f}" '
+        f'shape-rendering="crispEdges" fill="{tint((i + 0.5) / STEPS)}"/>'
+        for i in range(STEPS)
     )

@@ -11,12 +11,13 @@ from robocal.cables.pulley import run, taut
 __all__ = ["courses", "wheels"]
 
 Array = NDArray[np.float64]
+PIECES = 24
 
 
-def courses(robot: CableRobot, ends: Array, pieces: int = 24) -> list[Array]:
-    """Points (n, 3) m along every cable from its platform anchor `ends` (m, 3) m to its frame anchor, with `pieces` pieces on the free
+def courses(robot: CableRobot, ends: Array) -> list[Array]:
+    """Points (n, 3) m along every cable from its platform anchor `ends` (m, 3) m to its frame anchor, with PIECES pieces on the free
     segment and seven points on a pulley (`cables/pulley.py` has the formulas)."""
-    share = np.linspace(0.0, 1.0, pieces + 1)[:, None]
+    share = np.linspace(0.0, 1.0, PIECES + 1)[:, None]
     if robot.pulleys is None:
         return [b + share * (a - b) for a, b in zip(robot.a, ends, strict=True)]
     radius, n = robot.pulleys.radius, robot.pulleys.axis

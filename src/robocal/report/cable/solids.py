@@ -12,6 +12,7 @@ __all__ = ["hull_loops", "thinned"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+MOST = 1500
 
 
 def hull_loops(points: Array) -> list[Array]:
@@ -43,15 +44,15 @@ def _around(corners: Array, normal: Array) -> Array:
     return np.asarray(corners[np.argsort(angle)])
 
 
-def thinned(surface: Surface, most: int = 1500) -> tuple[Array, Ints]:
-    """Vertices and at most `most` faces of a surface: fewer rays from the same start, spread as evenly."""
-    if len(surface.faces) <= most:
+def thinned(surface: Surface) -> tuple[Array, Ints]:
+    """Vertices and at most MOST faces of a surface: fewer rays from the same start, spread as evenly."""
+    if len(surface.faces) <= MOST:
         return surface.vertices, surface.faces
     arm = surface.vertices - surface.start
     size = np.linalg.norm(arm, axis=1)
     kept = np.flatnonzero(size > 0.0)
     way = arm[kept] / size[kept, None]
-    chosen = np.unique((directions((most + 4) // 2) @ way.T).argmax(axis=1))
+    chosen = np.unique((directions((MOST + 4) // 2) @ way.T).argmax(axis=1))
     try:
         faces = joined(way[chosen])
     except QhullError:  # a surface without volume has nothing to show
