@@ -224,3 +224,15 @@ def test_new_cable_works_as_it_stands(tmp_path):
     robocal("new", "cables", "-o", cell).assert_refused("did you mean 'cable'?")
     robocal("new", "cable", "--kind", "pose", "-o", tmp_path / "other").assert_refused("--kind", "a cable robot")
     assert not (tmp_path / "other").exists()
+
+
+def test_a_pose_that_is_held_but_bears_nothing_more_is_remarked_on(tmp_path):
+    """Every cable in one upright plane with its platform anchor: nothing holds the platform against a turn about z."""
+    corners = [(x, y) for x, y in ((-2, -2), (2, -2), (2, 2), (-2, 2))]
+    a = [(x, y, z) for z in (2.0, 0.0) for x, y in corners]
+    b = [(x / 20, y / 20, z) for z in (-0.1, 0.1) for x, y in corners]
+    robot = cable_robot("no yaw", a, b, mass=5.0, limits=np.tile([10.0, 500.0], (8, 1)))
+    (tmp_path / "robot.yaml").write_text(describe_cable(robot))
+    (tmp_path / "poses.csv").write_text(POSES.splitlines()[0] + "\nlevel,300,100,1000,0,0,0\n")
+    ran = robocal("cable", "tension", tmp_path / "robot.yaml", tmp_path / "poses.csv")
+    assert ran.status == 0 and "held, but with no margin" in ran.err and ran.err.rstrip().endswith("level")

@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 FILES = ("tensions.csv", "tension.json", "report.html")
 MOMENT = "Nm"
 LEANING = np.sin(np.radians(5.0))  # of a cable that leaves a planar robot's plane further than it should
+NOTHING = 1e-9  # of the greatest limit: rounding
 MOST = 5
 
 
@@ -64,7 +65,7 @@ def cable_tension(
     missing = spread.missing(lever)
     made = Tensions(
         able, rows.names, rows.values, spread, margin, missing, power, lever, weight,
-        _text(able, rows, spread, margin, missing, file), (*file.warnings, *_leaning(able, rows)),
+        _text(able, rows, spread, margin, missing, file), (*file.warnings, *_leaning(able, rows), *_bare(able, rows.names, spread, margin)),
         _doubts(able, rows.names, spread, missing),
         (robot_input(file, robot), InputFile(Path(poses), rows.sha256)), command,
     )  # fmt: skip
@@ -113,6 +114,15 @@ def _doubts(robot: CableRobot, names: tuple[str, ...], spread: Distribution, mis
         out.append(f"{names[i]}: the closed form leaves the limits where other tensions do not (--method mid)")
     left = len(out) - MOST
     return (*out[:MOST], f"... and {left} more") if left > 0 else tuple(out)
+
+
+def _bare(robot: CableRobot, names: tuple[str, ...], spread: Distribution, margin: Array) -> tuple[str, ...]:
+    """Poses that are held as they are and in no other way: singular ones, mostly."""
+    bare = [names[i] for i in np.flatnonzero(spread.feasible & (margin <= NOTHING * robot.need("limits").max()))]
+    if not bare:
+        return ()
+    shown = ", ".join(bare[:MOST]) + (f" and {len(bare) - MOST} more" if len(bare) > MOST else "")
+    return (f"held, but with no margin: a singular pose, or one at a limit, gives way to some disturbance: {shown}",)
 
 
 def _leaning(robot: CableRobot, rows: CableList) -> tuple[str, ...]:
