@@ -1,4 +1,4 @@
-"""Compiled equilibrium W t + w = 0 of one pose: structure matrix, triangular factor, shortest solution, null space."""
+"""Compiled equilibrium W t + w = 0 of one pose: structure matrix, triangular factor, shortest solution, null space; orthonormal rows."""
 
 from __future__ import annotations
 
@@ -113,3 +113,35 @@ def null_rows(h, tau, rank, n):
             n[c, j] = 0.0
         n[c, rank + c] = 1.0
         reflect(h, tau, rank, n[c])
+
+
+@kernel
+def orthonormalise(q, tri, count):
+    """Rows 0 ... count - 1 of q (., n) <- orthonormal ones in their order (Gram-Schmidt, twice); row i was sum_j tri[j, i] q_j."""
+    n = q.shape[1]
+    for a in range(count):
+        for j in range(a):
+            tri[j, a] = 0.0
+        for _ in range(2):
+            for j in range(a):
+                s = 0.0
+                for c in range(n):
+                    s += q[j, c] * q[a, c]
+                tri[j, a] += s
+                for c in range(n):
+                    q[a, c] -= s * q[j, c]
+        s = 0.0
+        for c in range(n):
+            s += q[a, c] * q[a, c]
+        tri[a, a] = math.sqrt(s)
+        for c in range(n):
+            q[a, c] /= tri[a, a]
+
+
+@kernel
+def back_substitute(tri, count, y):
+    """y (count,) <- tri^-1 y, tri upper triangular."""
+    for a in range(count - 1, -1, -1):
+        for j in range(a + 1, count):
+            y[a] -= tri[a, j] * y[j]
+        y[a] /= tri[a, a]

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
-from robocal.cables.balance._kernels import factor, null_rows, reflect, solve
+from robocal.cables.balance._kernels import back_substitute, factor, null_rows, orthonormalise, reflect, solve
 
 _PULL = 5e-14  # what rounding leaves of a pull that is none, beside the cable's own and the largest wrench
 
@@ -214,35 +214,31 @@ def margin_kernel(w, load, shape, taken, lo, hi, margin, code):
 
 @kernel
 def _free_step(a, b, free, count, q, tri, y):
-    """y (count,) <- least-squares solution of the free columns of a for b, by Gram-Schmidt done twice."""
+    """y (count,) <- least-squares solution of the free columns of a for b."""
     d = a.shape[0]
     for c in range(count):
         for i in range(d):
             q[c, i] = a[i, free[c]]
-        for j in range(c):
-            tri[j, c] = 0.0
-        for _ in range(2):
-            for j in range(c):
-                s = 0.0
-                for i in range(d):
-                    s += q[j, i] * q[c, i]
-                tri[j, c] += s
-                for i in range(d):
-                    q[c, i] -= s * q[j, i]
-        s = 0.0
-        for i in range(d):
-            s += q[c, i] * q[c, i]
-        tri[c, c] = math.sqrt(s)
-        for i in range(d):
-            q[c, i] /= tri[c, c]
+    orthonormalise(q, tri, count)
     for c in range(count):
         y[c] = 0.0
         for i in range(d):
             y[c] += q[c, i] * b[i]
-    for c in range(count - 1, -1, -1):
-        for j in range(c + 1, count):
-            y[c] -= tri[c, j] * y[j]
-        y[c] /= tri[c, c]
+    back_substitute(tri, count, y)
+
+
+@kernel
+def _first_limit(t, y, free, count, lo, hi):
+    """The share of the way from the tensions t of the free cables to y (count,) that the limits leave, the cable that ends it
+    (-1: none) and the side of its limit."""
+    step, leaving, side = 1.0, -1, 0
+    for c in range(count):
+        j = free[c]
+        if y[c] < lo[j] and (lo[j] - t[j]) / (y[c] - t[j]) < step:
+            step, leaving, side = (lo[j] - t[j]) / (y[c] - t[j]), j, -1
+        elif y[c] > hi[j] and (hi[j] - t[j]) / (y[c] - t[j]) < step:
+            step, leaving, side = (hi[j] - t[j]) / (y[c] - t[j]), j, 1
+    return step, leaving, side
 
 
 @kernel
@@ -298,13 +294,7 @@ def missing_kernel(w, load, weight, lo, hi, missing, code):
                 if number == 0:
                     break
                 _free_step(a, b, free, number, q, tri, y)
-                step, leaving, side = 1.0, -1, 0
-                for c in range(number):
-                    j = free[c]
-                    if y[c] < lo[j] and (lo[j] - t[j]) / (y[c] - t[j]) < step:
-                        step, leaving, side = (lo[j] - t[j]) / (y[c] - t[j]), j, -1
-                    elif y[c] > hi[j] and (hi[j] - t[j]) / (y[c] - t[j]) < step:
-                        step, leaving, side = (hi[j] - t[j]) / (y[c] - t[j]), j, 1
+                step, leaving, side = _first_limit(t, y, free, number, lo, hi)
                 for c in range(number):
                     t[free[c]] += step * (y[c] - t[free[c]])
                 if leaving < 0:

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
+from robocal.cables.balance._kernels import back_substitute, orthonormalise
 
 # What a pose came to.
 FOUND = 0
@@ -80,27 +81,11 @@ def _on_polygon(base, n, lo, hi, edge, line, along, t):
 
 @kernel
 def _orthogonalise(n, active, sign, count, q, tri):
-    """q (count, r), tri <- the active limits' normals, orthonormal in the order in which they entered (Gram-Schmidt, twice)."""
-    r = q.shape[1]
+    """q (count, r), tri <- the active limits' normals, orthonormal in the order in which they entered."""
     for a in range(count):
-        for c in range(r):
+        for c in range(q.shape[1]):
             q[a, c] = sign[a] * n[c, active[a]]
-        for j in range(a):
-            tri[j, a] = 0.0
-        for _ in range(2):
-            for j in range(a):
-                s = 0.0
-                for c in range(r):
-                    s += q[j, c] * q[a, c]
-                tri[j, a] += s
-                for c in range(r):
-                    q[a, c] -= s * q[j, c]
-        s = 0.0
-        for c in range(r):
-            s += q[a, c] * q[a, c]
-        tri[a, a] = math.sqrt(s)
-        for c in range(r):
-            q[a, c] /= tri[a, a]
+    orthonormalise(q, tri, count)
 
 
 @kernel
@@ -119,6 +104,43 @@ def _most_violated(base, n, r, x, lo, hi, edge):
 
 
 @kernel
+def _on_limits(base, lo, hi, active, sign, count, q, tri, x, y):
+    """x (r,) <- the point nearest to 0 on which the active limits hold exactly; y (count,) scratch."""
+    x[:] = 0.0
+    for a in range(count):
+        bound = lo[active[a]] if sign[a] > 0.0 else hi[active[a]]
+        s = sign[a] * (bound - base[active[a]])
+        for j in range(a):
+            s -= tri[j, a] * y[j]
+        y[a] = s / tri[a, a]
+        for c in range(x.shape[0]):
+            x[c] += y[a] * q[a, c]
+
+
+@kernel
+def _split(q, tri, count, z, y):
+    """z (r,) <- its part across the active normals, y (count,) <- the others' shares of it; returns |z|^2 after and before."""
+    r = z.shape[0]
+    full, rest = 0.0, 0.0
+    for c in range(r):
+        full += z[c] * z[c]
+    for a in range(count):
+        y[a] = 0.0
+    for _ in range(2):
+        for a in range(count):
+            s = 0.0
+            for c in range(r):
+                s += q[a, c] * z[c]
+            y[a] += s
+            for c in range(r):
+                z[c] -= s * q[a, c]
+    for c in range(r):
+        rest += z[c] * z[c]
+    back_substitute(tri, count, y)
+    return rest, full
+
+
+@kernel
 def _on_polytope(base, n, r, lo, hi, edge, t):
     """Any number of rows of n: dual active set (Goldfarb and Idnani 1983) with the identity for its Hessian."""
     m = base.shape[0]
@@ -129,17 +151,9 @@ def _on_polytope(base, n, r, lo, hi, edge, t):
     for _ in range(50 * m):
         cable, side, gap = _most_violated(base, n, r, x, lo, hi, edge)
         if cable < 0:
-            # The active limits hold exactly: rounding of the many steps is not left in the answer.
+            # Rounding of the many steps is not left in the answer.
             _orthogonalise(n, active, sign, count, q, tri)
-            x[:] = 0.0
-            for a in range(count):
-                bound = lo[active[a]] if sign[a] > 0.0 else hi[active[a]]
-                s = sign[a] * (bound - base[active[a]])
-                for j in range(a):
-                    s -= tri[j, a] * y[j]
-                y[a] = s / tri[a, a]
-                for c in range(r):
-                    x[c] += y[a] * q[a, c]
+            _on_limits(base, lo, hi, active, sign, count, q, tri, x, y)
             for i in range(m):
                 t[i] = base[i]
                 for c in range(r):
@@ -148,27 +162,9 @@ def _on_polytope(base, n, r, lo, hi, edge, t):
         entering = 0.0
         while True:
             _orthogonalise(n, active, sign, count, q, tri)
-            full = 0.0
             for c in range(r):
                 z[c] = side * n[c, cable]
-                full += z[c] * z[c]
-            for a in range(count):
-                y[a] = 0.0
-            for _ in range(2):
-                for a in range(count):
-                    s = 0.0
-                    for c in range(r):
-                        s += q[a, c] * z[c]
-                    y[a] += s
-                    for c in range(r):
-                        z[c] -= s * q[a, c]
-            rest = 0.0
-            for c in range(r):
-                rest += z[c] * z[c]
-            for a in range(count - 1, -1, -1):
-                for j in range(a + 1, count):
-                    y[a] -= tri[a, j] * y[j]
-                y[a] /= tri[a, a]
+            rest, full = _split(q, tri, count, z, y)
             step, leaving = np.inf, -1
             for a in range(count):
                 if y[a] > 1e-12 and u[a] < step * y[a]:

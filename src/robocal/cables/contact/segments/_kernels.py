@@ -11,11 +11,13 @@ from robocal._jit import kernel
 
 @kernel
 def dot(a, b):
+    """a . b of vectors (3,)."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @kernel
 def cross_norm(a, b):
+    """|a x b| of vectors (3,)."""
     x = a[1] * b[2] - a[2] * b[1]
     y = a[2] * b[0] - a[0] * b[2]
     z = a[0] * b[1] - a[1] * b[0]
@@ -24,6 +26,7 @@ def cross_norm(a, b):
 
 @kernel
 def clamp(x):
+    """x, or the end of [0, 1] nearest to it."""
     return min(max(x, 0.0), 1.0)
 
 
