@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.boundary import statics_along
-from robocal.cables.poses import PoseList, reachable_poses
+from robocal.cables.geometry import CableRobot
+from robocal.cables.poses import PoseBox, PoseList, reachable_poses
 from robocal.cables.program import kept_to_what_is_held, program
+from robocal.cables.start import Clearance, Start
 from robocal.cables.tension import check_method
 from robocal.cables.workspace import Demand
 from robocal.calibrate.choose import EXPECTED, Noise, choose
@@ -76,13 +78,7 @@ def cable_poses(
         begin = started(file, able, clearance, start)
         z = box_of(file, able, begin.pose, box, scale, turn)
         tell({"stage": "moving towards random poses"})
-        demand = Demand(np.array([able.mass]))
-        listing = reachable_poses(
-            able.a, able.b, count, np.random.default_rng(seed), feasible=statics_along(able, demand, STEPS),
-            start=begin.pose, box=z, margin=margin, diameter=clearance.diameter, body=clearance.body,
-            relief=clearance.relief, axes=able.axes,
-        )  # fmt: skip
-        listing = kept_to_what_is_held(able, demand, listing, steps)
+        listing = _listing(able, begin, z, clearance, count, margin, seed, steps)
         tell({"stage": "distributing tensions"})
         with said_of({"method": "--method"}):
             made = program(able, listing, steps, method)
@@ -98,6 +94,26 @@ def cable_poses(
         (robot_input(file, robot),), command,
     )  # fmt: skip
     return out if output is None else _save(out, output, tell)
+
+
+def _listing(
+    robot: CableRobot,
+    start: Start,
+    box: PoseBox,
+    clearance: Clearance,
+    count: int,
+    margin: float,
+    seed: int,
+    steps: int,
+) -> PoseList:
+    """Poses at the ends of free motions, each held at all of its waypoints too."""
+    demand = Demand(np.array([robot.mass]))
+    listing = reachable_poses(
+        robot.a, robot.b, count, np.random.default_rng(seed), feasible=statics_along(robot, demand, STEPS),
+        start=start.pose, box=box, margin=margin, diameter=clearance.diameter, body=clearance.body,
+        relief=clearance.relief, axes=robot.axes,
+    )  # fmt: skip
+    return kept_to_what_is_held(robot, demand, listing, steps)
 
 
 def _sane(count: int, steps: int, margin: float, method: str) -> None:
