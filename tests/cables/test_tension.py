@@ -123,6 +123,21 @@ def test_high_powers_come_to_the_least_greatest_tension(d, m, above, rng):
         assert (out.tension.max(axis=1) <= m ** (1 / power) * np.array(least) * (1 + 1e-9)).all()
 
 
+def test_high_powers_leave_the_wrench_balanced_where_they_are_ill_conditioned(rng):
+    """Nine cables of a cube, some all but redundant: Newton's steps lose most of their digits, the balance none."""
+    corners = np.array(list(itertools.product([-1.0, 1], repeat=3)))
+    for _ in range(12):
+        a, b = corners[rng.integers(8, size=9)] + rng.normal(0, 1e-3, (9, 3)), 0.2 * rng.normal(size=(9, 3))
+        pose = np.tile(np.eye(4), (500, 1, 1))
+        pose[:, :3, 3] = rng.uniform(-0.8, 0.8, (500, 3))
+        w, limits = structure(pose, a, b), np.tile([1.0, 6000.0], (9, 1))
+        load = -np.einsum("kdm,km->kd", w, rng.uniform(1, 6000, (500, 9)))
+        for power in (10.0, 40.0, 200.0):
+            out = distribute(w, load, limits, "p-norm", power)
+            assert out.found.all()
+            assert np.abs(np.einsum("kdm,km->kd", w, out.tension) + load).max() < 1e-6
+
+
 def test_centre_of_a_segment_is_its_middle(rng):
     """One cable held at a given tension leaves a segment of the polygon."""
     w, t = rng.normal(size=(100, 6, 8)), rng.uniform(5, 15, 8)

@@ -178,7 +178,7 @@ def _cholesky(a, r):
 
 
 @kernel
-def _newton_target(t, n, r, reference, scale, power, hess, grad, g, base):
+def _newton_target(t, n, r, reference, scale, power, damping, hess, grad, g, base):
     """Newton's step for sum |(t - reference) / scale|^power in the null space, as a nearest-point problem: base and rows g.
 
     With H = L L^T the step minimises |y| over base + g^T y, where g = L^-1 N and base = t - g^T L^-1 N f'(t).
@@ -200,7 +200,7 @@ def _newton_target(t, n, r, reference, scale, power, hess, grad, g, base):
     for c in range(r):
         trace += hess[c, c]
     for c in range(r):
-        hess[c, c] += 1e-12 * trace + 1e-300
+        hess[c, c] += damping * trace + 1e-300
     _cholesky(hess, r)
     for c in range(r):
         for e in range(c):
@@ -226,22 +226,43 @@ def _power_sum(t, reference, scale, power):
 
 
 @kernel
+def _balanced(step, t, n, r, lo, hi, edge, share):
+    """step <- what of the way from t to `step` changes no wrench: high powers leave the search few digits. Returns how much of
+    it stays within the limits, at most 1."""
+    for c in range(r):
+        share[c] = 0.0
+        for i in range(t.shape[0]):
+            share[c] += n[c, i] * (step[i] - t[i])
+    most = 1.0
+    for i in range(t.shape[0]):
+        step[i] = 0.0
+        for c in range(r):
+            step[i] += n[c, i] * share[c]
+        if t[i] + step[i] > hi[i] + edge:
+            most = min(most, max((hi[i] + edge - t[i]) / step[i], 0.0))
+        elif t[i] + step[i] < lo[i] - edge:
+            most = min(most, max((lo[i] - edge - t[i]) / step[i], 0.0))
+    return most
+
+
+@kernel
 def _descend(t, n, r, lo, hi, edge, reference, scale, power, hess, grad, g, base, line, along, trial):
     """t <- where the sum of powers is least, by Newton's steps from t; each is exact within the limits. FOUND or STUCK."""
     value, gain = _power_sum(t, reference, scale, power), np.inf
+    damping = 1e-12
     for _ in range(200):
-        _newton_target(t, n, r, reference, scale, power, hess, grad, g, base)
+        _newton_target(t, n, r, reference, scale, power, damping, hess, grad, g, base)
         if nearest(base, g, r, lo, hi, edge, line, along, trial) != FOUND:
-            return STUCK
-        change, share, new = 0.0, 1.0, value
+            damping *= 100.0  # t itself is within the limits: a step that is not found lost its digits
+            continue
+        change, share, new = 0.0, _balanced(trial, t, n, r, lo, hi, edge, grad), value
         for i in range(t.shape[0]):
-            trial[i] -= t[i]
             change = max(change, abs(trial[i]))
         if change <= 1e-11 * scale:
             return FOUND
         while share > 1e-9:
             for i in range(t.shape[0]):
-                line[i] = t[i] + share * trial[i]
+                line[i] = min(max(t[i] + share * trial[i], lo[i]), hi[i])
             new = _power_sum(line, reference, scale, power)
             if new < value:
                 break
@@ -251,7 +272,7 @@ def _descend(t, n, r, lo, hi, edge, reference, scale, power, hess, grad, g, base
         gain, value = value - new, new
         for i in range(t.shape[0]):
             t[i] = line[i]
-    return FOUND if gain <= 1e-13 * value else STUCK  # steps that rounding makes, at the bottom
+    return FOUND if gain <= 1e-10 * value else STUCK  # cables whose powers count for nothing crawl on
 
 
 @kernel
