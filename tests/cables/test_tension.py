@@ -123,19 +123,18 @@ def test_high_powers_come_to_the_least_greatest_tension(d, m, above, rng):
         assert (out.tension.max(axis=1) <= m ** (1 / power) * np.array(least) * (1 + 1e-9)).all()
 
 
-def test_high_powers_leave_the_wrench_balanced_where_they_are_ill_conditioned(rng):
-    """Nine cables of a cube, some all but redundant: Newton's steps lose most of their digits, the balance none."""
-    corners = np.array(list(itertools.product([-1.0, 1], repeat=3)))
-    for _ in range(12):
-        a, b = corners[rng.integers(8, size=9)] + rng.normal(0, 1e-3, (9, 3)), 0.2 * rng.normal(size=(9, 3))
-        pose = np.tile(np.eye(4), (500, 1, 1))
-        pose[:, :3, 3] = rng.uniform(-0.8, 0.8, (500, 3))
-        w, limits = structure(pose, a, b), np.tile([1.0, 6000.0], (9, 1))
-        load = -np.einsum("kdm,km->kd", w, rng.uniform(1, 6000, (500, 9)))
-        for power in (10.0, 40.0, 200.0):
-            out = distribute(w, load, limits, "p-norm", power)
-            assert out.found.all()
-            assert np.abs(np.einsum("kdm,km->kd", w, out.tension) + load).max() < 1e-6
+@pytest.mark.parametrize("seed", [54, 78, 99, 161, 895])
+def test_high_powers_leave_the_wrench_balanced_where_newton_loses_its_digits(seed):
+    """Nine cables between corners of cubes, among 1700 such machines some at which a step was wrong, or was not found."""
+    rng = np.random.default_rng(seed)
+    a, b = np.sign(rng.normal(size=(9, 3))), np.sign(rng.normal(size=(9, 3))) * rng.choice([0.05, 0.2, 1])
+    pose = np.tile(np.eye(4), (1000, 1, 1))
+    pose[:, :3, 3] = rng.uniform(-0.8, 0.8, (1000, 3))
+    w, limits = structure(pose, a, b), np.tile([1.0, 6000.0], (9, 1))
+    load = -np.einsum("kdm,km->kd", w, rng.uniform(1, 6000, (1000, 9)))
+    out = distribute(w, load, limits, "p-norm", 40.0)
+    assert out.found.all()
+    assert np.abs(np.einsum("kdm,km->kd", w, out.tension) + load).max() < 1e-6
 
 
 def test_centre_of_a_segment_is_its_middle(rng):
