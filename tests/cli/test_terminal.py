@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 import pytest
-from cli.runs import files, finished, process, robocal
+from cli.runs import Ran, files, finished, process, robocal
 
 SLOW = """
 import sys, time
@@ -109,8 +109,9 @@ def test_a_reader_that_goes_away(case: Path) -> None:
     command = (
         f"{sys.executable} -m robocal.cli identify robot.yaml data.yaml --json | head -c 20; exit ${{PIPESTATUS[0]}}"
     )
-    ran = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
-    assert ran.returncode in (0, 141) and ran.stderr == "" and len(ran.stdout) == 20
+    ended = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    ran = Ran(ended.returncode, ended.stdout, ended.stderr)
+    assert ran.status in (0, 141) and ran.remarks == "" and len(ran.out) == 20
 
 
 def test_a_reader_of_tables_that_has_gone() -> None:
