@@ -19,7 +19,7 @@ B = np.array(
 )
 CABLES = len(A)
 LIMITS = np.tile([20.0, 2000.0], (CABLES, 1))
-MASS, GRAVITY = 40.0, 9.81
+MASS, GRAVITY = 40.0, 9.80665
 DIAMETER = 0.006
 RELIEF = 10 * DIAMETER  # up to here a cable may touch its own eyelet
 TILT = 0.3  # rad

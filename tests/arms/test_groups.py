@@ -91,7 +91,7 @@ def test_gravity_is_what_statics_says():
     q = np.array([[0.0, 0.0], [0.7, 0.0], [0.0, np.pi / 2]])
     known = {"j1": q[:, 0], "j2": q[:, 1], "payload": np.array([0.0, 0.0, 5.0])}
     found = weight.columns(q, known)
-    g = 9.81
+    g = 9.80665
     stretched = -g * (4 * 0.25 + 2 * 0.8)
     np.testing.assert_allclose(
         found["gravity.j1"], [stretched, stretched * np.cos(0.7), -g * (4 * 0.25 + 7 * 0.5)], rtol=1e-12

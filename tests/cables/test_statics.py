@@ -79,7 +79,7 @@ def test_weight_is_the_gradient_of_the_potential(rig, rng):
     com, mass, h = rng.normal(0, 0.2, 3), 7.0, 1e-6
 
     def potential(p):
-        return mass * 9.81 * (p[:, :3, 3] + p[:, :3, :3] @ com)[:, 2]
+        return mass * 9.80665 * (p[:, :3, 3] + p[:, :3, :3] @ com)[:, 2]
 
     steps = np.eye(6) * h
     slope = [(potential(moved(pose, s[:3], s[3:])) - potential(moved(pose, -s[:3], -s[3:]))) / (2 * h) for s in steps]
@@ -165,7 +165,7 @@ def test_cables_over_pulleys_hold_a_weight_from_above(rng):
         found = distribute(w, load, machine.limits)
         assert found.feasible.all() and load[0, 2] < 0
         sum_ = np.einsum("kdm,km->kd", w, found.tension)[0]
-        np.testing.assert_allclose(sum_[:3], [0, 0, 7 * 9.81], atol=1e-9)
+        np.testing.assert_allclose(sum_[:3], [0, 0, 7 * 9.80665], atol=1e-9)
         d = pose[:, :3, 3] + machine.b - machine.a
         _, arrives = run(d, machine.pulleys)
         forces = -found.tension[0][:, None] * arrives  # each cable pulls back along itself

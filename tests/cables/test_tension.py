@@ -324,7 +324,7 @@ def test_cross_checks_of_ipanema_3():
     load = gravity_wrench(pose, machine.mass, machine.com, (0, 0, -9.80665))
     np.testing.assert_allclose(distribute(w, load, machine.limits, "closed").tension[0], closed, atol=0.1)
     np.testing.assert_allclose(distribute(w, load, machine.limits).tension[0], norm, atol=0.1)
-    # Each has its own gravity, with which it agrees to the digits printed (with 9.81 the second is off by 0.115 N).
+    # Each agrees to the digits printed with a gravity of its own: the first one's is 9.81.
     np.testing.assert_allclose(distribute(w, load, machine.limits).tension[0], norm, atol=0.0501)
     load = gravity_wrench(pose, machine.mass, machine.com, (0, 0, -9.81))
     np.testing.assert_allclose(distribute(w, load, machine.limits, "closed").tension[0], closed, atol=0.0501)

@@ -64,7 +64,7 @@ def hold(folder, document):
         lever = robot.b @ pose[i, :3, :3].T
         d = robot.a - pose[i, :3, 3] - lever
         pull = t[:, None] * d / np.linalg.norm(d, axis=1, keepdims=True)
-        weight = np.array([0, 0, -9.81 * (robot.mass or 0.0)])
+        weight = np.array([0, 0, -9.80665 * (robot.mass or 0.0)])
         arm = pose[i, :3, :3] @ robot.com
         left = np.r_[pull.sum(axis=0) + weight, np.cross(lever, pull).sum(axis=0) + np.cross(arm, weight)]
         size = t.sum() + np.linalg.norm(weight)

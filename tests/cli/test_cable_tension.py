@@ -84,7 +84,8 @@ def test_methods_and_payload(folder, method):
     payload = 3.0
     pose = read_platform_poses(folder / "held.csv", robot).values
     load = gravity_wrench(pose, robot.mass + payload, robot.com)
-    ran = run(folder, "--json", "--method", method, "--payload", payload, "--power", 6, poses="held.csv")
+    power = ("--power", 6) if method == "p-norm" else ()
+    ran = run(folder, "--json", "--method", method, "--payload", payload, *power, poses="held.csv")
     spread = distribute(w, load, robot.limits, method, 6.0)
     assert spread.found.sum() == (2 if method == "closed" else 3) and spread.feasible.all()
     assert ran.status == (3 if method == "closed" else 0) and ("warning" in ran.err) == (method == "closed")
@@ -125,9 +126,9 @@ def test_what_cables_weigh_is_left_out_and_half_of_it_as_payload_nearly_puts_it_
         found = run(folder, "--json", "--payload", payload, poses="held.csv").document["poses"]
         t = np.array([p["tension_N"] for p in found])
         up = -hang_by_tension(np.stack([across, d[..., 2]], axis=-1), t, robot.density, robot.elasticity).force[..., 1]
-        return (robot.mass * 9.81 - up.sum(axis=1)) / weight
+        return (robot.mass * 9.80665 - up.sum(axis=1)) / weight
 
-    half = 0.5 * weight.mean() / 9.81
+    half = 0.5 * weight.mean() / 9.80665
     assert ((left(0) > 0.35) & (left(0) < 0.5)).all()
     assert (np.abs(left(half)) < 0.15).all()
 
@@ -170,8 +171,8 @@ def test_a_mass_for_the_files(folder):
 
 
 def test_cross_checks_of_ipanema_3(folder, shared_data):
-    """The tensions that its file prints, to the digits printed, through the verb. The second line was made with standard
-    gravity, 9.80665 m/s2: a little less mass."""
+    """The tensions that its file prints, to 0.1 N, through the verb; and to the digits printed, the first of them with
+    9.81 m/s2: a little more mass."""
     place = shared_data / "cable-robots" / "ipanema_3.yaml"
     if not place.is_file():
         pytest.skip(f"needs {place.name}")
@@ -180,10 +181,18 @@ def test_cross_checks_of_ipanema_3(folder, shared_data):
         "closed": [1433.1, 1514.7, 1532.3, 1533.7, 1447.6, 1561.3, 1673.4, 1637.7],
         "norm": [360.8, 381.4, 377.2, 380.5, 100.0, 100.0, 118.2, 108.6],
     }
-    for (method, said), mass in zip(printed.items(), (30.0, 30 * 9.80665 / 9.81), strict=True):
-        ran = robocal("cable", "tension", place, folder / "one.csv", "--method", method, "--mass", mass, "--json")
-        assert ran.status == 0
-        np.testing.assert_allclose(ran.document["poses"][0]["tension_N"], said, atol=0.0501)
+    for (method, said), mass in zip(printed.items(), (30 * 9.81 / 9.80665, 30.0), strict=True):
+        for more, within in (((), 0.1), (("--mass", mass), 0.0501)):
+            ran = robocal("cable", "tension", place, folder / "one.csv", "--method", method, *more, "--json")
+            assert ran.status == 0
+            np.testing.assert_allclose(ran.document["poses"][0]["tension_N"], said, atol=within)
+
+
+def test_a_power_without_its_method_is_refused(folder):
+    ran = run(folder, "--power", 6, poses="held.csv")
+    assert ran.status == 2 and "--power" in ran.err and "p-norm" in ran.err
+    for more in ((), ("--power", 6)):
+        assert run(folder, "--method", "p-norm", *more, poses="held.csv").status == 0
 
 
 def planar(plane, degrees):
@@ -225,7 +234,7 @@ def test_planar_robots(folder, plane, degrees):
         lever = robot.b[:, [u, v]] @ turn.T
         d = robot.a[:, [u, v]] - [p, q] - lever
         force = t[:, None] * d / np.linalg.norm(d, axis=1, keepdims=True)
-        weight = [0.0, 0.0 if plane == "xy" else -4.0 * 9.81]
+        weight = [0.0, 0.0 if plane == "xy" else -4.0 * 9.80665]
         np.testing.assert_allclose(force.sum(axis=0) + weight, 0, atol=1e-8)
         moment = (lever[:, 0] * force[:, 1] - lever[:, 1] * force[:, 0]).sum()
         assert (abs(moment) < 1e-8) == (degrees == "1R2T")

@@ -153,7 +153,7 @@ def test_nothing_is_held(robot, tmp_path):
     assert found["verdict"]["status"] == "empty" and found["rays"] is None and found["grid"]["volume_m3"] == 0
     # How much is lacking is a lower bound of what is.
     short = -max(v for v in rows(out / "workspace.csv")[1][:, 4])
-    assert 0 < short < 2000 * 9.81
+    assert 0 < short < 2000 * 9.80665
 
 
 def test_a_grid_too_coarse_for_what_the_rays_find(robot, tmp_path):

@@ -18,6 +18,7 @@ from robocal.arms.chain import Chain, Element
 from robocal.arms.columns import Column
 from robocal.arms.screws import chart
 from robocal.errors import ModelError, nearest
+from robocal.geometry.gravity import GRAVITY
 from robocal.parameters import Table
 
 __all__ = ["Gravity", "Load", "axis_of", "cut", "drive", "link_end"]
@@ -93,7 +94,7 @@ class Gravity:
     model: Chain
     joints: tuple[str, ...]
     loads: tuple[Load, ...]
-    acceleration: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    acceleration: tuple[float, float, float] = GRAVITY
     label: str = "gravity"
 
     @property

@@ -28,6 +28,7 @@ from robocal.arms.chain import Chain, Element, Term
 from robocal.arms.columns import Column, Growth, Harmonic, Recorded
 from robocal.arms.gravity import Gravity, Load, axis_of, drive
 from robocal.errors import ModelError, nearest
+from robocal.geometry.gravity import GRAVITY
 from robocal.parameters import Parameter, Table
 
 __all__ = [
@@ -45,7 +46,6 @@ __all__ = [
 COMPLIANCE = "rad/(N m)"
 # What a group's parameters are expected to be off by, unless a prior is stated: typical of geared arms.
 GAIN, GEAR, SOFT, GROWTH = 1e-3, 3.5e-4, 5e-5, 2e-5
-GRAVITY = (0.0, 0.0, -9.81)
 
 
 def turning(chain: Chain, joints: Sequence[str] = ()) -> tuple[str, ...]:
@@ -231,7 +231,9 @@ def _bare(chain: Chain) -> Chain:
 
 def _direction(gravity: tuple[float, float, float]) -> tuple[float, float, float]:
     if not np.isfinite(gravity).all() or not np.any(gravity):
-        raise ModelError("gravity has no direction", key="gravity", found=list(gravity), expected="such as 0, 0, -9.81")
+        raise ModelError(
+            "gravity has no direction", key="gravity", found=list(gravity), expected="such as 0, 0, -9.80665"
+        )
     return gravity
 
 

@@ -20,12 +20,11 @@ from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.pulley import curvature
 from robocal.errors import ModelError
 from robocal.geometry import so3
+from robocal.geometry.gravity import GRAVITY
 
-__all__ = ["GRAVITY", "gravity_wrench", "null_vector", "stiffness", "structure", "structure_of"]
+__all__ = ["gravity_wrench", "null_vector", "stiffness", "structure", "structure_of"]
 
 Array = NDArray[np.float64]
-
-GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
 
 
 def structure(pose: ArrayLike, a: ArrayLike, b: ArrayLike, strict: bool = True) -> Array:

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal.cables.geometry import CableRobot
-from robocal.cables.statics import GRAVITY, gravity_wrench, structure_of
+from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import ball, capacity_margin, disturbance_margin, is_feasible
 from robocal.errors import ModelError
+from robocal.geometry.gravity import GRAVITY
 
 __all__ = ["Demand", "Grid", "accelerations", "as_box", "as_poses", "grid", "holds", "margins"]
 

@@ -280,7 +280,7 @@ TensionFolder = Annotated[
 TensionMethod = Annotated[
     str, typer.Option("--method", metavar="METHOD", help="norm (least), mid, closed, barycentre (continuous), p-norm.")
 ]
-Power = Annotated[float, typer.Option("--power", metavar="P", help="Of --method p-norm, from 2 on.")]
+Power = Annotated[float | None, option("--power", metavar="P", text="Of --method p-norm, from 2 on  [default: 4]")]
 Mass = Annotated[
     float | None,
     option("--mass", metavar="MASS", text="Of the platform, in the robot file's unit, instead of the file's."),

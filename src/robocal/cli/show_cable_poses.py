@@ -8,7 +8,13 @@ from robocal.cli.show import figure, show_paths, table
 from robocal.cli.terminal import Terminal
 from robocal.jobs.cable.poses_result import EXPECTED_OF, STOPPED_BY, Listed
 
-__all__ = ["show_poses"]
+__all__ = ["show_poses", "summary"]
+
+
+def summary(made: Listed) -> str:
+    """One line on the whole list."""
+    stopped = ", ".join(f"{STOPPED_BY[name]} {count}" for name, count in made.limits.items() if count)
+    return f"{len(made.names)} poses, {figure(100 * made.listing.reached)} % of the box Z reached; stopped by {stopped}"
 
 
 def show_poses(terminal: Terminal, made: Listed) -> None:

@@ -94,6 +94,10 @@ class Terminal:
         """A warning on stderr."""
         complain(text, kind="warning")
 
+    def note(self, text: str) -> None:
+        """What a person wants to know beside a list on stdout, on stderr."""
+        complain(text, kind="note")
+
     def document(self, value: Any) -> None:
         """The one JSON document, when it is wanted."""
         if self.json:

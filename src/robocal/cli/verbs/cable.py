@@ -57,7 +57,7 @@ def tension(
     robot: o.CableRobot,
     poses: o.PlatformPoses,
     method: o.TensionMethod = "norm",
-    power: o.Power = 4.0,
+    power: o.Power = None,
     mass: o.Mass = None,
     payload: o.Payload = 0.0,
     wrench: o.Wrench = None,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, capacity_margin, distribute
-from robocal.errors import FormatError
+from robocal.errors import FormatError, ModelError
 from robocal.files.cable.lists import WRENCH, CableList, platform_text, read_platform_poses, tension_columns
 from robocal.files.cable.robot import CableFile, read_cable
 from robocal.files.dataset import InputFile
@@ -30,6 +30,7 @@ MOMENT = "Nm"
 LEANING = np.sin(np.radians(5.0))  # of a cable that leaves a planar robot's plane further than it should
 NOTHING = 1e-9  # of the greatest limit: rounding
 MOST = 5
+POWER = 4.0  # of a p-norm that says none
 
 
 def cable_tension(
@@ -37,7 +38,7 @@ def cable_tension(
     poses: str,
     *,
     method: str = "norm",
-    power: float = 4.0,
+    power: float | None = None,
     mass: float | None = None,
     payload: float = 0.0,
     wrench: str | None = None,
@@ -59,12 +60,15 @@ def cable_tension(
     structure = _structure(able, rows, poses)
     extra = wrench_of(file, wrench) + (0.0 if rows.wrench is None else rows.wrench)
     load = (gravity_wrench(rows.values, weight, able.com) + extra)[:, able.axes]
+    exponent = POWER if power is None else power
     with said_of({"method": "--method", "power": "--power"}):
-        spread = distribute(structure, load, able.need("limits"), method, power)
+        spread = distribute(structure, load, able.need("limits"), method, exponent)
+        if power is not None and method != "p-norm":
+            raise ModelError("a power is of the p-norm alone", key="power", found=power, expected="--method p-norm")
     margin = capacity_margin(structure, load, able.need("limits"), lever)
     missing = spread.missing(lever)
     made = Tensions(
-        able, rows.names, rows.values, spread, margin, missing, power, lever, weight,
+        able, rows.names, rows.values, spread, margin, missing, exponent, lever, weight,
         _text(able, rows, spread, margin, missing, file), (*file.warnings, *_leaning(able, rows), *_bare(able, rows.names, spread, margin)),
         _doubts(able, rows.names, spread, missing),
         (robot_input(file, robot), InputFile(Path(poses), rows.sha256)), command,

@@ -24,10 +24,11 @@ def poses(*, robot: str, output: str | None, json: bool, **options: Any) -> int:
         terminal.warn(warning)
     terminal.document({**made.document, "written": [str(p) for p in made.written]} if json else None)
     if not json:
+        from robocal.cli.show_cable_poses import show_poses, summary
+
         if folder is None:
             sys.stdout.write(made.text)
+            terminal.note(summary(made))
         else:
-            from robocal.cli.show_cable_poses import show_poses
-
             show_poses(terminal, made)
     return DONE
