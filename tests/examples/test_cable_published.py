@@ -39,10 +39,10 @@ def test_workspace(name, tmp_path, monkeypatch, rng):
     assert found["demand"]["masses_kg"] == [mass] and (grid["cells"], rays["count"]) == ([41, 41, 41], 4000)
     # The two ways agree within 2 %, and the README says how well.
     assert abs(rays["difference"]) < 0.02 and rays["seen_share"] > 0.99
-    assert grid["volume_m3"] == pytest.approx(volume, rel=1e-3) and rays["volume_m3"] == pytest.approx(exact, rel=1e-3)
-    assert 100 * rays["difference"] == pytest.approx(difference, abs=0.02)
-    assert best["margin_N"] == pytest.approx(margin, rel=2e-3)
-    assert best["acceleration_m_s2"] == pytest.approx(acceleration, rel=5e-3)
+    assert grid["volume_m3"] == pytest.approx(volume, rel=5e-4) and rays["volume_m3"] == pytest.approx(exact, rel=5e-4)
+    assert 100 * rays["difference"] == pytest.approx(difference, abs=0.01)
+    assert best["margin_N"] == pytest.approx(margin, rel=1e-3)
+    assert best["acceleration_m_s2"] == pytest.approx(acceleration, rel=2e-3)
     assert found["reaches_box"] == ["z-"] and found["home"]["held"] == (name != "cogiro")
     cells_agree_with_a_linear_program(FOLDER / f"{name}.yaml", tmp_path / name / "workspace.csv", rng)
 
