@@ -21,6 +21,8 @@ from robocal.calibrate.split import places
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.geometry import so3
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["FEWEST_DRAWS", "Resampled", "bootstrap_words", "resample"]
 
@@ -96,18 +98,19 @@ def _turned(values: Array, x: Array, turns: NDArray[np.int64]) -> Array:
     return np.asarray(out)
 
 
-def bootstrap_words(drawn: Resampled | None) -> tuple[str, ...]:
-    """How the scatter compares with the linear bars, in words; nothing where no bootstrap was asked for."""
+def bootstrap_words(drawn: Resampled | None) -> tuple[Remark, ...]:
+    """How the scatter compares with the linear bars; nothing where no bootstrap was asked for."""
     if drawn is None or not len(drawn.names):
         return ()
     worst = int(np.nanargmax(drawn.ratio))
-    lost = f"; {drawn.asked - drawn.draws} draws could not be fitted" if drawn.draws < drawn.asked else ""
-    few = (
-        f"; {drawn.places} places are few for a bootstrap, its intervals are rather too narrow"
-        if drawn.places < FEW_PLACES
-        else ""
-    )
     return (
-        f"bootstrap, {drawn.draws} draws: the fitted parameters scatter {np.nanmedian(drawn.ratio):.2g} times as far as the linear "
-        f"bars of the fit say (median), {drawn.names[worst]} {drawn.ratio[worst]:.2g} times; intervals in result.json{few}{lost}",
+        Remark.of(
+            Code.BOOTSTRAP_SPREAD,
+            draws=drawn.draws,
+            median=float(np.nanmedian(drawn.ratio)),
+            parameter=drawn.names[worst],
+            worst=float(drawn.ratio[worst]),
+            places=drawn.places if drawn.places < FEW_PLACES else None,
+            lost=drawn.asked - drawn.draws or None,
+        ),
     )

@@ -26,6 +26,8 @@ from robocal.estimate.kalman import kalman, stacked
 from robocal.estimate.least_squares import Reason, Solution, least_squares
 from robocal.estimate.particle import particles
 from robocal.estimate.problem import Problem
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["ESTIMATORS", "Estimate", "Estimator", "batched", "estimator"]
 
@@ -45,7 +47,7 @@ class Estimate:
 
     solution: Solution
     covariance: Array | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Remark, ...] = ()
 
 
 Run = Callable[[Problem, Array, Options, Watch | None], Estimate]
@@ -103,7 +105,7 @@ def _filter(problem: Problem, start: Array, options: Options, watch: Watch | Non
     more = least_squares(held, first.x, max_iterations=options.max_iterations - 1, watch=watch)
     here = held.normal(first.x).cost[0]
     if not (more.reasons[0].converged and more.cost[0] <= here * (1 + 1e-9)):
-        note = "the filter's further passes did not settle; its first pass is returned"
+        note = Remark.of(Code.FILTER_UNSETTLED)
         return Estimate(_solution(problem, first.x, history, Reason.ITERATIONS), first.covariance, (note,))
     history += list(more.history[1:])
     return Estimate(_solution(problem, more.x, history, more.reasons[0]))
@@ -117,9 +119,9 @@ def _particles(problem: Problem, start: Array, options: Options, watch: Watch | 
     cloud = particles(held, before.solution.x, rng, count=options.particles, watch=watch)
     notes = list(before.notes)
     if problem.loss == "none":
-        notes.append("particles under Gaussian noise repeat the filter: --loss cauchy lets the noise have heavy tails")
+        notes.append(Remark.of(Code.PARTICLES_GAUSSIAN))
     if cloud.accepted < 0.05:
-        notes.append(f"only {cloud.accepted:.0%} of the particles' moves were accepted: take more particles, or lm")
+        notes.append(Remark.of(Code.PARTICLES_STUCK, share=cloud.accepted))
     history = [*before.solution.history, problem.normal(cloud.mean).cost]
     found = _solution(problem, cloud.mean, history, Reason.FILTERED)
     return Estimate(found, cloud.covariance, tuple(notes))

@@ -12,9 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from robocal.calibrate.split import Split
 from robocal.estimate.rows import Residuals
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["PROOF", "Statistic", "Verdict", "bootstrap_gain", "constant_errors", "errors", "judge"]
 
@@ -24,8 +27,6 @@ Ints = NDArray[np.int64]
 FAR = 3.0
 # A bootstrap of n gains that all have one sign never doubts them; by chance that happens once in 2^n.
 PROOF = 5
-# Errors in words: factor from SI, and unit.
-SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "px": (1.0, "px")}
 
 
 @dataclass(frozen=True)
@@ -57,10 +58,10 @@ class Statistic:
 
 @dataclass(frozen=True)
 class Verdict:
-    """improved, not_improved or refused, with the reasons in words."""
+    """improved, not_improved or refused, with the reasons."""
 
     status: str
-    reasons: tuple[str, ...]
+    reasons: tuple[Remark, ...]
 
 
 def errors(residuals: Sequence[Residuals], unit: str) -> tuple[Array, Ints]:
@@ -97,7 +98,12 @@ def constant_errors(values: Array, units: Ints, split: Split) -> Array:
 def bootstrap_gain(
     before: Array, after: Array, units: Ints, seed: int, draws: int = 4000
 ) -> tuple[float, float, float]:
-    """Mean reduction of the error and its paired bootstrap 95 % interval; whole configurations are drawn."""
+    """Mean reduction of the error and its paired bootstrap 95 % interval; whole configurations are drawn.
+
+    Of n draws the percentiles are too narrow twice over: resampling divides by n where n - 1 is unbiased, and they are those
+    of a normal mean where t with n - 1 degrees of freedom holds. Both ends are moved out by t_975(n-1) / z_975 sqrt(n / (n - 1)).
+    Source: Hesterberg, What teachers should know about the bootstrap (2015), section 5.3.
+    """
     gain = before - after
     labels, inverse = np.unique(units, return_inverse=True)
     total = np.bincount(inverse, weights=gain)
@@ -105,7 +111,11 @@ def bootstrap_gain(
     draw = np.random.default_rng(seed).integers(0, len(labels), (draws, len(labels)))
     means = total[draw].sum(axis=1) / count[draw].sum(axis=1)
     low, high = np.percentile(means, [2.5, 97.5])
-    return float(gain.mean()), float(low), float(high)
+    n, mean = len(labels), float(gain.mean())
+    if n < 2:
+        return mean, -np.inf, np.inf
+    wide = float(special.stdtrit(n - 1, 0.975) / special.ndtri(0.975) * np.sqrt(n / (n - 1)))
+    return mean, mean - wide * float(mean - low), mean + wide * float(high - mean)
 
 
 def judge(
@@ -124,37 +134,29 @@ def judge(
     """The verdict from unseen errors of the baseline and of the identified model, (N,) each, in `unit`; `kind` names
     how they were held out."""
     if rank == 0:
-        return Verdict("refused", ("the data determine no parameter at all",))
+        return Verdict("refused", (Remark.of(Code.RANK_ZERO),))
     if not np.isfinite(after).all():
-        return Verdict("refused", ("the model cannot be evaluated on the unseen poses",))
+        return Verdict("refused", (Remark.of(Code.NOT_FINITE),))
     if constant is not None and len(constant) and after.mean() >= 0.9 * constant.mean():
-        return Verdict(
-            "refused",
-            (
-                f"no gain over predicting the mean: {after.mean() * 1e3:.3g} mm on unseen poses, "
-                f"{constant.mean() * 1e3:.3g} mm for the mean of the measurements",
-            ),
-        )
+        shown = {"after": Quantity(float(after.mean())), "constant": Quantity(float(constant.mean()))}
+        return Verdict("refused", (Remark.of(Code.NO_BETTER_THAN_MEAN, **shown),))
     if constant is not None and len(constant):
         unexplained = float(np.mean(after**2) / np.mean(constant**2))
         rms = float(np.sqrt(np.mean(after**2)))
         if unexplained > 0.5 and rms > FAR * (stated or 0.0):
-            noise = f", where {stated * 1e3:.3g} mm of noise was stated" if stated else ""
-            return Verdict(
-                "refused",
-                (
-                    f"the model cannot explain the data: {1 - unexplained:.0%} of the variance on unseen poses, "
-                    f"{rms * 1e3:.3g} mm rms{noise}",
-                ),
-            )
+            noise = Quantity(stated) if stated else None
+            told = Remark.of(Code.UNEXPLAINED, explained=1 - unexplained, rms=Quantity(rms), stated=noise)
+            return Verdict("refused", (told,))
     gain, low, high = bootstrap_gain(before, after, units, seed)
-    factor, word = SHOWN[unit]
-    span = f"{gain * factor:.4g} {word}, 95 % interval {low * factor:.4g} to {high * factor:.4g} {word} ({kind})"
+
+    def span(code: Code) -> Remark:
+        amounts = {"gain": Quantity(gain, unit), "low": Quantity(low, unit), "high": Quantity(high, unit)}
+        return Remark.of(code, **amounts, how=kind)
+
     if not converged:
-        return Verdict("not_improved", ("the iteration did not converge", f"reduction of the mean error {span}"))
+        return Verdict("not_improved", (Remark.of(Code.NOT_CONVERGED), span(Code.GAIN_ANYWAY)))
     if len(np.unique(units)) < PROOF:
-        few = f"fewer than {PROOF} unseen configurations prove nothing"
-        return Verdict("not_improved", (few, f"reduction of the mean error {span}"))
+        return Verdict("not_improved", (Remark.of(Code.FEW_UNSEEN, least=PROOF), span(Code.GAIN_ANYWAY)))
     if low > 0:
-        return Verdict("improved", (f"the mean error on unseen poses falls by {span}",))
-    return Verdict("not_improved", (f"the mean error on unseen poses does not fall significantly: {span}",))
+        return Verdict("improved", (span(Code.GAIN_PROVEN),))
+    return Verdict("not_improved", (span(Code.GAIN_NOT_PROVEN),))

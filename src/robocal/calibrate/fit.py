@@ -29,6 +29,7 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import effective_columns
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
+from robocal.remarks.remark import Remark
 
 __all__ = ["Fit", "fit", "unit_weights"]
 
@@ -56,7 +57,7 @@ class Fit:
     data: DataSet  # with the sigma that was used
     restarted: int = 0
     covariance: Array | None = None  # of the free columns, where the estimator has one of its own
-    notes: tuple[str, ...] = ()
+    notes: tuple[Remark, ...] = ()
 
 
 def unit_weights(count: int, units: Ints) -> Array:

@@ -17,6 +17,7 @@ from robocal.calibrate.outliers import Outlier
 from robocal.estimate.identifiability import Identifiability
 from robocal.estimate.uncertainty import Total
 from robocal.parameters import Table
+from robocal.remarks.remark import Remark
 
 if TYPE_CHECKING:
     from robocal.calibrate.bootstrap import Resampled
@@ -165,7 +166,7 @@ class Identification:
     correlation: Array
     covariance: Array  # as fitted, of correlation_names
     band: Band | None
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Remark, ...] = ()
     embargoed_ids: tuple[str, ...] = ()  # neither fitted nor held out: tied to what is held out
     how: str = ""  # in words, how the unseen measurements were chosen
     extra: Mapping[str, object] = field(default_factory=dict)

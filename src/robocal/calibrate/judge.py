@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import frame_names
 from robocal.calibrate.estimators import estimator
-from robocal.calibrate.evidence import PROOF, SHOWN, Statistic, Verdict, constant_errors, errors, judge
+from robocal.calibrate.evidence import PROOF, Statistic, Verdict, constant_errors, errors, judge
 from robocal.calibrate.fit import Fit
 from robocal.calibrate.folds import Unseen
 from robocal.calibrate.identification import Fold, Options, Stages
@@ -23,6 +23,8 @@ from robocal.calibrate.split import Split, leave_one_out_rounds, places
 from robocal.calibrate.warn import common_scale, implausible
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["Proof", "stages", "units_of", "verdict"]
 
@@ -126,14 +128,14 @@ def verdict(
     docs/architecture.md."""
     label = places(data.configurations)
     if len(np.unique(label)) < 2:
-        return Verdict("refused", ("all configurations are equal: this shows repeatability, not geometry",))
+        return Verdict("refused", (Remark.of(Code.ONE_PLACE),))
     proof = _first(proofs)
     if proof is None:
-        return Verdict("not_improved", ("nothing was held out, so nothing is proven",))
+        return Verdict("not_improved", (Remark.of(Code.NOTHING_HELD_OUT),))
     unit = units_of(base)[0]
     before, after, told = proof.errors(unit)
     if not told.any():
-        return Verdict("not_improved", ("no measurement was held out, so nothing is proven",))
+        return Verdict("not_improved", (Remark.of(Code.NOTHING_MEASURED_THERE),))
     constant = _constant(data, proof) if unit == "m" else None
     at = np.concatenate([r.unit for r in base.residuals(base.start) for *_, u in r.parts if u == unit])
     stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
@@ -167,25 +169,23 @@ def _second_thoughts(model: Chain, base: Problem, part: Fit, proof: Proof, found
     """An improvement that cannot be one: nothing of the robot was fitted, or a round leaves too little to fit."""
     problem = part.problem
     if not set(problem.free) - set(frame_names(model, base)):
-        return Verdict("not_improved", ("nothing of the robot itself is seen in these data", *found.reasons))
+        return Verdict("not_improved", (Remark.of(Code.NOTHING_OF_ROBOT), *found.reasons))
     rows = _rows(problem)
     left, sought = int((proof.split.fit @ rows).min()), problem.n - int((problem.prior[1] > 0).sum())
     # What is left would be met exactly, and the left-out configuration by what was known of it before.
     if len(proof.split) > 1 and left <= sought:
-        words = f"too few measurements: without one {_noun(proof)} {left} numbers are left for {sought} parameters"
-        return Verdict("not_improved", (words, *found.reasons))
+        few = Remark.of(Code.FEW_NUMBERS, noun=_noun(proof), left=left, sought=sought)
+        return Verdict("not_improved", (few, *found.reasons))
     bent = implausible(model, part)
     left_over = max((g.rms for g in part.groups if g.unit == "m"), default=0.0)
     if bent and left_over > BENT:
-        words = f"the model had to be bent and still leaves {left_over * 1e3:.3g} mm per axis"
-        return Verdict("refused", (words, *bent, *found.reasons))
+        return Verdict("refused", (Remark.of(Code.BENT, left=Quantity(left_over)), *bent, *found.reasons))
     if (scale := common_scale(model, part)) < SHRUNK:
-        words = f"the free lengths all change by {scale:+.0%}: contacts and readings are met by an arm that shrinks to nothing"
-        return Verdict("refused", (words, *found.reasons))
+        return Verdict("refused", (Remark.of(Code.SHRUNK, factor=scale), *found.reasons))
     for g in part.groups:
         if g.unit == "rad" and g.rms > max(TURNED, 3 * (g.stated or 0.0)):
-            words = f"the angles of {g.name} are not explained: {np.degrees(g.rms):.3g} deg per axis are left; "
-            return Verdict("refused", (words + "check their unit, order and signs", *found.reasons))
+            told = Remark.of(Code.ANGLES_UNEXPLAINED, group=g.name, left=Quantity(g.rms, "rad"))
+            return Verdict("refused", (told, *found.reasons))
     return found
 
 
@@ -196,12 +196,10 @@ def _same_model(whole: Fit, proof: Proof, unit: str, found: Verdict) -> Verdict:
     left = errors(whole.problem.residuals(whole.solution.x), unit)[0][told].mean()
     if left <= (before[told].mean() + after[told].mean()) / 2:
         return found
-    factor, word = SHOWN[unit]
-    words = (
-        f"the fit to everything ended elsewhere: it leaves {left * factor:.3g} {word} on average where the fit without the "
-        f"unseen ones left {after[told].mean() * factor:.3g} {word}"
+    elsewhere = Remark.of(
+        Code.ENDED_ELSEWHERE, left=Quantity(float(left), unit), after=Quantity(float(after[told].mean()), unit)
     )
-    return Verdict("not_improved", (words, *found.reasons))
+    return Verdict("not_improved", (elsewhere, *found.reasons))
 
 
 def _rows(problem: Problem) -> Ints:

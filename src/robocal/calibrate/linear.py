@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from robocal.calibrate.fit import Fit
 from robocal.estimate.linearity import Curvature, Step, curvature, one_step
 from robocal.estimate.uncertainty import Uncertainty
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["Linearity", "linearity", "linearity_words"]
 
 Array = NDArray[np.float64]
-SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "px": (1.0, "px")}
 MORE = 1.5  # times what is promised, or the noise: from here on one step would mislead
 CURVED = 1.0  # half of it is what a sigma is wrong by, one sigma away
 
@@ -56,30 +57,22 @@ def linearity(fit: Fit, start: Array, u: Uncertainty, units: tuple[str, ...]) ->
     return None
 
 
-def linearity_words(found: Linearity | None) -> tuple[str, ...]:
+def linearity_words(found: Linearity | None) -> tuple[Remark, ...]:
     """What one linear step would have done, where it would mislead."""
     if found is None:
         return ()
-    factor, unit = SHOWN.get(found.fitted.unit, (1.0, found.fitted.unit))
     out = []
 
-    def told(step: Step) -> str:
-        return f"promises {step.promised * factor:.3g} {unit} per axis and leaves {step.left * factor:.3g} {unit}"
+    def told(code: Code, step: Step, before: Quantity | None = None) -> Remark:
+        promised, left = Quantity(step.promised, step.unit), Quantity(step.left, step.unit)
+        return Remark.of(code, promised=promised, left=left, before=before)
 
     if found.misleads:
-        out.append(
-            f"far from linear: one linear step in the fitted parameters {told(found.fitted)}; the iteration that was done is "
-            "needed, and other starts may end elsewhere"
-        )
+        out.append(told(Code.NOT_LINEAR, found.fitted))
     if found.ruins and found.everything is not None:
-        before = found.everything.before * factor
-        out.append(
-            f"one linear least-squares step in everything that is free would mislead: it {told(found.everything)}, where "
-            f"{before:.3g} {unit} were before"
-        )
+        before = Quantity(found.everything.before, found.fitted.unit)
+        out.append(told(Code.ONE_STEP_MISLEADS, found.everything, before))
     if found.curvature is not None and found.curvature.value > CURVED:
-        out.append(
-            f"the model bends within its own uncertainty (curvature {found.curvature.value:.2g} along {found.curvature.parameter}): "
-            "sigmas are those of a linear model and may be far off"
-        )
+        bend = found.curvature
+        out.append(Remark.of(Code.CURVED, curvature=bend.value, parameter=bend.parameter))
     return tuple(out)

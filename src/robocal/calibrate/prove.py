@@ -18,6 +18,8 @@ from robocal.calibrate.judge import Proof, units_of
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["FEW", "Proven", "prove"]
 
@@ -39,7 +41,7 @@ class Proven:
     fit_units: Ints
     held: Ints
     embargoed: Ints  # neither fitted nor held out
-    left_out: tuple[str, ...]  # in words, a proof that was not made
+    left_out: tuple[Remark, ...]  # a proof that was not made
 
     @property
     def best(self) -> Proof | None:
@@ -75,8 +77,7 @@ def prove(
         rounds = leave_one_out_rounds(data)
         proofs["leave_one_out"] = _rounds(model, data, base, whole, rounds, options, watch, batched(options))
     missed = "leave_one_out" not in proofs and not batched(options) and options.leave_one_out is None
-    words = "leave-one-out was left out: this method takes a refit for every configuration (--leave-one-out does it)"
-    left_out = (words,) if missed and not blind and options.folds is None else ()
+    left_out = (Remark.of(Code.LEAVE_ONE_OUT_LEFT),) if missed and not blind and options.folds is None else ()
     everyone = np.arange(len(data.configurations))
     if options.folds is not None or not len(split):
         return Proven(proofs, *base, whole, everyone, everyone[:0], everyone[:0], left_out)

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, parallel_axes
 from robocal.calibrate.estimators import estimator
-from robocal.calibrate.evidence import SHOWN
 from robocal.calibrate.outliers import Outlier
 from robocal.geometry import fits
 from robocal.measure.data import DataSet
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
@@ -30,72 +31,61 @@ FLAT = 0.02  # thickness of the measured points against their extent
 
 def data_warnings(
     model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64], method: str = "lm", strange: Sequence[Outlier] = ()
-) -> tuple[str, ...]:
+) -> tuple[Remark, ...]:
     """Single-plane data, too few poses, identical poses, restarts, model error far above the stated noise."""
-    out = []
+    out: list[Remark] = []
     rows = sum(t.scale.size for t in fit.problem.terms)
     known = CONVENTIONS.get(model.convention)
     parallel = parallel_axes(model) if known is not None and not known.complete else ()
     if parallel:
-        pairs = ", ".join(f"{a} and {b}" for a, b in parallel)
-        out.append(
-            f"{model.convention} cannot write a small tilt between the parallel axes {pairs}: use a convention with beta"
-        )
+        pairs = tuple(f"{a} and {b}" for a, b in parallel)
+        out.append(Remark.of(Code.PARALLEL_AXES, convention=model.convention, pairs=pairs))
     if rows < 2 * fit.problem.n:
-        out.append(
-            f"few measurements: {rows} numbers for {fit.problem.n} parameters; more poses would narrow the result"
-        )
+        out.append(Remark.of(Code.FEW_MEASUREMENTS, numbers=rows, parameters=fit.problem.n))
     q = data.configurations.joints
     q = None if q is None else q[np.isfinite(q).all(axis=1)]
     if q is not None and len(q) > 1 and np.ptp(q, axis=0).max(initial=0.0) < 1e-9:
-        out.append("all configurations are equal: this shows repeatability, not geometry")
+        out.append(Remark.of(Code.ONE_PLACE))
     elif q is not None and len(q) > 1:
         still = [n for n, s in zip(model.joint_names, np.ptp(q, axis=0), strict=True) if s < 1e-9]
         if still:
-            out.append(f"these joints never move: {', '.join(still)}")
+            out.append(Remark.of(Code.JOINTS_STILL, joints=tuple(still)))
     for obs in data.observations:
         if obs.kind in ("position", "pose") and len(obs) > 3 and obs.value.ndim == 2:
             points = obs.value[:, :3]
             extent = float(np.linalg.norm(np.ptp(points, axis=0)))
             off = float(np.abs(fits.plane(points)[2]).max())
             if extent > 0 and off < FLAT * extent:
-                out.append(
-                    f"all points of {obs.label} lie in one plane (within {off * 1e3:.3g} mm): parameters across it are poorly seen"
-                )
+                out.append(Remark.of(Code.ONE_PLANE, group=obs.label, off=Quantity(off)))
     for g in fit.groups:
-        if g.stated is not None and g.tau > 3 * g.stated and g.unit in SHOWN:
-            scale, unit = SHOWN[g.unit]
-            out.append(
-                f"{g.name}: the model leaves {g.rms * scale:.3g} {unit} per axis where {g.stated * scale:.3g} {unit} of noise was stated; "
-                "uncertainties are those of the fit"
-            )
+        if g.stated is not None and g.tau > 3 * g.stated:
+            left, stated = Quantity(g.rms, g.unit), Quantity(g.stated, g.unit)
+            out.append(Remark.of(Code.ABOVE_STATED_NOISE, group=g.name, left=left, stated=stated))
     rows_of = [fit.problem.table[n] for n in fit.problem.free]
     if estimator(method).blind and any(p.prior or np.isfinite([p.lower, p.upper]).any() for p in rows_of):
-        out.append(f"{method} takes no notice of priors and bounds")
+        out.append(Remark.of(Code.PRIORS_IGNORED, method=method))
     out.extend(fit.notes)
     out.extend(implausible(model, fit))
     out.extend(_scaled(model, fit))
     out.extend(_outliers(strange, fit))
     out.extend(_drift(fit))
     if fit.restarted:
-        out.append(f"the first fit was not acceptable; {fit.restarted} further starts were tried")
+        out.append(Remark.of(Code.RESTARTED, starts=fit.restarted))
     return tuple(out)
 
 
-def _outliers(strange: Sequence[Outlier], fit: Fit) -> list[str]:
+def _outliers(strange: Sequence[Outlier], fit: Fit) -> list[Remark]:
     """Rows that do not belong to the others, counted by instrument."""
     out = []
     for group in dict.fromkeys(o.group for o in strange):
         mine = [o for o in strange if o.group == group]
         total = sum(len(t.unit) for t in fit.problem.terms if t.group == group)
-        out.append(
-            f"{group}: {len(mine)} of {total} observations lie far outside the noise (the farthest at configuration "
-            f"{mine[0].configuration}); a robust loss (--loss huber) gives them less weight"
-        )
+        first = mine[0].configuration
+        out.append(Remark.of(Code.OUTLIERS, group=group, count=len(mine), total=total, configuration=first))
     return out
 
 
-def implausible(model: Chain, fit: Fit) -> list[str]:
+def implausible(model: Chain, fit: Fit) -> list[Remark]:
     """Changes that no arm's making leaves: the nominal model, the order or the signs of the joints are likelier wrong."""
     names = [n for n in fit.problem.free if n in model.geometric]
     table = fit.problem.table
@@ -104,15 +94,11 @@ def implausible(model: Chain, fit: Fit) -> list[str]:
     for n in names:
         change = abs(x[table.index[n]] - model.table[n].value)
         if change > IMPLAUSIBLE * model.table[n].scale:
-            unit, size = ("mm", 1e3) if table[n].unit == "m" else ("deg", 180 / np.pi)
-            found.append((change / model.table[n].scale, f"{n} by {change * size:.3g} {unit}"))
+            found.append((change / model.table[n].scale, f"{n} by {Quantity(change, table[n].unit):.3g}"))
     if not found:
         return []
-    worst = ", ".join(words for _, words in sorted(found, reverse=True)[:3])
-    return [
-        f"implausible changes ({worst}): check the nominal model, the order, signs and units of the joints; "
-        "a model that is bent to wrong data can fit well and still be wrong elsewhere"
-    ]
+    worst = tuple(words for _, words in sorted(found, reverse=True)[:3])
+    return [Remark.of(Code.IMPLAUSIBLE, changes=worst)]
 
 
 def common_scale(model: Chain, fit: Fit) -> float:
@@ -133,18 +119,15 @@ def common_scale(model: Chain, fit: Fit) -> float:
     return factor
 
 
-def _scaled(model: Chain, fit: Fit) -> list[str]:
+def _scaled(model: Chain, fit: Fit) -> list[Remark]:
     """All lengths longer or shorter by one factor: that is no arm, but the length that gave the scale."""
     factor = common_scale(model, fit)
     if not factor:
         return []
-    return [
-        f"the free lengths all change by {factor:+.2%}: an arm errs in each on its own; check the distance, bar, radius or "
-        "speed that gives the scale, and its unit"
-    ]
+    return [Remark.of(Code.SCALED, factor=factor)]
 
 
-def _drift(fit: Fit) -> list[str]:
+def _drift(fit: Fit) -> list[Remark]:
     """Residuals that resemble those measured just before: something moved while measuring, or like poses were grouped."""
     out = []
     for r in fit.problem.residuals(fit.solution.x):
@@ -154,8 +137,5 @@ def _drift(fit: Fit) -> list[str]:
         # Under independence the normalised lag-one product has a variance of one over its number of terms.
         z = float((w[1:] * w[:-1]).sum() / (w * w).sum() * np.sqrt(w.size))
         if z > DRIFT:
-            out.append(
-                f"{r.group}: errors follow those measured just before (z = {z:.0f}): a target that slipped, an instrument or arm "
-                "that warmed up, or like poses measured together; held-out errors may then flatter"
-            )
+            out.append(Remark.of(Code.ERRORS_FOLLOW, group=r.group, z=z))
     return out

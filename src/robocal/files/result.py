@@ -55,11 +55,21 @@ class RobotSummary(Part):
     source: str = ""
 
 
+class Remark(Part):
+    """What is said, as data: its code, its sentence, what to do about it, and its numbers by name."""
+
+    code: str
+    sentence: str
+    advice: str = ""
+    numbers: dict[str, Any] = Field(default_factory=dict)
+
+
 class Verdict(Part):
-    """Whether the corrected model is better on data that it has not seen."""
+    """Whether the corrected model is better on data that it has not seen; `remarks` are the reasons as data."""
 
     status: Literal["improved", "not_improved", "refused"]
     reasons: list[str] = Field(default_factory=list)
+    remarks: list[Remark] = Field(default_factory=list)
 
 
 class ParameterResult(Part):
@@ -288,6 +298,7 @@ class Result(Part):
     layer: LayerSummary | None = None
     correlation: Correlation = Correlation()
     warnings: list[str] = Field(default_factory=list)
+    remarks: list[Remark] = Field(default_factory=list)
     provenance: Provenance
 
     def to_json(self) -> str:

@@ -7,7 +7,7 @@ Parameters speak the units of the robot file; errors are in mm and deg, whatever
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,8 @@ from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.units import UNITS, Unit
 from robocal.jobs.beside import linear
 from robocal.jobs.knowledge import knowledge_files, map_columns
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["Outcome", "provenance", "residual_columns", "save", "to_result"]
 
@@ -75,9 +77,10 @@ def provenance(
 
 
 def to_result(
-    found: Identification, robot: Robot, recipe: files.Provenance, warnings: Sequence[str] = ()
+    found: Identification, robot: Robot, recipe: files.Provenance, warnings: Sequence[str | Remark] = ()
 ) -> files.Result:
     """result.json of an identification."""
+    said = tuple(dict.fromkeys((*warnings, *found.warnings, *_band_remarks(found))))
     chain = found.nominal
     held = len(found.held_ids)
     count = held + len(found.fit_ids) + len(found.embargoed_ids)
@@ -87,7 +90,11 @@ def to_result(
         ),
         method=estimator(found.options.method).title
         + ("" if found.options.loss == "none" else f", {found.options.loss} loss"),
-        verdict=files.Verdict(status=found.verdict.status, reasons=list(found.verdict.reasons)),  # type: ignore[arg-type]
+        verdict=files.Verdict(
+            status=found.verdict.status,  # type: ignore[arg-type]
+            reasons=[r.sentence for r in found.verdict.reasons],
+            remarks=_documents(found.verdict.reasons),
+        ),
         parameters=[_parameter(p, robot, found.resampled) for p in found.parameters],
         identifiability=_identifiability(found, robot),
         residuals=_residuals(found),
@@ -107,9 +114,14 @@ def to_result(
             for o in found.outliers
         ],
         correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
-        warnings=list(dict.fromkeys((*warnings, *found.warnings, *_band_words(found)))),
+        warnings=list(dict.fromkeys(map(str, said))),
+        remarks=_documents(r for r in said if isinstance(r, Remark)),
         provenance=recipe,
     )
+
+
+def _documents(remarks: Iterable[Remark]) -> list[files.Remark]:
+    return [files.Remark.model_validate(r.document) for r in remarks]
 
 
 def _parameter(p: Any, robot: Robot, drawn: Resampled | None) -> files.ParameterResult:
@@ -238,20 +250,19 @@ def _prediction(found: Identification) -> files.Prediction | None:
     )
 
 
-def _band_words(found: Identification) -> tuple[str, ...]:
+def _band_remarks(found: Identification) -> tuple[Remark, ...]:
     """The predicted error away from the data; a method that fits what cannot be seen has no honest one."""
     if found.band is None or estimator(found.options.method).blind:
         return ()
     b = found.band
     return (
         *(
-            f"only {c.whole:.0%} of {c.n} held-out {WHOLE[c.unit]} lie in their 95 % region: trust the held-out errors, not the bars"
+            Remark.of(Code.BAND_TOO_NARROW, whole=c.whole, n=c.n, quantity=WHOLE[c.unit])
             for c in found.coverage
             # Fewer than one honest band in a thousand would miss so many.
             if c.unit in WHOLE and special.bdtr(round(c.whole * c.n), c.n, c.level) < 1e-3
         ),
-        f"elsewhere in the {b.region}, the predicted error is {b.mean * 1e3:.3g} mm on average and {b.p95 * 1e3:.3g} mm at the "
-        "95th percentile (one standard deviation; what was not seen is as uncertain as expected)",
+        Remark.of(Code.ELSEWHERE, region=b.region, mean=Quantity(b.mean), p95=Quantity(b.p95)),
     )
 
 
@@ -306,11 +317,8 @@ def save(outcome: Outcome, folder: Path) -> Outcome:
     values = {p.name: p.value for p in outcome.identification.corrected.table.rows}
     text, left_out = render_robot(robot, values)
     if left_out:
-        words = (
-            f"calibrated.urdf cannot hold the fitted {', '.join(left_out)}, so by itself it is not the identified robot; "
-            "the run folder is: give the folder to validate, export or simulate"
-        )
-        outcome = replace(outcome, result=_warned(outcome.result, words), left_out=left_out)
+        lacks = Remark.of(Code.URDF_LACKS, names=left_out)
+        outcome = replace(outcome, result=_warned(outcome.result, lacks), left_out=left_out)
     cells = map_columns(outcome.identification)
     try:
         from robocal.report.page import render
@@ -318,7 +326,7 @@ def save(outcome: Outcome, folder: Path) -> Outcome:
         page: str | None = render(outcome.result.model_dump(mode="json"), outcome.residuals, cells)
     except MissingExtra as missing:
         page = None
-        outcome = replace(outcome, result=_warned(outcome.result, f"report.html was left out: {missing}"))
+        outcome = replace(outcome, result=_warned(outcome.result, Remark.of(Code.REPORT_LEFT_OUT, reason=str(missing))))
     name = "calibrated.urdf" if robot.format == "urdf" else "calibrated.yaml"
     more = dict(knowledge_files(outcome.identification, cells))
     if outcome.layer is not None:
@@ -327,5 +335,6 @@ def save(outcome: Outcome, folder: Path) -> Outcome:
     return replace(outcome, written=written)
 
 
-def _warned(result: files.Result, words: str) -> files.Result:
-    return result.model_copy(update={"warnings": [*result.warnings, words]})
+def _warned(result: files.Result, more: Remark) -> files.Result:
+    said = {"warnings": [*result.warnings, str(more)], "remarks": [*result.remarks, *_documents((more,))]}
+    return result.model_copy(update=said)

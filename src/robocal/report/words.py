@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -38,58 +37,6 @@ _UNKNOWN = Verdict(
     "unknown", "No verdict", "The result carries no verdict, so nothing can be concluded from the numbers below."
 )
 
-# What a reason is about, and what helps. The first column is looked for in the given reasons, and nowhere else.
-_HINTS = (
-    (
-        r"too few|not enough|fewer|underdetermined",
-        "Measure more configurations: at least three times as many numbers as free parameters, and some more to hold out. "
-        "Or free fewer parameters (calibrate: free in the robot file).",
-    ),
-    (
-        r"plane|planar|\bline\b|collinear",
-        "Measure elsewhere too: spread the configurations over the whole space that the robot can reach.",
-    ),
-    (
-        r"(angle|joint|orientation)s? (hardly|barely|moves?|var)|alike|too similar|excit|range of",
-        "Let every joint move through most of its range, so that each parameter shows.",
-    ),
-    (
-        r"predicting the mean|constant|no gain over",
-        "The joint values explain nothing of what was measured. Check that each row pairs a measurement with its own "
-        "joint values, in the right order, and that units and signs of the joints agree with the model.",
-    ),
-    (
-        r"outside the stated noise|stated noise|unexplained|no free set|cannot explain",
-        "Something that the model lacks is larger than the noise. Check convention, units, tool and the order of rotations; "
-        "look for a slipped target or a moved instrument in the worst configurations; and check that the stated sigma is true.",
-    ),
-    (
-        r"noise (is )?(larger|greater|bigger|above)|sigma (is )?(larger|greater)",
-        "The noise hides the error. Measure with a better instrument, or repeat each configuration and average.",
-    ),
-    (
-        r"\brank (is )?0\b|no effect|nothing (is|can be) identif",
-        "These measurements do not depend on any free parameter. Free others, or measure something else.",
-    ),
-    (
-        r"\bunits?\b|\bdegrees?\b|\bradians?\b|millimet",
-        "Check the units in the robot and data files; robocal check looks for the usual swaps.",
-    ),
-    (
-        r"nothing (was |is )?held out|no hold-?out|without hold-?out|not proven on",
-        "Hold out a part of the configurations, or identify with leave-one-out, so that the gain can be proven.",
-    ),
-    (
-        r"interval|not significant|(includes|contains) (0|zero)|below 0",
-        "The held-out configurations do not settle it. Measure more of them, or accept that the nominal model is already "
-        "as good as these measurements can tell.",
-    ),
-    (
-        r"converge|iteration|singular|not finite|stalled",
-        "The fit did not settle. Start nearer to the truth, state priors, or free fewer parameters.",
-    ),
-)
-
 
 def verdict(result: Mapping[str, object]) -> Verdict:
     """The verdict of a result."""
@@ -102,11 +49,11 @@ def reasons(result: Mapping[str, object]) -> list[str]:
 
 
 def hints(result: Mapping[str, object]) -> list[str]:
-    """What to do next, where the verdict is not `improved`; each hint answers a given reason."""
+    """What to do next, where the verdict is not `improved`: the advice of its reasons, each once."""
     if verdict(result).key == "improved":
         return []
-    given = " | ".join(reasons(result)).lower()
-    return [hint for pattern, hint in _HINTS if re.search(pattern, given)]
+    found = [r.get("advice") for r in entries(section(result, "verdict").get("remarks")) if isinstance(r, Mapping)]
+    return list(dict.fromkeys(str(a) for a in found if a))
 
 
 def times_smaller(before: float | None, after: float | None) -> str:

@@ -1,0 +1,180 @@
+"""Sentences and advice in English: one entry for every code, and a test that there is."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from robocal.remarks.code import Code
+
+__all__ = ["TABLE", "Words"]
+
+
+class Words(NamedTuple):
+    """A sentence without its full stop, and what to do about it ("" where nothing is to be done)."""
+
+    sentence: str
+    advice: str = ""
+
+
+TABLE: dict[Code, Words] = {
+    # --- the verdict ---
+    Code.GAIN_PROVEN: Words(
+        "the mean error on unseen poses falls by {gain:.4g}, 95 % interval {low:.4g} to {high:.4g} ({how})",
+        "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
+    ),
+    Code.GAIN_NOT_PROVEN: Words(
+        "the mean error on unseen poses does not fall significantly: {gain:.4g}, 95 % interval {low:.4g} to {high:.4g} ({how})",
+        "The unseen configurations do not settle it. Measure more of them, or accept that the nominal model is already as good "
+        "as these measurements can tell.",
+    ),
+    Code.NOT_CONVERGED: Words(
+        "the iteration did not converge",
+        "Start nearer to the truth, state priors, or free fewer parameters; --iterations allows more steps.",
+    ),
+    Code.GAIN_ANYWAY: Words("reduction of the mean error {gain:.4g}, 95 % interval {low:.4g} to {high:.4g} ({how})"),
+    Code.FEW_UNSEEN: Words(
+        "fewer than {least} unseen configurations prove nothing",
+        "Measure more configurations, or hold out more of them.",
+    ),
+    Code.NOTHING_HELD_OUT: Words(
+        "nothing was held out, so nothing is proven",
+        "Hold out a part of the configurations (--hold-out 0.2) or predict each from the others (--leave-one-out).",
+    ),
+    Code.NOTHING_MEASURED_THERE: Words(
+        "no measurement was held out, so nothing is proven",
+        "Hold out configurations at which something was measured.",
+    ),
+    Code.ONE_PLACE: Words(
+        "all configurations are equal: this shows repeatability, not geometry",
+        "Let every joint move through most of its range.",
+    ),
+    Code.RANK_ZERO: Words(
+        "the data determine no parameter at all",
+        "These measurements do not depend on any free parameter: free others, or measure something else.",
+    ),
+    Code.NOT_FINITE: Words(
+        "the model cannot be evaluated on the unseen poses",
+        "Look for joint values or lengths that are far too large, and state bounds or priors.",
+    ),
+    Code.NO_BETTER_THAN_MEAN: Words(
+        "no gain over predicting the mean: {after:.3g} on unseen poses, {constant:.3g} for the mean of the measurements",
+        "The joint values explain nothing of what was measured. Check that each row pairs a measurement with its own joint values, "
+        "in the right order, and that units and signs of the joints agree with the model.",
+    ),
+    Code.UNEXPLAINED: Words(
+        "the model cannot explain the data: {explained:.0%} of the variance on unseen poses, {rms:.3g} rms"
+        "[, where {stated:.3g} of noise was stated]",
+        "Something that the model lacks is larger than the noise. Check convention, units, tool and the order of rotations; look for "
+        "a slipped target or a moved instrument in the worst configurations; and check that the stated sigma is true.",
+    ),
+    Code.NOTHING_OF_ROBOT: Words(
+        "nothing of the robot itself is seen in these data",
+        "Measure more or better, or free other parameters; only frames, targets and tool were fitted.",
+    ),
+    Code.FEW_NUMBERS: Words(
+        "too few measurements: without one {noun} {left} numbers are left for {sought} parameters",
+        "Measure more configurations: at least three times as many numbers as free parameters, and some more to hold out. Or free "
+        "fewer parameters (calibrate: free in the robot file).",
+    ),
+    Code.BENT: Words(
+        "the model had to be bent and still leaves {left:.3g} per axis",
+        "Check the nominal model, and the order, signs and units of the joints.",
+    ),
+    Code.SHRUNK: Words(
+        "the free lengths all change by {factor:+.0%}: contacts and readings are met by an arm that shrinks to nothing",
+        "State a length that gives the scale: a distance, a bar, the radius of a ball.",
+    ),
+    Code.ANGLES_UNEXPLAINED: Words(
+        "the angles of {group} are not explained: {left:.3g} per axis are left",
+        "Check their unit, order and signs in the data file.",
+    ),
+    Code.ENDED_ELSEWHERE: Words(
+        "the fit to everything ended elsewhere: it leaves {left:.3g} on average where the fit without the unseen ones left {after:.3g}",
+        "The data support more than one answer. Measure more configurations, or state priors.",
+    ),
+    # --- what a careful colleague would say about data and fit ---
+    Code.PARALLEL_AXES: Words(
+        "parallel axes ({pairs}): {convention} cannot write a small tilt between them",
+        "Use a convention with Hayati's beta[ ({better})].",
+    ),
+    Code.FEW_MEASUREMENTS: Words(
+        "few measurements: {numbers} numbers for {parameters} parameters",
+        "Measure more configurations: they narrow the result.",
+    ),
+    Code.JOINTS_STILL: Words(
+        "these joints never move: {joints}",
+        "Let every joint move through most of its range, so that each parameter shows.",
+    ),
+    Code.ONE_PLANE: Words(
+        "all points of {group} lie in one plane (within {off:.3g}): parameters across it are poorly seen",
+        "Measure elsewhere too: spread the configurations over the whole space that the robot can reach.",
+    ),
+    Code.ABOVE_STATED_NOISE: Words(
+        "{group}: the model leaves {left:.3g} per axis where {stated:.3g} of noise was stated; uncertainties are those of the fit",
+        "What geometry does not explain may be found beyond it (identify --groups), or the stated sigma is too small.",
+    ),
+    Code.PRIORS_IGNORED: Words("{method} takes no notice of priors and bounds", "Use lm where priors are stated."),
+    Code.RESTARTED: Words("the first fit was not acceptable; {starts} further starts were tried"),
+    Code.OUTLIERS: Words(
+        "{group}: {count} of {total} observations lie far outside the noise (the farthest at configuration {configuration})",
+        "Look at these rows; a robust loss (--loss huber) gives them less weight.",
+    ),
+    Code.IMPLAUSIBLE: Words(
+        "implausible changes ({changes}): a model that is bent to wrong data can fit well and still be wrong elsewhere",
+        "Check the nominal model, and the order, signs and units of the joints.",
+    ),
+    Code.SCALED: Words(
+        "the free lengths all change by {factor:+.2%}: an arm errs in each on its own",
+        "Check the distance, bar, radius or speed that gives the scale, and its unit.",
+    ),
+    Code.ERRORS_FOLLOW: Words(
+        "{group}: errors follow those measured just before (z = {z:.0f}): a target that slipped, an instrument or arm that warmed up, "
+        "or like poses measured together; held-out errors may then flatter",
+        "Hold out blocks of time (--hold-out blocks), and measure in random order.",
+    ),
+    Code.NOT_LINEAR: Words(
+        "far from linear: one linear step in the fitted parameters promises {promised:.3g} per axis and leaves {left:.3g}",
+        "The iteration that was done is needed; other starts may end elsewhere.",
+    ),
+    Code.ONE_STEP_MISLEADS: Words(
+        "one linear least-squares step in everything that is free would mislead: it promises {promised:.3g} per axis and leaves "
+        "{left:.3g}, where {before:.3g} were before",
+        "Do not use the seed's one-step estimate (--method lse) on these data.",
+    ),
+    Code.CURVED: Words(
+        "the model bends within its own uncertainty (curvature {curvature:.2g} along {parameter}): sigmas are those of a linear "
+        "model and may be far off",
+        "Measure more, or look at the bootstrap (--bootstrap 1000).",
+    ),
+    Code.BOOTSTRAP_SPREAD: Words(
+        "bootstrap, {draws} draws: the fitted parameters scatter {median:.2g} times as far as the linear bars of the fit say "
+        "(median), {parameter} {worst:.2g} times; intervals in result.json"
+        "[; {places} places are few for a bootstrap, its intervals are rather too narrow][; {lost} draws could not be fitted]"
+    ),
+    Code.PARTICLES_GAUSSIAN: Words(
+        "particles under Gaussian noise repeat the filter", "--loss cauchy lets the noise have heavy tails."
+    ),
+    Code.PARTICLES_STUCK: Words(
+        "only {share:.0%} of the particles' moves were accepted", "Take more particles (--particles), or lm."
+    ),
+    Code.LEAVE_ONE_OUT_LEFT: Words(
+        "leave-one-out was left out: this method takes a refit for every configuration", "--leave-one-out does it."
+    ),
+    Code.FILTER_UNSETTLED: Words(
+        "the filter's further passes did not settle; its first pass is returned", "Use lm, or state priors."
+    ),
+    Code.BAND_TOO_NARROW: Words(
+        "only {whole:.0%} of {n} held-out {quantity} lie in their 95 % region",
+        "Trust the held-out errors, not the bars.",
+    ),
+    Code.ELSEWHERE: Words(
+        "elsewhere in the {region}, the predicted error is {mean:.3g} on average and {p95:.3g} at the 95th percentile (one standard "
+        "deviation; what was not seen is as uncertain as expected)"
+    ),
+    # --- what was written ---
+    Code.URDF_LACKS: Words(
+        "calibrated.urdf cannot hold the fitted {names}, so by itself it is not the identified robot; the run folder is",
+        "Give the folder to validate, export or simulate.",
+    ),
+    Code.REPORT_LEFT_OUT: Words("report.html was left out: {reason}"),
+}

@@ -1,0 +1,99 @@
+"""A remark is a code with its numbers; its sentence and its advice stand in one table per language.
+
+    Remark.of(Code.GAIN_PROVEN, gain=Quantity(3.5e-4, "m"), low=..., high=..., how="held out")
+
+Templates are those of `str.format`. A part in square brackets is said only where every number that it names is there (not
+None): "{rms:.3g} rms[, where {stated:.3g} of noise was stated]". Whoever decides on a remark looks at its code and its
+numbers, never into its sentence.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from string import Formatter
+from typing import TypeAlias
+
+from robocal.remarks import english
+from robocal.remarks.code import Code
+
+__all__ = ["Number", "Quantity", "Remark"]
+
+# Factor from SI, and the unit in which people read it.
+SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px")}
+_OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number with its SI unit (m, rad, px); formatted, it reads in mm, deg or px."""
+
+    value: float
+    unit: str = "m"
+
+    def __format__(self, spec: str) -> str:
+        factor, word = SHOWN.get(self.unit, (1.0, self.unit))
+        return f"{self.value * factor:{spec or '.3g'}} {word}".rstrip()
+
+
+Number: TypeAlias = "str | int | float | Quantity | tuple[str, ...] | tuple[int, ...] | None"
+
+
+@dataclass(frozen=True)
+class Remark:
+    """One thing said: what (`code`) and of what (`numbers`: names, rows, amounts in SI)."""
+
+    code: Code
+    items: tuple[tuple[str, Number], ...] = ()
+
+    @classmethod
+    def of(cls, code: Code, **numbers: Number) -> Remark:
+        """A remark with its numbers by name."""
+        return cls(code, tuple(numbers.items()))
+
+    @property
+    def numbers(self) -> Mapping[str, Number]:
+        """The numbers by name."""
+        return dict(self.items)
+
+    @property
+    def sentence(self) -> str:
+        """The sentence, without a full stop."""
+        return _filled(english.TABLE[self.code].sentence, self.numbers)
+
+    @property
+    def advice(self) -> str:
+        """What to do about it; empty where there is nothing to do."""
+        return _filled(english.TABLE[self.code].advice, self.numbers)
+
+    @property
+    def document(self) -> dict[str, object]:
+        """The same for machines: code, sentence, advice and numbers, quantities in the unit in which they are shown."""
+        return {
+            "code": str(self.code),
+            "sentence": self.sentence,
+            "advice": self.advice,
+            "numbers": {k: _plain(v) for k, v in self.items if v is not None},
+        }
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
+def _filled(template: str, numbers: Mapping[str, Number]) -> str:
+    known = {k: ", ".join(map(str, v)) if isinstance(v, tuple) else v for k, v in numbers.items() if v is not None}
+
+    def kept(part: re.Match[str]) -> str:
+        names = {name for _, name, _, _ in Formatter().parse(part[1]) if name}
+        return part[1] if names <= set(known) else ""
+
+    return _OPTIONAL.sub(kept, template).format(**known)
+
+
+def _plain(value: Number) -> object:
+    if isinstance(value, Quantity):
+        factor, word = SHOWN.get(value.unit, (1.0, value.unit))
+        return {"value": value.value * factor, "unit": word}
+    return list(value) if isinstance(value, tuple) else value
