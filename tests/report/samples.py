@@ -7,12 +7,21 @@ from typing import Any
 
 import numpy as np
 
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+
 COLUMNS = (
     "configuration set group kind target x_mm y_mm z_mm before_mm after_mm held_out_mm dx_before_mm dy_before_mm dz_before_mm "
     "dx_after_mm dy_after_mm dz_after_mm angle_before_deg angle_after_deg angle_held_out_deg"
 ).split()
 EMPTY_ANGLE = ("angle_before_deg", "angle_after_deg", "angle_held_out_deg")
 Case = tuple[dict[str, Any], dict[str, list[Any]]]
+GAIN = {"gain": Quantity(2.83e-3), "low": Quantity(2.61e-3), "high": Quantity(3.05e-3), "how": "held out"}
+
+
+def verdict(status: str, *reasons: Remark) -> dict[str, Any]:
+    """A verdict as result.json has it: sentences, and the same as data."""
+    return {"status": status, "reasons": [r.sentence for r in reasons], "remarks": [r.document for r in reasons]}
 
 
 def statistic(values: Any, profiled: bool = False) -> dict[str, Any] | None:
@@ -161,12 +170,7 @@ def improved(m: int = 150, held: int = 40, angle: bool = False, seed: int = 4) -
             "source": "data sheet, page 12",
         },
         "method": "Levenberg-Marquardt, positions of a laser tracker",
-        "verdict": {
-            "status": "improved",
-            "reasons": [
-                "the paired bootstrap 95 % interval of the reduction of the held-out mean error is 2.61 to 3.05 mm"
-            ],
-        },
+        "verdict": verdict("improved", Remark.of(Code.GAIN_PROVEN, **GAIN)),
         "parameters": table,
         "identifiability": {
             "rank": 23,
@@ -234,14 +238,12 @@ def refused(m: int = 14) -> Case:
     result, _ = improved()
     result["robot"] = {"name": "Workshop arm", "convention": "dh", "joints": 6, "source": None}
     result["method"] = "Levenberg-Marquardt"
-    result["verdict"] = {
-        "status": "refused",
-        "reasons": [
-            "no gain over predicting the mean: 46.4 mm leave-one-out against 44.0 mm for the mean position",
-            "the residuals (29 mm) lie far outside the stated noise (0.1 mm), and no free set mends it",
-            "too few configurations: 14 for 26 free parameters",
-        ],
-    }
+    result["verdict"] = verdict(
+        "refused",
+        Remark.of(Code.NO_BETTER_THAN_MEAN, after=Quantity(0.0464), constant=Quantity(0.044)),
+        Remark.of(Code.UNEXPLAINED, explained=0.1, rms=Quantity(0.029), stated=Quantity(1e-4)),
+        Remark.of(Code.FEW_NUMBERS, noun="configuration", left=24, sought=26),
+    )
     result["residuals"] = {
         "unit": "mm",
         "before": statistic(rows["before_mm"]),

@@ -193,12 +193,12 @@ def test_ratios_in_words() -> None:
     assert words.times_smaller(0.0, 1.0) == words.times_smaller(None, 1.0) == ""
 
 
-def test_hints_answer_given_reasons_only() -> None:
-    def given(*reasons: str, status: str = "refused") -> list[str]:
-        return words.hints({"verdict": {"status": status, "reasons": list(reasons)}})
+def test_hints_are_the_advice_of_the_reasons() -> None:
+    def given(*advice: str, status: str = "refused") -> list[str]:
+        told = [{"code": "c", "sentence": "too few, all in one plane", "advice": a} for a in advice]
+        return words.hints({"verdict": {"status": status, "reasons": ["too few"] * len(told), "remarks": told}})
 
-    assert given() == [] and given("something new") == []
-    assert given("too few configurations", status="improved") == []
-    assert len(given("too few configurations", "all of them in one plane")) == 2
-    (one,) = given("the 95 % interval of the gain includes 0", status="not_improved")
-    assert one.startswith("The held-out configurations do not settle it")
+    assert given() == [] and given("") == []
+    assert given("Measure more.", status="improved") == []
+    assert given("Measure more.", "", "Measure elsewhere.", "Measure more.") == ["Measure more.", "Measure elsewhere."]
+    assert words.hints({"verdict": {"status": "refused", "reasons": ["too few configurations"]}}) == []

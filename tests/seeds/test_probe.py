@@ -12,6 +12,7 @@ from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
+from robocal.remarks.code import Code
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CM = 0.01
@@ -48,7 +49,7 @@ def test_the_example_is_the_catalogues_arm():
 
 def test_refused_because_the_mean_does_as_well():
     found = identify(*example("arm-with-probe"))
-    assert found.verdict.status == "refused" and "no gain over predicting the mean" in found.verdict.reasons[0]
+    assert found.verdict.status == "refused" and found.verdict.reasons[0].code is Code.NO_BETTER_THAN_MEAN
     left = found.stages[0]
     print(
         f"leave-one-out {left.leave_one_out.mean / CM:.1f} cm, frames only {left.leave_one_out_before.mean / CM:.1f} cm, "
@@ -87,4 +88,4 @@ def test_identify_says_that_one_step_would_mislead(name):
     assert found.linearity.ruins
     everything = found.linearity.everything
     assert everything.promised < 0.5 * everything.before < everything.before < 0.1 * everything.left
-    assert any("would mislead" in w for w in found.warnings)
+    assert any(w.code is Code.ONE_STEP_MISLEADS for w in found.warnings)

@@ -48,7 +48,7 @@ def test_errors_that_repeat_with_the_place_are_seen_by_the_bootstrap_alone():
     found = drawn(replace(data, observations=(replace(obs, value=obs.value + np.repeat(own, 4, axis=0)),)), robot)
     assert found.places == 80
     assert np.median(found.ratio) == pytest.approx(2.0, rel=0.15)
-    assert f"{np.median(found.ratio):.2g} times" in bootstrap_words(found)[0]
+    assert f"{np.median(found.ratio):.2g} times" in bootstrap_words(found)[0].sentence
 
 
 def test_the_seed_decides(scene):

@@ -19,6 +19,7 @@ from robocal.cli.words import METHODS, complete
 from robocal.errors import ModelError
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.remarks.code import Code
 
 ROBOTS = ("rv-2aj", "ur10", "fr3")
 TRACKER = Frame("tracker", (1.0, 2.0, 0.3, 0.1, 0.2, 1.0), (True,) * 6)
@@ -86,7 +87,7 @@ def test_so_is_one_pass_over_enough_poses(name):
     assert abs(held - 1) < 0.02 and abs(cost - 1) < 0.02 and far < 0.1
     assert ekf.stages[0].leave_one_out is None and ekf.reason == "every configuration was taken in"
     again = identify(robot, data, Options(method="ekf", max_iterations=1))
-    assert again.stages[0].leave_one_out is None and any("leave-one-out was left out" in w for w in again.warnings)
+    assert again.stages[0].leave_one_out is None and any(w.code is Code.LEAVE_ONE_OUT_LEFT for w in again.warnings)
 
 
 def test_particles_repeat_the_filter_under_gaussian_noise(solved):
@@ -94,7 +95,7 @@ def test_particles_repeat_the_filter_under_gaussian_noise(solved):
     found = identify(robot, data, Options(method="particle", particles=400))
     assert found.stages[0].held_out.mean == pytest.approx(lm.stages[0].held_out.mean, rel=0.05)
     assert apart(found, lm) < 0.5 and found.verdict.status == lm.verdict.status
-    assert any("Gaussian noise repeat the filter" in w for w in found.warnings)
+    assert any(w.code is Code.PARTICLES_GAUSSIAN for w in found.warnings)
 
 
 @pytest.mark.parametrize("method", ["ekf", "particle"])

@@ -145,7 +145,7 @@ def test_reselecting_is_what_an_identification_of_the_others_finds():
 def test_folds_of_nothing_new_prove_no_gain():
     """The true robot: whatever is fitted, folds do not get better."""
     found = identify(arm(), measured(40, truth=arm()), Options(folds=5))
-    assert found.verdict.status == "not_improved" and "5 folds" in " ".join(found.verdict.reasons)
+    assert found.verdict.status == "not_improved" and "5 folds" in " ".join(map(str, found.verdict.reasons))
 
 
 def test_leave_one_out_of_a_chunk_boundary(monkeypatch):

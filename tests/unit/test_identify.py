@@ -15,6 +15,7 @@ from robocal.errors import ModelError
 from robocal.estimate.least_squares import METHODS
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.remarks.code import Code
 
 
 @pytest.mark.parametrize("kind", ["position", "pose"])
@@ -96,11 +97,15 @@ def test_rows_tell_what_happened_to_every_measurement():
 def test_equal_configurations_are_refused():
     q = np.repeat([[0.1, 0.2, 0.3, 0.4, 0.5]], 30, axis=0)
     found = identify(arm(), measured(30, q=q))
-    assert found.verdict.status == "refused" and any("all configurations are equal" in w for w in found.warnings)
+    assert found.verdict.status == "refused" and any(w.code is Code.ONE_PLACE for w in found.warnings)
     known = identify(
         arm(free=("j5.theta",)), measured(30, q=q, frame=replace(TRACKER, free=(False,) * 6), truth=arm(), sigma=1.0)
     )
-    assert known.identifiability.rank == 0 and known.verdict.status == "refused" and "equal" in known.verdict.reasons[0]
+    assert (
+        known.identifiability.rank == 0
+        and known.verdict.status == "refused"
+        and known.verdict.reasons[0].code is Code.ONE_PLACE
+    )
 
 
 @pytest.mark.parametrize("stated", [True, False])
@@ -108,7 +113,7 @@ def test_equal_configurations_are_refused():
 def test_fewer_numbers_than_parameters_is_no_crash(m, stated):
     found = identify(arm(), measured(m, stated=stated))
     assert found.verdict.status in ("not_improved", "refused") or m == 4
-    assert any("few measurements" in w for w in found.warnings) and np.isfinite(found.table.values).all()
+    assert any(w.code is Code.FEW_MEASUREMENTS for w in found.warnings) and np.isfinite(found.table.values).all()
     assert all(p.sigma is None or p.sigma > 1e-9 for p in found.parameters)
 
 
@@ -117,7 +122,7 @@ def test_pure_noise_is_refused(stated):
     data = measured(60, stated=stated)
     nonsense = np.array([0.3, 0.2, 0.1]) + np.random.default_rng(0).normal(0, 0.01, (60, 3))
     found = identify(arm(), DataSet(data.configurations, (replace(data.observations[0], value=nonsense),)))
-    assert found.verdict.status == "refused" and "predicting the mean" in found.verdict.reasons[0]
+    assert found.verdict.status == "refused" and found.verdict.reasons[0].code is Code.NO_BETTER_THAN_MEAN
 
 
 def test_shuffled_measurements_are_refused():
@@ -130,7 +135,7 @@ def test_shuffled_measurements_are_refused():
 @pytest.mark.parametrize("seed", range(4))
 def test_a_perfect_robot_is_not_improved(seed):
     found = identify(arm(), measured(60, truth=arm(), seed=seed))
-    assert found.verdict.status == "not_improved" and "significantly" in found.verdict.reasons[0]
+    assert found.verdict.status == "not_improved" and found.verdict.reasons[0].code is Code.GAIN_NOT_PROVEN
 
 
 @pytest.mark.slow
@@ -171,10 +176,15 @@ def test_keep_all_claims_nothing_that_is_not_seen():
 
 
 def test_without_evidence_nothing_is_claimed():
-    assert "nothing was held out" in identify(arm(), measured(15), Options(leave_one_out=False)).verdict.reasons[0]
+    unproven = identify(arm(), measured(15), Options(leave_one_out=False)).verdict
+    assert unproven.reasons[0].code is Code.NOTHING_HELD_OUT
     assert identify(arm(), measured(40), Options(hold_out=0.0)).verdict.status == "improved"
     proof = identify(arm(), measured(40), Options(hold_out=0.0))
-    assert "leave-one-out" in proof.verdict.reasons[0] and proof.stages[0].held_out is None and proof.held_ids == ()
+    assert (
+        "leave-one-out" in proof.verdict.reasons[0].sentence
+        and proof.stages[0].held_out is None
+        and proof.held_ids == ()
+    )
     with pytest.raises(ModelError, match="held-out share"):
         identify(arm(), measured(40), Options(hold_out=0.7))
 
@@ -201,12 +211,12 @@ def test_robust_identification_is_not_moved_by_gross_errors():
     clean = {p.name: p.sigma for p in identify(arm(), data).parameters if p.sigma}
     bars = {p.name: p.sigma for p in tukey.parameters if p.sigma}
     assert all(0.7 < bars[n] / clean[n] < 2 for n in bars if n in clean), "bars are those of the good measurements"
-    assert any("fit" in w for w in plain.warnings)
+    assert any("fit" in w.sentence for w in plain.warnings)
 
 
 def test_restarts_are_tried_when_the_first_fit_does_not_converge():
     found = identify(arm(), measured(30), Options(max_iterations=1))
-    assert any("further starts" in w for w in found.warnings)
+    assert any(w.code is Code.RESTARTED for w in found.warnings)
 
 
 def test_an_improvement_that_is_none_of_the_robots():
@@ -231,7 +241,7 @@ def test_held_out_configurations_without_a_measurement_prove_nothing():
     assert (
         found.held_ids == held
         and found.verdict.status == "not_improved"
-        and "no measurement" in found.verdict.reasons[0]
+        and found.verdict.reasons[0].code is Code.NOTHING_MEASURED_THERE
     )
 
 
@@ -261,7 +271,7 @@ def test_a_length_wrong_by_a_decimal_is_found_and_called_implausible():
     wrong = arm().with_values({"j3.d": 0.025})
     found = identify(wrong, measured(80, truth=truth))
     assert found.verdict.status == "improved" and away(found, truth) < 1e-4
-    assert any("implausible" in w and "j3.d" in w for w in found.warnings)
+    assert any(w.code is Code.IMPLAUSIBLE and "j3.d" in w.sentence for w in found.warnings)
 
 
 def test_joints_in_the_wrong_order_are_refused():
@@ -276,8 +286,8 @@ def test_a_slipped_target_is_noticed():
     value = data.observations[0].value.copy()
     value[40:] += [0.002, 0, 0]
     found = identify(arm(), DataSet(data.configurations, (replace(data.observations[0], value=value),)))
-    assert any("just before" in w for w in found.warnings)
-    assert not any("just before" in w for w in identify(arm(), data).warnings)
+    assert any(w.code is Code.ERRORS_FOLLOW for w in found.warnings)
+    assert all(w.code is not Code.ERRORS_FOLLOW for w in identify(arm(), data).warnings)
 
 
 @pytest.mark.parametrize(

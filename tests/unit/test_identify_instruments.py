@@ -84,7 +84,7 @@ def test_a_camera_alone_is_judged_in_pixels(rng):
     rough = DataSet(data.configurations, (replace(data.observations[0], targets=near),))
     for options in (Options(), Options(hold_out=0.0)):
         found = identify(arm(free=FREE), rough, options)
-        assert found.verdict.status == "improved" and "px" in found.verdict.reasons[0]
+        assert found.verdict.status == "improved" and "px" in found.verdict.reasons[0].sentence
         assert [s.unit for s in found.stages] == ["px"] and found.stages[0].after.mean < 0.3 and found.band is None
 
 

@@ -150,8 +150,8 @@ def judge(
     gain, low, high = bootstrap_gain(before, after, units, seed)
 
     def span(code: Code) -> Remark:
-        amounts = {"gain": Quantity(gain, unit), "low": Quantity(low, unit), "high": Quantity(high, unit)}
-        return Remark.of(code, **amounts, how=kind)
+        ends = (Quantity(low, unit), Quantity(high, unit)) if np.isfinite([low, high]).all() else (None, None)
+        return Remark.of(code, gain=Quantity(gain, unit), low=ends[0], high=ends[1], how=kind)
 
     if not converged:
         return Verdict("not_improved", (Remark.of(Code.NOT_CONVERGED), span(Code.GAIN_ANYWAY)))

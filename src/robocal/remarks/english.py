@@ -19,11 +19,11 @@ class Words(NamedTuple):
 TABLE: dict[Code, Words] = {
     # --- the verdict ---
     Code.GAIN_PROVEN: Words(
-        "the mean error on unseen poses falls by {gain:.4g}, 95 % interval {low:.4g} to {high:.4g} ({how})",
+        "the mean error on unseen poses falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})",
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
     ),
     Code.GAIN_NOT_PROVEN: Words(
-        "the mean error on unseen poses does not fall significantly: {gain:.4g}, 95 % interval {low:.4g} to {high:.4g} ({how})",
+        "the mean error on unseen poses does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})",
         "The unseen configurations do not settle it. Measure more of them, or accept that the nominal model is already as good "
         "as these measurements can tell.",
     ),
@@ -31,7 +31,7 @@ TABLE: dict[Code, Words] = {
         "the iteration did not converge",
         "Start nearer to the truth, state priors, or free fewer parameters; --iterations allows more steps.",
     ),
-    Code.GAIN_ANYWAY: Words("reduction of the mean error {gain:.4g}, 95 % interval {low:.4g} to {high:.4g} ({how})"),
+    Code.GAIN_ANYWAY: Words("reduction of the mean error {gain:.4g}[, 95 % interval {low:.4g~} to {high:.4g}] ({how})"),
     Code.FEW_UNSEEN: Words(
         "fewer than {least} unseen configurations prove nothing",
         "Measure more configurations, or hold out more of them.",

@@ -28,14 +28,16 @@ _OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number with its SI unit (m, rad, px); formatted, it reads in mm, deg or px."""
+    """A number with its SI unit (m, rad, px); formatted, it reads in mm, deg or px. A format that ends in ~ leaves the unit
+    out: "{low:.4g~} to {high:.4g}" is "1.2 to 3.4 mm"."""
 
     value: float
     unit: str = "m"
 
     def __format__(self, spec: str) -> str:
         factor, word = SHOWN.get(self.unit, (1.0, self.unit))
-        return f"{self.value * factor:{spec or '.3g'}} {word}".rstrip()
+        number = f"{self.value * factor:{spec.rstrip('~') or '.3g'}}"
+        return number if spec.endswith("~") else f"{number} {word}".rstrip()
 
 
 Number: TypeAlias = "str | int | float | Quantity | tuple[str, ...] | tuple[int, ...] | None"
