@@ -6,6 +6,7 @@ import pytest
 
 from robocal.errors import FormatError
 from robocal.files.cable.robot import read_cable
+from robocal.remarks.code import Code
 
 ANCHORS = "[[-2, 0, 3], [2, 0, 3], [0, 2, 3], [0, -2, 3]]"
 PUBLISHED = f"""name: p
@@ -45,6 +46,6 @@ def test_anchors_that_no_cable_uses_are_remarked_on(tmp_path):
         "cables: [{platform: hook}, {platform: hook}, {platform: hook}, {platform: hook}]\n"
     )
     path.write_text(text)
-    assert not any("no cable uses" in warning for warning in read_cable(path).warnings)
+    assert not any(w.code is Code.ANCHORS_UNUSED for w in read_cable(path).warnings)
     path.write_text(text.replace(", {platform: hook}]", "]"))
-    assert [w for w in read_cable(path).warnings if w.endswith("no cable uses frame anchor 4")]
+    assert [w for w in read_cable(path).warnings if w.sentence.endswith("no cable uses frame anchor 4")]

@@ -13,6 +13,7 @@ from robocal.files.orientation import euler
 from robocal.files.units import UNITS, Units
 from robocal.geometry import se3, so3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.remarks.code import Code
 
 Q = np.array([[0, 10 * DEG, 0.1], [30 * DEG, 20 * DEG, 0.05], [60 * DEG, -30 * DEG, 0.0], [80 * DEG, -10 * DEG, 0.02]])
 P = np.array([[0.4, 0, 0.7], [0.3, -0.0205, 0.65], [0.2, -0.15, 0.6], [0.1, -0.25, 0.5]])
@@ -235,21 +236,25 @@ def test_several_files(tmp_path):
 
 def test_joints_outside_their_limits_are_a_warning(tmp_path):
     warnings = read(tmp_path, table=TABLE.replace("p2,30", "p2,95").replace("p4,80", "p4,-95")).warnings
-    assert len(warnings) == 1 and "2 rows" in warnings[0] and "j1" in warnings[0] and "first row 4" in warnings[0]
+    (said,) = warnings
+    assert said.code is Code.OUTSIDE_LIMITS and "2 rows" in said.sentence
+    assert said.numbers["joints"] == ("j1",) and "first row 4" in said.sentence
 
 
 def test_repeats_that_differ_are_a_warning(tmp_path):
     table = TABLE.replace("p2,30,20,50,300,-20.5,650", "p2,0,10,100,400,0,700.{}")
     assert read(tmp_path, table=table.format("2")).warnings == ()
     warnings = read(tmp_path, table=table.format("5")).warnings
-    assert len(warnings) == 1 and "10 sigma" in warnings[0] and "rows 3 and 4" in warnings[0]
+    assert len(warnings) == 1 and "10 sigma" in warnings[0].sentence and "rows 3 and 4" in warnings[0].sentence
 
 
 def test_degrees_for_radians_is_a_suspicion(tmp_path):
     table = TABLE.replace("q1 [deg],q2 [deg]", "q1 [rad],q2 [rad]")
     reading = read(tmp_path, table=table)
     (doubt,) = reading.suspicions
-    assert (doubt.part, doubt.stated, doubt.alternative) == ("joints", "rad", "deg") and "look like deg" in str(doubt)
+    assert (doubt.part, doubt.stated, doubt.alternative) == ("joints", "rad", "deg") and "look like deg" in str(
+        doubt.remark
+    )
     np.testing.assert_allclose(doubt.apply(reading.dataset).configurations.joints, Q, atol=1e-12)
 
 

@@ -150,8 +150,8 @@ def test_no_joints_and_a_missing_required_key():
 
 
 def test_doubtful_units_are_a_warning():
-    assert "units.length" in robot(TEXT.replace("length: mm", "length: m")).warnings[0]
-    assert "units.angle" in robot(TEXT.replace("angle: deg", "angle: rad")).warnings[0]
+    assert "units.length" in robot(TEXT.replace("length: mm", "length: m")).warnings[0].advice
+    assert "units.angle" in robot(TEXT.replace("angle: deg", "angle: rad")).warnings[0].advice
 
 
 def test_writing_changes_numbers_only(tmp_path):

@@ -25,6 +25,7 @@ from robocal.jobs.export import export
 from robocal.jobs.simulate import Errors, sample_joints, true_chain
 from robocal.jobs.urdf_into import urdf_into
 from robocal.jobs.urdf_text import urdf_text
+from robocal.remarks.remark import Remark
 
 TIGHT = 1e-9  # m, and as large for the entries of rotations
 
@@ -228,7 +229,7 @@ def test_gains_and_what_lies_beyond_geometry_are_refused() -> None:
 
 
 def test_tables_and_offsets_say_what_lies_beyond_geometry(tmp_path: Path) -> None:
-    def notes(values: str, form: str) -> tuple[str, ...]:
+    def notes(values: str, form: str) -> tuple[Remark, ...]:
         text = f"{ROBOT}groups:\n  eccentricity: {{joints: [j1], harmonics: [1]{values}}}\n"
         (tmp_path / "robot.yaml").write_text(text.replace("theta: -90, r: 0", "theta: -89.9, r: 0"), encoding="utf-8")
         (tmp_path / "nominal.yaml").write_text(text, encoding="utf-8")
@@ -237,7 +238,7 @@ def test_tables_and_offsets_say_what_lies_beyond_geometry(tmp_path: Path) -> Non
     for form in ("csv", "markdown", "offsets", "ros", "xacro"):
         assert not notes("", form)
         (said,) = notes(", values: {j1.cos1: 0.01}", form)
-        assert "eccentricity" in said and "--format yaml" in said
+        assert said.numbers["groups"] == ("eccentricity",) and "--format yaml" in said.advice
 
 
 # --- joint offsets --------------------------------------------------------------------------------------------------

@@ -7,6 +7,8 @@ import numpy as np
 from robocal.cables.geometry import CableRobot, straight
 from robocal.errors import ModelError
 from robocal.geometry import so3
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["check"]
 
@@ -16,8 +18,8 @@ PRINTED = 1e-6  # of a moment of inertia: a thin plate's, printed with seven dig
 LOST = 1e-9  # smallest singular value of L over the largest below which a direction of motion is not held
 
 
-def check(robot: CableRobot) -> tuple[str, ...]:
-    """What is odd, in words. Raises ModelError, whose key is a field or a cable, for a number of cables outside 3 to
+def check(robot: CableRobot) -> tuple[Remark, ...]:
+    """What is odd. Raises ModelError, whose key is a field or a cable, for a number of cables outside 3 to
     12, one cable given twice, anchors that cannot hold the platform, crossed limits and impossible numbers."""
     m = len(robot.cables)
     if not FEWEST <= m <= MOST:
@@ -37,7 +39,7 @@ def check(robot: CableRobot) -> tuple[str, ...]:
             expected=f"{d} for {robot.degrees}; a platform whose orientation does not matter is 2T",
         )
     if m < d:
-        doubts.append(f"{m} cables do not determine {d} degrees of freedom: the pose does not follow from the lengths")
+        doubts.append(Remark.of(Code.POSE_UNDETERMINED, cables=m, degrees=d))
     return tuple(doubts)
 
 
@@ -91,7 +93,7 @@ def _inertia(inertia: np.ndarray) -> None:
         )
 
 
-def _anchors(robot: CableRobot) -> list[str]:
+def _anchors(robot: CableRobot) -> list[Remark]:
     """No cable twice; frame anchors that coincide are remarked on."""
     doubts = []
     for i, j in zip(*np.triu_indices(len(robot.cables), 1), strict=True):
@@ -104,7 +106,7 @@ def _anchors(robot: CableRobot) -> list[str]:
                 key=str(other),
                 found=[float(v) for v in robot.a[j]],
             )
-        doubts.append(f"cables {one} and {other} leave the frame at the same point")
+        doubts.append(Remark.of(Code.SAME_FRAME_POINT, one=one, other=other))
     return doubts
 
 

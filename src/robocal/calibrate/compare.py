@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.estimators import estimator
+from robocal.calibrate.estimators import ended, estimator
 from robocal.calibrate.evidence import Statistic
 from robocal.calibrate.identification import Identification, Options
 from robocal.calibrate.identify import FEW, identify
@@ -38,6 +38,7 @@ class Entry:
     title: str
     verdict: str = ""
     reason: str = ""
+    stopped: bool = False  # without converging
     after: Statistic | None = None
     held_out: Statistic | None = None
     leave_one_out: Statistic | None = None
@@ -124,7 +125,7 @@ def _entry(found: Identification, reference: Identification, title: str, seconds
         found.options.method,
         title,
         found.verdict.status,
-        "as many steps as were asked for" if estimator(found.options.method).finite else found.reason,
+        *ended(found.options.method, found.reason),
         s.after,
         s.held_out,
         s.leave_one_out,

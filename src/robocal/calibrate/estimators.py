@@ -29,7 +29,7 @@ from robocal.estimate.problem import Problem
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["ESTIMATORS", "Estimate", "Estimator", "batched", "estimator"]
+__all__ = ["ESTIMATORS", "Estimate", "Estimator", "batched", "ended", "estimator"]
 
 Array = NDArray[np.float64]
 Watch = Callable[[dict[str, object]], None]
@@ -203,3 +203,10 @@ def batched(options: Options) -> bool:
     found = estimator(options.method)
     # One pass of the filter is an estimate of its own, not the minimum that further passes settle at.
     return found.minimises and not (found.run is _filter and options.max_iterations == 1)
+
+
+def ended(method: str, reason: Reason) -> tuple[str, bool]:
+    """How a method ended in words, and whether it stopped without converging."""
+    if estimator(method).finite:
+        return "as many steps as were asked for", False
+    return reason.text, not reason.converged

@@ -26,6 +26,8 @@ from robocal.calibrate.linearised import Linearised, linearised
 from robocal.calibrate.ripple import candidates, orders, seek
 from robocal.calibrate.split import make_split, places
 from robocal.measure.data import DataSet
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["Choice", "Tried", "choose_groups"]
 
@@ -46,7 +48,7 @@ class Tried:
     name: str
     parameters: int
     entered: bool
-    reason: str
+    reason: Remark
     gain: tuple[float, float, float] | None = None
     before: float | None = None
     unit: str = "m"
@@ -124,15 +126,14 @@ class _Race:
         many = len(added)
         orders_ = tuple(self.orders().items()) if name == "ripple" else ()
         if not many:
-            return Tried(name, 0, False, "no order of ripple stands out of the noise")
+            return Tried(name, 0, False, Remark.of(Code.NO_RIPPLE))
         if not line.seen(added, now, self.noise):
             needs = "" if np.any(line.rows[:, added]) else GROUPS[name].needs
-            asked = f": no column {needs} was recorded, or it never changes" if needs else ""
-            return Tried(name, many, False, f"nothing of it is seen above the noise{asked}", orders=orders_)
+            return Tried(name, many, False, Remark.of(Code.GROUP_UNSEEN, column=needs or None), orders=orders_)
         after, at = self.errors([*self.entered, name])
         gain = bootstrap_gain(before, after, at, self.seed)
         good = gain[1] > 0
-        why = "the mean error on unseen blocks of rows " + ("falls" if good else "does not fall significantly")
+        why = Remark.of(Code.BLOCKS_FALL if good else Code.BLOCKS_DO_NOT_FALL)
         return Tried(name, many, good, why, gain, float(before.mean()), self.unit, orders_)
 
     def range(self) -> dict[str, tuple[float, float]]:
@@ -167,7 +168,7 @@ def choose_groups(
     if not wanted:
         return Choice(model, ())
     if len(np.unique(places(data.configurations))) < FEWEST:
-        few = f"fewer than {FEWEST} configurations prove nothing about it"
+        few = Remark.of(Code.GROUP_FEW, least=FEWEST)
         tried = [Tried(g.name, len(g.parameters), False, few) for g in wide.groups if g.name in wanted]
         return Choice(held(model), tuple(tried))
     race = _Race(wide, data, wanted, bound, options)

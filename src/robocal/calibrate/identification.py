@@ -15,6 +15,7 @@ from robocal.calibrate.evidence import Statistic, Verdict
 from robocal.calibrate.noise import Group
 from robocal.calibrate.outliers import Outlier
 from robocal.estimate.identifiability import Identifiability
+from robocal.estimate.least_squares import Reason
 from robocal.estimate.uncertainty import Total
 from robocal.parameters import Table
 from robocal.remarks.remark import Remark
@@ -79,8 +80,13 @@ class ParameterResult:
     sigma_conditional: float | None
     status: str  # identified | prior | dropped | fixed
     data_share: float | None
-    note: str = ""
+    notes: tuple[Remark, ...] = ()
     interval: tuple[float, float] | None = None  # 95 %, from `sigma`
+
+    @property
+    def note(self) -> str:
+        """The notes in one line."""
+        return "; ".join(map(str, self.notes))
 
 
 @dataclass(frozen=True)
@@ -158,7 +164,7 @@ class Identification:
     fit_ids: tuple[str, ...]
     held_ids: tuple[str, ...]
     iterations: int
-    reason: str
+    reason: Reason
     history: tuple[float, ...]
     chi2: float
     dof: int

@@ -98,7 +98,7 @@ def _handed_back(
         tuple(ids[i] for i in proven.fit_units),
         tuple(ids[i] for i in held),
         int(whole.solution.iterations[0]),
-        whole.solution.reasons[0].text,
+        whole.solution.reasons[0],
         tuple(float(c) for c in whole.solution.history[:, 0]),
         u.chi2,
         u.dof,

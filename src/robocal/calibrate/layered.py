@@ -22,6 +22,8 @@ from robocal.estimate.problem import Problem
 from robocal.geometry import so3
 from robocal.measure.base import Rows
 from robocal.measure.data import DataSet
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["Guarded", "layer_rows", "layered_errors", "try_layer"]
 
@@ -39,7 +41,7 @@ class Guarded:
     the reason."""
 
     layer: Layer | None
-    reason: str
+    reason: Remark
     before: float | None = None
     after: float | None = None
     gain: tuple[float, float, float] | None = None
@@ -94,9 +96,9 @@ def try_layer(model: Chain, data: DataSet, problem: Problem, x: Array, watch: Wa
     q = data.configurations.joints
     rows = layer_rows(data, problem, x)
     if rows is None or q is None or not np.isfinite(q).all():
-        return Guarded(None, "a layer needs positions or poses of the tool, seen from the base")
+        return Guarded(None, Remark.of(Code.LAYER_NEEDS))
     if len(q) < FEWEST:
-        return Guarded(None, f"fewer than {FEWEST} configurations prove nothing about it")
+        return Guarded(None, Remark.of(Code.GROUP_FEW, least=FEWEST))
     turning = tuple(j.type == "revolute" for j in model.joints)
     split = make_split(data, "blocks", folds=ROUNDS)
     weights = np.ones(problem.units) if problem.weights is None else problem.weights[0]
@@ -121,7 +123,7 @@ def try_layer(model: Chain, data: DataSet, problem: Problem, x: Array, watch: Wa
     gain = bootstrap_gain(before, after, rows.unit, 0)
     good = gain[1] > 0
     made_of_all = learn(model.joint_names, turning, q[rows.unit], rows.missed) if good else None
-    words = "the mean error on unseen blocks of rows " + ("falls" if good else "does not fall significantly")
+    words = Remark.of(Code.BLOCKS_FALL if good else Code.BLOCKS_DO_NOT_FALL)
     return Guarded(
         made_of_all, words, float(before.mean()), float(after.mean()), gain, len(rows.unit),
         float(np.concatenate(inside).mean()),

@@ -22,6 +22,8 @@ from robocal.measure.base import KINDS, Rows
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
 from robocal.parameters import Table
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
@@ -36,6 +38,7 @@ CLAIM = 0.75
 SAMPLES = 500
 # From here on the hidden partners, not the data, decide how well a parameter is known, and it is said.
 WIDER = 1.5
+NAMED = 6  # partners that are named
 
 
 def parameter_results(
@@ -65,22 +68,20 @@ def parameter_results(
     out = []
     for i, row in enumerate(table.rows):
         nominal = model.table[row.name].value if row.name in model.table else row.value
-        note = ""
+        notes: tuple[Remark, ...] = ()
         if row.name in sigma:
             status = "identified" if share[row.name] >= CLAIM else "prior"
-            partners = ", ".join(hidden.get(row.name, [])[:6])
-            if status == "prior":
-                note = (
-                    f"only a combination with {partners} is seen"
-                    if partners
-                    else "the data say little beyond what was expected"
-                )
+            partners = tuple(hidden.get(row.name, [])[:NAMED])
+            if status == "prior" and not partners:
+                notes = (Remark.of(Code.LITTLE_SAID),)
+            elif status == "prior":
+                notes = (Remark.of(Code.ONLY_COMBINATION, partners=partners),)
             elif partners and total[row.name] > WIDER * sigma[row.name]:
-                note = f"cannot be told from {partners}: the sigma says by how much"
+                notes = (Remark.of(Code.HIDDEN_PARTNERS, partners=partners),)
             if values[i] <= row.lower or values[i] >= row.upper:
-                note = "stands at its bound" + (f"; {note}" if note else "")
+                notes = (Remark.of(Code.AT_BOUND), *notes)
         elif row.name in by_name:
-            status, note = "dropped", by_name[row.name].text
+            status, notes = "dropped", (by_name[row.name].remark,)
         else:
             status = "fixed"
         bar = max(total[row.name], sigma[row.name]) if row.name in sigma else None
@@ -97,7 +98,7 @@ def parameter_results(
                 _number(sigma, row.name),
                 status,
                 _number(share, row.name),
-                note,
+                notes,
                 # What was excluded beforehand is not offered as possible.
                 None
                 if half is None

@@ -20,7 +20,7 @@ from robocal.remarks.remark import Quantity, Remark
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
 
-__all__ = ["common_scale", "data_warnings", "implausible"]
+__all__ = ["common_scale", "data_warnings", "few_numbers", "implausible", "input_remarks"]
 
 IMPLAUSIBLE = 20.0  # times what was expected: 20 mm, 6 deg
 UNLIKE, ALIKE = 5.0, 0.3  # a common scale: how many expected errors it is, and how much of the changes it may leave
@@ -32,16 +32,49 @@ FLAT = 0.02  # thickness of the measured points against their extent
 def data_warnings(
     model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64], method: str = "lm", strange: Sequence[Outlier] = ()
 ) -> tuple[Remark, ...]:
-    """Single-plane data, too few poses, identical poses, restarts, model error far above the stated noise."""
-    out: list[Remark] = []
+    """What the inputs show before a fit, too few numbers, restarts, model error far above the stated noise."""
     rows = sum(t.scale.size for t in fit.problem.terms)
+    out = [*input_remarks(model, data), *few_numbers(rows, fit.problem.n)]
+    for g in fit.groups:
+        if g.stated is not None and g.tau > 3 * g.stated:
+            left, stated = Quantity(g.rms, g.unit), Quantity(g.stated, g.unit)
+            out.append(Remark.of(Code.ABOVE_STATED_NOISE, group=g.name, left=left, stated=stated))
+    rows_of = [fit.problem.table[n] for n in fit.problem.free]
+    if estimator(method).blind and any(p.prior or np.isfinite([p.lower, p.upper]).any() for p in rows_of):
+        out.append(Remark.of(Code.PRIORS_IGNORED, method=method))
+    out.extend(fit.notes)
+    out.extend(implausible(model, fit))
+    out.extend(_scaled(model, fit))
+    out.extend(_outliers(strange, fit))
+    out.extend(_drift(fit))
+    if fit.restarted:
+        out.append(Remark.of(Code.RESTARTED, starts=fit.restarted))
+    return tuple(out)
+
+
+def few_numbers(numbers: int, parameters: int) -> tuple[Remark, ...]:
+    """Fewer than two measured numbers to a parameter."""
+    few = numbers < 2 * parameters
+    return (Remark.of(Code.FEW_MEASUREMENTS, numbers=numbers, parameters=parameters),) if few else ()
+
+
+def input_remarks(model: Chain, data: DataSet | None = None) -> tuple[Remark, ...]:
+    """What a model and measurements show before anything is fitted: parallel axes that the convention cannot tilt, identical
+    poses, joints that stand still, points of one plane."""
+    out: list[Remark] = []
     known = CONVENTIONS.get(model.convention)
     parallel = parallel_axes(model) if known is not None and not known.complete else ()
     if parallel:
-        pairs = tuple(f"{a} and {b}" for a, b in parallel)
-        out.append(Remark.of(Code.PARALLEL_AXES, convention=model.convention, pairs=pairs))
-    if rows < 2 * fit.problem.n:
-        out.append(Remark.of(Code.FEW_MEASUREMENTS, numbers=rows, parameters=fit.problem.n))
+        pairs, better = tuple(f"{a} and {b}" for a, b in parallel), f"{model.convention}-hayati"
+        told = Remark.of(
+            Code.PARALLEL_AXES,
+            convention=model.convention,
+            pairs=pairs,
+            better=better if better in CONVENTIONS else None,
+        )
+        out.append(told)
+    if data is None:
+        return tuple(out)
     q = data.configurations.joints
     q = None if q is None else q[np.isfinite(q).all(axis=1)]
     if q is not None and len(q) > 1 and np.ptp(q, axis=0).max(initial=0.0) < 1e-9:
@@ -57,20 +90,6 @@ def data_warnings(
             off = float(np.abs(fits.plane(points)[2]).max())
             if extent > 0 and off < FLAT * extent:
                 out.append(Remark.of(Code.ONE_PLANE, group=obs.label, off=Quantity(off)))
-    for g in fit.groups:
-        if g.stated is not None and g.tau > 3 * g.stated:
-            left, stated = Quantity(g.rms, g.unit), Quantity(g.stated, g.unit)
-            out.append(Remark.of(Code.ABOVE_STATED_NOISE, group=g.name, left=left, stated=stated))
-    rows_of = [fit.problem.table[n] for n in fit.problem.free]
-    if estimator(method).blind and any(p.prior or np.isfinite([p.lower, p.upper]).any() for p in rows_of):
-        out.append(Remark.of(Code.PRIORS_IGNORED, method=method))
-    out.extend(fit.notes)
-    out.extend(implausible(model, fit))
-    out.extend(_scaled(model, fit))
-    out.extend(_outliers(strange, fit))
-    out.extend(_drift(fit))
-    if fit.restarted:
-        out.append(Remark.of(Code.RESTARTED, starts=fit.restarted))
     return tuple(out)
 
 

@@ -13,6 +13,8 @@ from rich.text import Text
 from robocal.cli import show_beyond
 from robocal.cli.show_beside import comparison, linear
 from robocal.cli.terminal import Terminal
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Said
 
 if TYPE_CHECKING:
     from robocal.jobs.outcome import Outcome
@@ -65,11 +67,11 @@ def table(*columns: str, right: Sequence[int] = (), title: str = "") -> Table:
     return made
 
 
-def indented(*lines: str, style: str = "") -> list[Any]:
+def indented(*lines: str, style: str = "", by: int = 2) -> list[Any]:
     """Lines whose continuations are indented too."""
     from rich.padding import Padding
 
-    return [Padding(Text(line, style=style), (0, 0, 0, 2)) for line in lines]
+    return [Padding(Text(line, style=style), (0, 0, 0, by)) for line in lines]
 
 
 def verdict_line(status: str, reasons: Sequence[str]) -> Text:
@@ -79,6 +81,13 @@ def verdict_line(status: str, reasons: Sequence[str]) -> Text:
     if reasons:
         text.append("  " + "; ".join(reasons))
     return text
+
+
+def advised(verdict: Any) -> list[Any]:
+    """What to do next where the gain is not proven, each advice once."""
+    if verdict.status == "improved":
+        return []
+    return indented(*dict.fromkeys(r.advice for r in verdict.remarks if r.advice), style="dim")
 
 
 def errors_table(residuals: Any, title: str) -> Table | None:
@@ -119,10 +128,10 @@ def folds_table(residuals: Any) -> Table | None:
 def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
     """The whole story of one identification."""
     if terminal.json:
-        for warning in outcome.result.warnings:
+        for remark in outcome.result.remarks:
             # A prediction is no warning; it is in the document.
-            if not warning.startswith("elsewhere in the "):
-                terminal.warn(warning)
+            if remark.code != Code.ELSEWHERE:
+                terminal.warn(remark)
         return
     result = outcome.result
     split = result.split
@@ -134,7 +143,7 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
     if split.embargoed:
         facts += f", {len(split.embargoed)} left out because they share a place with those"
     terminal.show(Text.assemble((result.robot.name, "bold"), f"   {result.method}; {facts}; {result.fit.reason}"))
-    terminal.show(verdict_line(result.verdict.status, result.verdict.reasons), Text(""))
+    terminal.show(verdict_line(result.verdict.status, result.verdict.reasons), *advised(result.verdict), Text(""))
     for residuals, title in ((result.residuals, "error"), (result.residuals.angle, "angle")):
         made = errors_table(residuals, title) if residuals is not None else None
         if made is not None:
@@ -151,7 +160,7 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
     terminal.show(*show_beyond.groups(result.groups_tried, figure, table), *show_beyond.layer(result.layer, figure))
     terminal.show(*linear(result.linearity, figure), *comparison(result.comparison, figure, table))
     terminal.show(*strange(result))
-    show_warnings(terminal, result.warnings)
+    show_warnings(terminal, result.remarks)
     show_paths(terminal, outcome.written)
     if outcome.left_out:
         names = ", ".join(outcome.left_out)
@@ -175,8 +184,7 @@ def parameters(result: Any) -> list[Any]:
     made = table("parameter", "nominal", "identified", "change", "± 95 %", "unit", "", right=(1, 2, 3, 4))
     for p in own[:MOST]:
         digits = _digits(p.sigma)
-        note = "" if p.status == "identified" else (p.note or "mostly prior")
-        note = note.replace("only a combination with ", "only with ").removesuffix(" is seen")
+        note = "" if p.status == "identified" else (_short(p) or "mostly prior")
         made.add_row(
             p.name, _fixed(p.nominal, digits), _fixed(p.identified, digits), _fixed(p.delta, digits, True), _half(p.interval), p.unit,
             Text(note, style="yellow"),
@@ -195,6 +203,12 @@ def parameters(result: Any) -> list[Any]:
     }
     out += [Text(", ".join(f"{n} {words[s]}" for s, n in counts.items() if n), style="dim"), Text("")]
     return out
+
+
+def _short(p: Any) -> str:
+    """The note of a parameter, as short as a table wants it."""
+    partners = next((r.numbers["partners"] for r in p.remarks if r.code == Code.ONLY_COMBINATION), ())
+    return f"only with {', '.join(partners)}" if partners else str(p.note)
 
 
 def strange(result: Any) -> list[Any]:
@@ -231,19 +245,22 @@ def hidden(result: Any) -> list[Any]:
             f"What these measurements cannot tell ({seen.rank} of {seen.n_free} free parameters are seen)", style="bold"
         )
     ]
-    quiet = [
-        c.text.split(" ", 1)[0] for c in seen.combinations if c.text.endswith("has no effect on these measurements")
-    ]
-    lines += indented(*(c.text for c in seen.combinations if c.text.split(" ", 1)[0] not in quiet))
+    quiet = [c.terms[0].name for c in seen.combinations if c.code == Code.NO_EFFECT]
+    lines += indented(*(c.text for c in seen.combinations if c.code != Code.NO_EFFECT))
     if quiet:
         lines += indented(f"no effect on these measurements: {', '.join(quiet)}")
     return [*lines, *indented("They stay at their nominal values.", style="dim"), Text("")]
 
 
-def show_warnings(terminal: Terminal, warnings: Sequence[str]) -> None:
-    """Warnings, one per line."""
+def show_warnings(terminal: Terminal, warnings: Sequence[Said | str]) -> None:
+    """Warnings, one per line, each with what to do about it."""
     if warnings and not terminal.json:
-        terminal.show(Text("Worth knowing", style="bold"), *indented(*warnings), Text(""))
+        terminal.show(Text("Worth knowing", style="bold"))
+        for said in warnings:
+            terminal.show(*indented(said if isinstance(said, str) else said.sentence))
+            if not isinstance(said, str) and said.advice:
+                terminal.show(*indented(said.advice, style="dim", by=4))
+        terminal.show(Text(""))
 
 
 def show_paths(terminal: Terminal, written: Sequence[Any]) -> None:

@@ -48,7 +48,7 @@ def comparison(found: Any, figure: Figure, table: Callable[..., Any]) -> list[An
         away = "reference" if m.method == found.reference else m.farthest
         made.add_row(
             m.method, *(figure(getattr(m, k)) for k, _ in keys), away, figure(m.sigmas, 2) if m.sigmas is not None else "",
-            figure(m.seconds, 2), m.verdict.replace("_", " "), Text(m.reason if m.reason.startswith("stopped") else "", style="yellow"),
+            figure(m.seconds, 2), m.verdict.replace("_", " "), Text(m.reason if m.stopped else "", style="yellow"),
         )  # fmt: skip
     empty = [""] * 5
     made.add_row("frames only", *(figure(getattr(found, BEFORE[k])) for k, _ in keys), *empty, style="dim")

@@ -41,7 +41,7 @@ def show_compensation(terminal: Terminal, found: Compensated) -> None:
     if order:
         rows = table("target", "status", "")
         for i in order[:MOST]:
-            rows.add_row(found.file.ids[i], words[int(found.made.status[i])], found.notes[i])
+            rows.add_row(found.file.ids[i], words[int(found.made.status[i])], str(found.notes[i]))
         terminal.show(Text(""), rows)
         if len(order) > MOST:
             terminal.show(Text(f"and {len(order) - MOST} others in compensated.csv", style="dim"))

@@ -57,7 +57,7 @@ def show_check(terminal: Terminal, found: Checked) -> None:
         terminal.show(Text(words, style="bold"))
         kept = [n for n in seen.kept if n in chain.table]
         terminal.show(*indented(f"to be fitted: {', '.join(kept)}"))
-        terminal.show(*indented(*(c.text for c in seen.combinations)))
+        terminal.show(*indented(*(c.remark.sentence for c in seen.combinations)))
         if found.misfit is not None:
             terminal.show(
                 Text(f"Nominal model with frames and tool fitted: mean error {figure(found.misfit * 1e3)} mm")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 
-from robocal.cli.show import figure, show_paths, show_warnings, table
+from robocal.cli.show import figure, indented, show_paths, show_warnings, table
 from robocal.cli.terminal import Terminal
 
 if TYPE_CHECKING:
@@ -24,7 +24,8 @@ def show_validation(terminal: Terminal, found: Validation) -> None:
         return
     terminal.show(Text.assemble((found.robot.name, "bold"), f"   {len(found.poses)} measured positions"))
     for reason in found.reasons:
-        terminal.show(Text.assemble(("NOT TO BE TRUSTED", "bold red"), f"  {reason}"))
+        terminal.show(Text.assemble(("NOT TO BE TRUSTED", "bold red"), f"  {reason.sentence}"))
+        terminal.show(*(indented(reason.advice, style="dim") if reason.advice else ()))
     for unit, mine, theirs in (
         ("mm", found.statistic, found.statistic_against),
         ("deg", found.angle, found.angle_against),

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from robocal.cli.guard import coloured, complain, stopped
 from robocal.errors import Cancelled
+from robocal.remarks.remark import Said, spoken
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -90,9 +91,9 @@ class Terminal:
         if not self.json:
             self.console.print(text)
 
-    def warn(self, text: str) -> None:
-        """A warning on stderr."""
-        complain(text, kind="warning")
+    def warn(self, said: Said | str) -> None:
+        """A warning on stderr, with what to do about it."""
+        complain(said if isinstance(said, str) else spoken(said), kind="warning")
 
     def note(self, text: str) -> None:
         """What a person wants to know beside a list on stdout, on stderr."""

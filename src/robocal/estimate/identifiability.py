@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Linear
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = [
     "SEEN",
@@ -39,6 +41,7 @@ SEEN = 1.0
 # Exactly dependent to first order, in units of the largest singular value of the column-normalised matrix.
 STRUCTURAL = 1e-9
 ROUNDING = 1e-12
+NAMED = 6  # partners that are named
 
 
 @dataclass(frozen=True)
@@ -50,13 +53,13 @@ class Combination:
     partners: tuple[tuple[str, float], ...]
 
     @property
-    def text(self) -> str:
-        """In words."""
+    def remark(self) -> Remark:
+        """What is said of it."""
         if not self.partners:
-            return f"{self.name} has no effect on these measurements"
-        shown = [name for name, _ in self.partners[:6]]
+            return Remark.of(Code.NO_EFFECT, parameter=self.name)
+        shown = tuple(name for name, _ in self.partners[:NAMED])
         more = len(self.partners) - len(shown)
-        return f"{self.name} cannot be told from " + ", ".join(shown) + (f" and {more} more" if more else "")
+        return Remark.of(Code.CANNOT_BE_TOLD, parameter=self.name, partners=shown, more=more or None)
 
 
 @dataclass(frozen=True)

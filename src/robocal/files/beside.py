@@ -37,13 +37,14 @@ class Linearity(Part):
 
 
 class Compared(Part):
-    """One estimator: mean errors, verdict, the parameter that ends farthest from the reference in sigmas, seconds; failed
-    says why there is nothing."""
+    """One estimator: mean errors, verdict, the parameter that ends farthest from the reference in sigmas, seconds; stopped: it
+    ended without converging; failed says why there is nothing."""
 
     method: str
     title: str
     verdict: Literal["improved", "not_improved", "refused", ""] = ""
     reason: str = ""
+    stopped: bool = False
     after: Number = None
     held_out: Number = None
     leave_one_out: Number = None

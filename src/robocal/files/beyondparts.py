@@ -21,12 +21,13 @@ class Gain(Part):
 
 class GroupTried(Part):
     """A group beyond geometry that was asked for: what it gained on blocks of rows that were not used (before: the mean
-    error without it), and why it entered or not; orders of ripple by joint."""
+    error without it), and why it entered or not (code: the same for machines); orders of ripple by joint."""
 
     name: str
     parameters: int
     entered: bool
     reason: str
+    code: str = ""
     unit: str = ""
     before: Number = None
     gain: Gain | None = None
@@ -46,6 +47,7 @@ class LayerSummary(Part):
 
     used: bool
     reason: str
+    code: str = ""
     unit: str = "mm"
     before: Number = None
     after: Number = None

@@ -29,6 +29,7 @@ from robocal.files.schema import FrameModel, validate
 from robocal.files.units import UNITS, Unit, Units
 from robocal.files.yamlio import Document, load
 from robocal.measure.data import DataSet, Frame, Observations
+from robocal.remarks.remark import Remark
 
 __all__ = ["InputFile", "Reading", "read_dataset", "read_datasets"]
 
@@ -51,7 +52,7 @@ class Reading:
     dataset: DataSet
     path: Path
     files: tuple[InputFile, ...]
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Remark, ...] = ()
     suspicions: tuple[Suspicion, ...] = ()
     units: Units = field(default_factory=Units)
     alternatives: tuple[Suspicion, ...] = ()  # of units, to be tried when nothing fits

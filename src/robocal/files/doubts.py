@@ -17,6 +17,8 @@ from robocal.arms.chain import Chain
 from robocal.files.units import UNITS, Unit
 from robocal.measure.base import kind_of
 from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["Suspicion", "alternatives", "limit_warning", "repeat_warnings", "suspicions"]
 
@@ -34,7 +36,7 @@ class Suspicion:
     stated: str
     alternative: str
     factor: float
-    reason: str
+    reason: Remark
     columns: tuple[int, ...] = ()
 
     def apply(self, data: DataSet) -> DataSet:
@@ -69,8 +71,17 @@ class Suspicion:
                 scale[first:last] = self.factor
         return replace(obs, value=obs.value * scale, sigma=None if obs.sigma is None else obs.sigma * scale)
 
-    def __str__(self) -> str:
-        return f"{self.source}: the {self.part} values are read in {self.stated} but look like {self.alternative}: {self.reason}"
+    @property
+    def remark(self) -> Remark:
+        """What is said where nothing proves it."""
+        return Remark.of(
+            Code.OTHER_UNIT,
+            file=self.source,
+            part=self.part,
+            stated=self.stated,
+            alternative=self.alternative,
+            why=self.reason.sentence,
+        )
 
 
 def suspicions(
@@ -93,7 +104,7 @@ def suspicions(
         )
         geometry += sum(float(np.ptp(joints[:, i])) for i, j in enumerate(chain.joints) if j.type == "prismatic")
         moved = float(np.ptp(joints, axis=0).max()) > 0.2
-        reason = f"they spread over {spread:.3g} m, the arm measures {geometry:.3g} m"
+        reason = Remark.of(Code.SPREAD_UNLIKE, spread=spread, reach=geometry)
         other_unit = None
         if geometry > 0 and spread > 10 * geometry:
             other_unit = {"m": "mm", "inch": "mm", "cm": "mm", "mm": "um"}.get(length.name)
@@ -112,7 +123,7 @@ def alternatives(
     holds the lengths that were read, "" where a kind reads none."""
     out = []
     turning = tuple(i for i, j in enumerate(chain.joints) if j.type != "prismatic")
-    reason = "the model does not fit the values as they are stated"
+    reason = Remark.of(Code.AS_STATED_UNFIT)
     other = {"rad": UNITS["deg"], "deg": UNITS["rad"]}.get(angle.name)
     if turning and other is not None:
         out.append(
@@ -124,7 +135,7 @@ def alternatives(
     return tuple(out)
 
 
-def _angles(q: Array, limits: Array, unit: Unit) -> tuple[Unit, str] | None:
+def _angles(q: Array, limits: Array, unit: Unit) -> tuple[Unit, Remark] | None:
     other = {"rad": UNITS["deg"], "deg": UNITS["rad"]}.get(unit.name)
     if other is None or not q.size:
         return None
@@ -132,7 +143,7 @@ def _angles(q: Array, limits: Array, unit: Unit) -> tuple[Unit, str] | None:
     outside = float(np.mean(_outside(q, limits).any(axis=1)))
     mended = not _outside(swapped, limits).any()
     if unit.name == "rad" and (largest > 2.5 * TURN or (outside > 0.5 and mended and largest > TURN)):
-        return other, f"the largest is {largest:.4g} rad"
+        return other, Remark.of(Code.LARGEST_ANGLE, largest=largest, unit="rad")
     # Degrees that never leave one radian's worth of turn: a robot that is measured moves further.
     if (
         unit.name == "deg"
@@ -140,7 +151,7 @@ def _angles(q: Array, limits: Array, unit: Unit) -> tuple[Unit, str] | None:
         and largest < math.radians(7)
         and np.ptp(swapped, axis=0).max() > 0.3
     ):
-        return other, f"the largest is {math.degrees(largest):.4g} deg"
+        return other, Remark.of(Code.LARGEST_ANGLE, largest=math.degrees(largest), unit="deg")
     return None
 
 
@@ -149,17 +160,18 @@ def _outside(q: Array, limits: Array) -> NDArray[np.bool_]:
     return np.asarray((q < limits[:, 0] - slack) | (q > limits[:, 1] + slack))
 
 
-def limit_warning(joints: Array, chain: Chain, lines: NDArray[np.int64], file: object) -> tuple[str, ...]:
+def limit_warning(joints: Array, chain: Chain, lines: NDArray[np.int64], file: object) -> tuple[Remark, ...]:
     """One line on the rows that are outside the joint limits."""
     outside = _outside(joints, chain.limits)
     rows = np.flatnonzero(outside.any(axis=1))
     if not len(rows):
         return ()
-    names = ", ".join(chain.joints[i].name for i in np.flatnonzero(outside.any(axis=0)))
-    return (f"{file}: {len(rows)} rows have a joint outside its limits ({names}), first row {lines[rows[0]]}",)
+    names = tuple(chain.joints[i].name for i in np.flatnonzero(outside.any(axis=0)))
+    first = int(lines[rows[0]])
+    return (Remark.of(Code.OUTSIDE_LIMITS, file=str(file), rows=len(rows), joints=names, row=first),)
 
 
-def repeat_warnings(obs: Observations, configurations: Configurations, file: object) -> tuple[str, ...]:
+def repeat_warnings(obs: Observations, configurations: Configurations, file: object) -> tuple[Remark, ...]:
     """Repeated joints (target, point, other configuration) whose results differ by more than 10 sigma of a
     difference, or not even in the last digit."""
     joints = configurations.joints
@@ -188,17 +200,16 @@ def repeat_warnings(obs: Observations, configurations: Configurations, file: obj
     bad = np.flatnonzero((gap > 10 * sigma).any(axis=1))
     if not len(bad):
         return out
-    a, b = obs.rows[first[bad[0]]], obs.rows[order[bad[0]]]
-    return (*out, f"{file}: {len(bad)} repeated measurements differ by more than 10 sigma, first rows {a} and {b}")
+    a, b = int(obs.rows[first[bad[0]]]), int(obs.rows[order[bad[0]]])
+    return (*out, Remark.of(Code.REPEATS_DIFFER, file=str(file), count=len(bad), first=a, second=b))
 
 
-def _twice(obs: Observations, order: NDArray[np.int64], first: NDArray[np.int64], file: object) -> tuple[str, ...]:
+def _twice(obs: Observations, order: NDArray[np.int64], first: NDArray[np.int64], file: object) -> tuple[Remark, ...]:
     """One line on rows that are copies of others. A single number may read alike twice, and a contact has no reading."""
     assert obs.rows is not None
     same = (obs.value[order] == obs.value[first]).all(axis=1) & (order != first)
     found = np.flatnonzero(same & (obs.value[order] != 0).any(axis=1))
     if not len(found) or obs.value.shape[1] < 2:
         return ()
-    a, b = obs.rows[first[found[0]]], obs.rows[order[found[0]]]
-    words = "equal another to the last digit: copied, they count twice"
-    return (f"{file}: {len(found)} measurements {words}, first rows {a} and {b}",)
+    a, b = int(obs.rows[first[found[0]]]), int(obs.rows[order[found[0]]])
+    return (Remark.of(Code.COPIED, file=str(file), count=len(found), first=a, second=b),)

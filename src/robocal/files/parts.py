@@ -1,13 +1,14 @@
-"""What every part of result.json is made of: numbers that may be missing, and models that refuse unknown fields."""
+"""What every part of result.json is made of: numbers that may be missing, and models that refuse unknown fields, and
+what is said as data."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-__all__ = ["Number", "Part", "finite"]
+__all__ = ["Number", "Part", "Remark", "finite"]
 
 
 def _plain(value: Any) -> Any:
@@ -36,3 +37,12 @@ class Part(BaseModel):
     @classmethod
     def _as_plain(cls, data: Any) -> Any:
         return _plain(data)
+
+
+class Remark(Part):
+    """What is said, as data: its code, its sentence, what to do about it, and its numbers by name."""
+
+    code: str
+    sentence: str
+    advice: str = ""
+    numbers: dict[str, Any] = Field(default_factory=dict)

@@ -15,7 +15,7 @@ from pydantic import Field
 from robocal.errors import FormatError
 from robocal.files.beside import Comparison, Linearity
 from robocal.files.beyondparts import Beyond, GroupTried, LayerSummary
-from robocal.files.parts import Number, Part, finite
+from robocal.files.parts import Number, Part, Remark, finite
 from robocal.files.schema import validate
 from robocal.files.text import read_text
 from robocal.files.yamlio import Document
@@ -35,6 +35,7 @@ __all__ = [
     "ParameterResult",
     "Prediction",
     "Provenance",
+    "Remark",
     "Residuals",
     "Result",
     "RobotSummary",
@@ -55,15 +56,6 @@ class RobotSummary(Part):
     source: str = ""
 
 
-class Remark(Part):
-    """What is said, as data: its code, its sentence, what to do about it, and its numbers by name."""
-
-    code: str
-    sentence: str
-    advice: str = ""
-    numbers: dict[str, Any] = Field(default_factory=dict)
-
-
 class Verdict(Part):
     """Whether the corrected model is better on data that it has not seen; `remarks` are the reasons as data."""
 
@@ -78,7 +70,7 @@ class ParameterResult(Part):
     bootstrap (when asked for) is the 95 % percentile interval of fits to configurations drawn again.
 
     delta is the change; of a rotation vector's components, the turn about the axes of the parent frame. data_share is
-    how much of its value the data said (1) or the prior (0).
+    how much of its value the data said (1) or the prior (0). remarks are the note as data.
     """
 
     name: str
@@ -92,6 +84,7 @@ class ParameterResult(Part):
     status: Literal["identified", "prior", "dropped", "fixed"]
     data_share: Number = None
     note: str = ""
+    remarks: list[Remark] = Field(default_factory=list)
     interval: tuple[Number, Number] | None = None
     bootstrap: tuple[Number, Number] | None = None
 
@@ -104,9 +97,10 @@ class CombinationTerm(Part):
 
 
 class Combination(Part):
-    """A sum of parameters that the data cannot see."""
+    """A sum of parameters that the data cannot see, the dropped one first; alone, it has no effect on them."""
 
     text: str
+    code: str = ""
     terms: list[CombinationTerm] = Field(default_factory=list)
 
 

@@ -29,6 +29,8 @@ from robocal.files.text import Source, read_text, write_text
 from robocal.files.units import UNITS, Unit, Units, number, parse_unit
 from robocal.files.yamlio import Document, Path_, edit, parse
 from robocal.parameters import Table
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["Robot", "describe", "open_robot", "parse_robot", "read_robot", "render_robot", "write_robot"]
 
@@ -50,7 +52,7 @@ class Robot:
     text: str
     sha256: str
     format: str = "yaml"
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Remark, ...] = ()
     root: str = ""
     tip: str = ""
     left_out: tuple[str, ...] = ()
@@ -238,18 +240,17 @@ def _located(error: ModelError, document: Document, made: Sequence[Mapping[str, 
     return FormatError(error.message, file=document.path, row=document.row(path), key=error.key, **facts)  # type: ignore[arg-type]
 
 
-def _doubts(arm: Chain, units: Units, document: Document) -> tuple[str, ...]:
+def _doubts(arm: Chain, units: Units, document: Document) -> tuple[Remark, ...]:
     """Values that are possible but look like another unit."""
     out = []
     reach = sum(abs(p.value) for p in arm.table.rows if p.unit == "m" and p.name in arm.geometric)
     if reach > 50.0 or 0.0 < reach < 5e-3:
-        out.append(f"{document.path}: the lengths add up to {reach:.3g} m; is units.length: {units.length.name} right?")
+        out.append(Remark.of(Code.ROBOT_SIZE, file=str(document.path), reach=reach, unit=units.length.name))
     for p in arm.table.rows:
         if p.unit == "rad" and abs(p.value) > 2.01 * math.pi:
-            shown = units.angle.from_si(p.value)
-            out.append(
-                f"{document.path}: {p.name} is {shown:.6g} {units.angle.name}, over a whole turn; is units.angle right?"
-            )
+            shown, unit = units.angle.from_si(p.value), units.angle.name
+            turn = Remark.of(Code.OVER_A_TURN, file=str(document.path), parameter=p.name, value=shown, unit=unit)
+            out.append(turn)
             break
     return tuple(out)
 

@@ -28,6 +28,8 @@ from robocal.files.urdftree import (
     parse_tree,
     root_of,
 )
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["UrdfArm", "edit_urdf", "read_urdf"]
 
@@ -41,7 +43,7 @@ class UrdfArm:
     chain: Chain
     root: str
     tip: str
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Remark, ...] = ()
 
 
 def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None) -> UrdfArm:
@@ -57,11 +59,11 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
     joints = joints_of(root, links, source.path)
     start = root_of(links, joints, source.path)
     into = {j.child: j for j in joints}
-    notes: tuple[str, ...] = ()
+    notes: tuple[Remark, ...] = ()
     if tip is None:
         tip, tie = longest(base or start, joints)
         if tie:
-            notes = (f"{source.path}: the arm is taken to end at link {tip}; choose another with the tip option",)
+            notes = (Remark.of(Code.TIP_CHOSEN, file=str(source.path), tip=tip),)
     for word, name in (("base", base), ("tip", tip)):
         if name is not None and name not in links:
             raise FormatError(

@@ -78,6 +78,7 @@ def compared(
                 title=e.title,
                 verdict=e.verdict,  # type: ignore[arg-type]
                 reason=e.reason,
+                stopped=e.stopped,
                 after=mean(e.after),
                 held_out=mean(e.held_out),
                 leave_one_out=mean(e.leave_one_out),

@@ -62,7 +62,7 @@ def group_results(robot: Robot, tried: Sequence[Tried]) -> dict[str, Any]:
         gain = None if t.gain is None else [v * factor for v in t.gain]
         told.append(
             files.GroupTried(
-                name=t.name, parameters=t.parameters, entered=t.entered, reason=t.reason, unit=unit,
+                name=t.name, parameters=t.parameters, entered=t.entered, reason=t.reason.sentence, code=t.reason.code, unit=unit,
                 before=None if t.before is None else t.before * factor,
                 gain=None if gain is None else files.Gain(mean=gain[0], low=gain[1], high=gain[2]),
                 orders={joint: list(orders) for joint, orders in t.orders},
@@ -80,6 +80,7 @@ def layer_result(found: Guarded | None) -> files.LayerSummary | None:
     before, after, mean, low, high = scaled
     gain = None if mean is None else files.Gain(mean=mean, low=low, high=high)
     return files.LayerSummary(
-        used=found.layer is not None, reason=found.reason, before=before, after=after, gain=gain, n=found.rows,
+        used=found.layer is not None, reason=found.reason.sentence, code=found.reason.code,
+        before=before, after=after, gain=gain, n=found.rows,
         points=0 if found.layer is None else len(found.layer.points), coverage=found.coverage,
     )  # fmt: skip

@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 
 from robocal.arms.chain import Chain
-from robocal.arms.conventions import CONVENTIONS, parallel_axes
 from robocal.calibrate.identify import baseline
+from robocal.calibrate.warn import few_numbers, input_remarks
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot
-from robocal.geometry import fits
 from robocal.jobs.inputs import Watch, computable, open_arm, read_inputs, robot_files
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark, told
 
 __all__ = ["Checked", "check"]
 
@@ -34,7 +35,7 @@ class Checked:
     seen: Identifiability | None
     misfit: float | None  # mean error of the nominal model with fitted frames (m)
     assumed: bool  # whether some noise had to be assumed
-    warnings: tuple[str, ...]
+    warnings: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
 
     @property
@@ -42,16 +43,16 @@ class Checked:
         """The same for machines."""
         chain, seen = self.robot.chain, self.seen
         joints = [{"name": j.name, "type": j.type, "lower": j.lower, "upper": j.upper} for j in chain.joints]
-        told = None
+        found = None
         if seen is not None:
-            told = {
+            found = {
                 "rank": seen.rank,
                 "n_free": len(seen.names),
                 "structural_rank": seen.structural_rank,
                 "condition": seen.condition,
                 "kept": list(seen.kept),
                 "dropped": list(seen.dropped),
-                "combinations": [c.text for c in seen.combinations],
+                "combinations": [c.remark.sentence for c in seen.combinations],
                 "observability": seen.indices,
                 "sigma_assumed": self.assumed,
             }
@@ -60,9 +61,9 @@ class Checked:
             "instruments": list(self.instruments),
             "configurations": None if self.data is None else len(self.data.configurations),
             "free": list(self.free),
-            "identifiability": told,
+            "identifiability": found,
             "baseline_mean_error_mm": None if self.misfit is None else self.misfit * 1e3,
-            "warnings": list(self.warnings),
+            **told(self.warnings),
             "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
         }
 
@@ -73,7 +74,7 @@ def check(
     """Reads a robot, and data files when there are any. Raises InputError for whatever is wrong with them."""
     if not data:
         arm = open_arm(robot, base=base, tip=tip)
-        warnings = (*arm.warnings, *_model_warnings(arm.chain))
+        warnings = (*arm.warnings, *input_remarks(arm.chain), *_free(arm.chain))
         return Checked(arm, None, (), arm.chain.table.free, None, None, False, warnings, robot_files(arm, robot))
     inputs = read_inputs(robot, data, base=base, tip=tip, watch=watch)
     chain, measured = inputs.robot.chain, inputs.data
@@ -85,46 +86,13 @@ def check(
     misfit = float(np.concatenate(lengths).mean()) if lengths else None
     assumed = any(o.sigma is None for o in measured.observations)
     rows = sum(o.value.size for o in measured.observations)
-    own = [f"few measurements: {rows} numbers for {len(free)} free parameters"] if rows < 2 * len(free) else []
-    warnings = (*inputs.warnings, *_model_warnings(chain), *_data_warnings(chain, measured), *own)
+    said = (*input_remarks(chain, measured), *few_numbers(rows, len(free)), *_free(chain))
+    warnings = tuple(dict.fromkeys((*inputs.warnings, *said)))
     return Checked(inputs.robot, measured, _instruments(measured), free, seen, misfit, assumed, warnings, inputs.files)
 
 
-def _model_warnings(chain: Chain) -> tuple[str, ...]:
-    out = []
-    rule = CONVENTIONS.get(chain.convention)
-    pairs = parallel_axes(chain)
-    if pairs and rule is not None and not rule.complete:
-        names = "; ".join(f"{a} and {b}" for a, b in pairs)
-        better = (
-            f"{chain.convention}-hayati"
-            if f"{chain.convention}-hayati" in CONVENTIONS
-            else "a convention with Hayati's beta"
-        )
-        out.append(f"parallel axes ({names}): {chain.convention} cannot say how they tilt to each other; {better} can")
-    if not chain.table.free:
-        out.append("nothing of the robot is free: there is nothing to identify")
-    return tuple(out)
-
-
-def _data_warnings(chain: Chain, data: DataSet) -> tuple[str, ...]:
-    out = []
-    q = data.configurations.joints
-    if q is not None and len(q) > 1:
-        still = [n for n, s in zip(chain.joint_names, np.ptp(q, axis=0), strict=True) if s < 1e-9]
-        if len(still) == len(chain.joints):
-            out.append("all configurations are equal: this shows repeatability, not geometry")
-        elif still:
-            out.append(f"these joints never move: {', '.join(still)}")
-    for obs in data.observations:
-        if obs.kind in ("position", "pose") and len(obs) > 3:
-            points = obs.value[:, :3]
-            extent, off = float(np.linalg.norm(np.ptp(points, axis=0))), float(np.abs(fits.plane(points)[2]).max())
-            if extent > 0 and off < 0.02 * extent:
-                out.append(
-                    f"all points of {obs.label} lie in one plane (within {off * 1e3:.3g} mm): parameters across it are poorly seen"
-                )
-    return tuple(out)
+def _free(chain: Chain) -> tuple[Remark, ...]:
+    return () if chain.table.free else (Remark.of(Code.NOTHING_FREE),)
 
 
 def _instruments(data: DataSet) -> tuple[dict[str, Any], ...]:

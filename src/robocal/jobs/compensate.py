@@ -28,12 +28,15 @@ from robocal.jobs.plain import json_text
 from robocal.jobs.predict import known_of, shape_motion
 from robocal.jobs.reference import nominal_chain, run_result
 from robocal.parameters import FRAME_SYMBOLS
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark, told
 
 __all__ = ["Compensated", "compensate"]
 
 Array = NDArray[np.float64]
 # No calibration moves an arm by more (m, median): the two models are of two robots.
 ELSEWHERE = 0.05
+SHOWN = 5  # targets that are named
 TOOLS = ("calibrated", "nominal", "own")
 
 
@@ -44,11 +47,11 @@ class Compensated:
     robot: Robot
     made: Compensation
     file: TargetFile
-    notes: tuple[str, ...]
+    notes: tuple[Remark | None, ...]  # of every target
     text: str
     tool: str
     verdict: str | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
     written: tuple[Path, ...] = ()
@@ -99,10 +102,10 @@ class Compensated:
             "errors": {"unit": "mm"} | named,
             "expected_of_the_real_robot": None if known is None else {"unit": "mm", "level": LEVEL} | known.__dict__,
             "rows": [
-                {"target": name, "status": STATUS[s], "after_mm": 1e3 * a, "note": note}
+                {"target": name, "status": STATUS[s], "after_mm": 1e3 * a, "note": str(note or "")}
                 for name, s, a, note in zip(self.file.ids, m.status, m.after.tolist(), self.notes, strict=True)
             ],
-            "warnings": list(self.warnings),
+            **told(self.warnings),
             "provenance": {
                 "version": __version__,
                 "command": self.command,
@@ -143,7 +146,7 @@ def compensate(
     notes = tuple(_note(made, i, after, file) for i in range(len(file.ids)))
     within = _within(Path(robot), replace(arm, chain=after), made, file)
     found = Compensated(
-        arm, made, file, notes, compensated_text(made, file, after, notes, within), tool, verdict,
+        arm, made, file, notes, compensated_text(made, file, after, [str(n or "") for n in notes], within), tool, verdict,
         (*arm.warnings, *_warnings(made, file, verdict, reference, arm), *_layer(Path(robot))),
         (*robot_files(arm, robot), *file.files), command, within=within,
     )  # fmt: skip
@@ -190,8 +193,8 @@ def _within(folder: Path, arm: Robot, made: Compensation, file: TargetFile) -> A
     return out
 
 
-def _note(made: Compensation, i: int, chain: Chain, file: TargetFile) -> str:
-    """What a person should know of one target."""
+def _note(made: Compensation, i: int, chain: Chain, file: TargetFile) -> Remark | None:
+    """What a person should know of one target, if anything."""
 
     def joint(k: int, value: float) -> str:
         unit = file.units.length if chain.joints[k].type == "prismatic" else file.units.angle
@@ -199,48 +202,47 @@ def _note(made: Compensation, i: int, chain: Chain, file: TargetFile) -> str:
 
     words = STATUS[made.status[i]]
     if words == "outside limits":
-        parts = [joint(k, b) for k, b in enumerate(made.beyond[i].tolist()) if b]
-        return f"needs {', '.join(parts)}" if parts else "reached only by way of joints outside their limits"
+        parts = tuple(joint(k, b) for k, b in enumerate(made.beyond[i].tolist()) if b)
+        return Remark.of(Code.NEEDS_JOINTS, joints=parts) if parts else Remark.of(Code.BY_WAY_OF_LIMITS)
     if words == "unreachable":
-        angle = f", {np.degrees(made.after_angle[i]):.3g} deg" if made.oriented else ""
-        return f"the nearest that the arm comes is {1e3 * made.after[i]:.3g} mm{angle}"
+        angle = Quantity(float(made.after_angle[i]), "rad") if made.oriented else None
+        return Remark.of(Code.NEAREST_REACHED, gap=Quantity(float(made.after[i])), angle=angle)
     if words == "near singular":
         step = np.abs(made.joints[i] - made.nominal[i])
         if np.isfinite(step).all() and step.max(initial=0.0) > LEAP:
             worst = int(np.argmax(step))
-            return f"the correction moves {joint(worst, step[worst])}"
-        return f"dexterity {made.dexterity[i]:.2g}, below {SINGULAR_BELOW:g}"
+            return Remark.of(Code.CORRECTION_LEAPS, joint=joint(worst, step[worst]))
+        return Remark.of(Code.LOW_DEXTERITY, dexterity=float(made.dexterity[i]), least=SINGULAR_BELOW)
     if words == "orientation relaxed":
-        return f"position exact, orientation off by {np.degrees(made.after_angle[i]):.3g} deg"
-    return ""
+        return Remark.of(Code.ORIENTATION_RELAXED, angle=Quantity(float(made.after_angle[i]), "rad"))
+    return None
 
 
-def _layer(folder: Path) -> tuple[str, ...]:
+def _layer(folder: Path) -> tuple[Remark, ...]:
     if not (folder / LAYER).is_file():
         return ()
-    return ("the residual layer of the run folder is left out: corrections are those of the calibrated model alone",)
+    return (Remark.of(Code.LAYER_LEFT_OUT, what="corrections"),)
 
 
-def _warnings(made: Compensation, file: TargetFile, verdict: str | None, nominal: Chain, arm: Robot) -> tuple[str, ...]:
+def _warnings(
+    made: Compensation, file: TargetFile, verdict: str | None, nominal: Chain, arm: Robot
+) -> tuple[Remark, ...]:
     out = []
     if verdict not in (None, "improved"):
-        out.append(f"the calibration's verdict is {verdict}: compensating with it is not known to help")
+        out.append(Remark.of(Code.CALIBRATION_UNPROVEN, verdict=verdict))
     lost = [name for name, fine in zip(file.ids, made.reached, strict=True) if not fine]
     if lost:
-        shown = ", ".join(lost[:5]) + (f" and {len(lost) - 5} others" if len(lost) > 5 else "")
-        out.append(f"{len(lost)} of {len(made.status)} targets cannot be reached and have no correction: {shown}")
+        shown, others = tuple(lost[:SHOWN]), len(lost) - SHOWN
+        more = others if others > 0 else None
+        total = len(made.status)
+        out.append(Remark.of(Code.TARGETS_UNREACHED, count=len(lost), total=total, targets=shown, others=more))
     gap = np.nanmedian(made.before) if np.isfinite(made.before).any() else 0.0
     if gap > ELSEWHERE:
-        out.append(
-            f"the two models stand {1e3 * gap:.3g} mm apart at the targets: is the nominal one that of this robot?"
-        )
+        out.append(Remark.of(Code.MODELS_APART, gap=Quantity(float(gap))))
     if file.targets.joints is None:
-        out.append(
-            "the targets do not say where the controller's joints would be: another branch (elbow, wrist) has other "
-            "corrections; add joint columns to settle it"
-        )
+        out.append(Remark.of(Code.BRANCH_UNKNOWN))
     changed = {n for n in arm.chain.table.names if n.startswith("tool.") and n in nominal.table
                and abs(arm.chain.table[n].value - nominal.table[n].value) > 1e-12}  # fmt: skip
     if changed:
-        out.append("the calibration changed the tool; --tool says which tool both models carry (calibrated by default)")
+        out.append(Remark.of(Code.TOOL_CHANGED))
     return tuple(out)

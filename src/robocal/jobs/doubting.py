@@ -18,6 +18,7 @@ from robocal.files.dataset import Reading
 from robocal.files.doubts import Suspicion
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
+from robocal.remarks.remark import Remark
 
 __all__ = ["doubt_units", "misfit"]
 
@@ -75,7 +76,7 @@ def _tools(chain: Chain, data: DataSet) -> list[Array]:
     return [chain.pose(q, data.configurations.columns)[used, :3, 3]] if len(used) else []
 
 
-def doubt_units(chain: Chain, reading: Reading, watch: Watch | None = None) -> tuple[str, ...]:
+def doubt_units(chain: Chain, reading: Reading, watch: Watch | None = None) -> tuple[Remark, ...]:
     """Tries every suspected unit: raises FormatError when other units lower the misfit tenfold, warns otherwise."""
     doubts = reading.suspicions[:6]
     sample = _sample(reading.dataset)
@@ -107,7 +108,7 @@ def doubt_units(chain: Chain, reading: Reading, watch: Watch | None = None) -> t
             found=first.stated,
             expected=first.alternative,
         )
-    return tuple(str(d) for d in doubts)
+    return tuple(d.remark for d in doubts)
 
 
 def _sample(data: DataSet) -> DataSet:

@@ -106,7 +106,9 @@ def drift(
         known[0].conditions,
         new_tool=new_tool,
     )
-    warnings = tuple(dict.fromkeys([*robots[0].warnings, *robots[1].warnings, *_doubts(runs, results, known)]))
+    warnings = tuple(
+        dict.fromkeys([*map(str, robots[0].warnings), *map(str, robots[1].warnings), *_doubts(runs, results, known)])
+    )
     made = Comparison(
         robots[1],
         found,

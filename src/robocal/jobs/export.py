@@ -19,9 +19,13 @@ from robocal.jobs.offsets import OFFSETS, offset_text
 from robocal.jobs.urdf_into import urdf_into
 from robocal.jobs.urdf_text import urdf_text
 from robocal.parameters import FRAME_SYMBOLS
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["FORMATS", "Exported", "export", "parameter_table"]
 
+# What a model lacks that was not read from its run folder.
+LACKING = (Code.RUN_HOLDS_MORE, Code.RESULT_MISSING)
 FORMATS = ("yaml", "urdf", "dh", "csv", "markdown", *OFFSETS)
 
 
@@ -32,7 +36,7 @@ class Exported:
     form: str
     text: str
     written: Path | None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Remark, ...] = ()
 
 
 def export(
@@ -56,8 +60,8 @@ def export(
         raise ModelError("only a URDF can be written into", key="--into", found=form, expected="--format urdf")
     ours = into is None
     arm = open_arm(robot, base=base if ours else None, tip=tip if ours else None)
-    notes: tuple[str, ...] = ()
-    told = tuple(w for w in arm.warnings if "run folder" in w or "result.json" in w)
+    notes: tuple[Remark, ...] = ()
+    told = tuple(w for w in arm.warnings if w.code in LACKING)
     if form == "yaml":
         text = arm.text if arm.format == "yaml" else describe(arm.chain, Units(UNITS["m"], UNITS["rad"]))
     elif form == "urdf":
@@ -66,7 +70,7 @@ def export(
         else:
             text, notes = (arm.text, ()) if arm.format == "urdf" else urdf_text(arm.chain)
         if into is None and arm.format == "urdf" and arm.left_out:
-            notes = (f"a URDF cannot hold the fitted {', '.join(arm.left_out)}; --format yaml can",)
+            notes = (Remark.of(Code.URDF_CANNOT_HOLD, names=arm.left_out),)
     elif form == "dh":
         text = describe(to_denavit(arm.chain), arm.units, calibrate=False)
     elif form in OFFSETS:
@@ -86,10 +90,10 @@ def export(
     return Exported(form, text, write_text(output, text), notes)
 
 
-def _beyond(chain: Chain) -> tuple[str, ...]:
+def _beyond(chain: Chain) -> tuple[Remark, ...]:
     """What a table or offsets leave out of a model with groups beyond geometry; gains stand in the table."""
     left = [g.name for g in chain.groups if any(chain.table[p].value and not p.endswith(".gain") for p in g.parameters)]
-    return (f"left out is what lies beyond geometry: {', '.join(left)}; --format yaml holds it",) if left else ()
+    return (Remark.of(Code.BEYOND_LEFT_OUT, groups=tuple(left)),) if left else ()
 
 
 # --- the parameter table --------------------------------------------------------------------------------------------

@@ -25,6 +25,8 @@ from robocal.jobs.doubting import doubt_units
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.parameters import Table
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["Inputs", "Watch", "choose", "computable", "open_arm", "read_inputs", "robot_files", "run_file"]
 
@@ -38,7 +40,7 @@ class Inputs:
     robot: Robot
     reading: Reading
     files: tuple[InputFile, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Remark, ...]
 
     @property
     def data(self) -> DataSet:
@@ -83,16 +85,15 @@ def open_arm(name: str | os.PathLike[str], *, base: str | None = None, tip: str 
     if place.name == "calibrated.urdf" and (place.parent / "result.json").is_file():
         lost = _with_result(arm, place.parent / "result.json").left_out
         if lost:
-            words = f"{place} does not hold the fitted {', '.join(lost)}; the run folder {place.parent} does: give that instead"
-            return replace(arm, warnings=(*arm.warnings, words))
+            more = Remark.of(Code.RUN_HOLDS_MORE, file=str(place), names=lost, folder=str(place.parent))
+            return replace(arm, warnings=(*arm.warnings, more))
     return arm
 
 
 def _with_result(arm: Robot, place: Path) -> Robot:
     """The robot with every parameter that its run identified: a URDF has no place for a tool or a gain."""
     if not place.is_file():
-        words = f"{place.parent}: there is no result.json, so what a URDF cannot hold (tool, gains, offsets) is unknown"
-        return replace(arm, warnings=(*arm.warnings, words))
+        return replace(arm, warnings=(*arm.warnings, Remark.of(Code.RESULT_MISSING, folder=str(place.parent))))
     found = read_result(place)
     # What lies beyond geometry has no place in a URDF at all.
     grown = added(arm.chain, [(g.name, g.options) for g in found.beyond])

@@ -14,6 +14,8 @@ from robocal.errors import FormatError
 from robocal.files.layerfile import LAYER, read_layer
 from robocal.jobs.inputs import Inputs
 from robocal.measure.base import problem
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["layer_beside", "layer_words"]
 
@@ -44,9 +46,8 @@ def layer_beside(
     return Statistic.of(left * 1e3, profiled=factor != 1.0)
 
 
-def layer_words(found: Statistic | None) -> tuple[str, ...]:
+def layer_words(found: Statistic | None) -> tuple[Remark, ...]:
     """What is said of it."""
     if found is None:
         return ()
-    words = f"with the residual layer of the run folder on top, the mean error is {found.mean:.4g} mm; the figures above are without it"
-    return (words,)
+    return (Remark.of(Code.LAYER_ON_TOP, mean=Quantity(found.mean * 1e-3)),)

@@ -19,7 +19,7 @@ from scipy import special
 from robocal import __version__
 from robocal.calibrate import evidence
 from robocal.calibrate.bootstrap import Resampled
-from robocal.calibrate.estimators import estimator
+from robocal.calibrate.estimators import ended, estimator
 from robocal.calibrate.identification import Identification, Stages
 from robocal.calibrate.layer import Layer
 from robocal.errors import MissingExtra
@@ -32,7 +32,7 @@ from robocal.files.units import UNITS, Unit
 from robocal.jobs.beside import linear
 from robocal.jobs.knowledge import knowledge_files, map_columns
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark
+from robocal.remarks.remark import Quantity, Remark, documents, sentences
 
 __all__ = ["Outcome", "provenance", "residual_columns", "save", "to_result"]
 
@@ -77,7 +77,7 @@ def provenance(
 
 
 def to_result(
-    found: Identification, robot: Robot, recipe: files.Provenance, warnings: Sequence[str | Remark] = ()
+    found: Identification, robot: Robot, recipe: files.Provenance, warnings: Sequence[Remark] = ()
 ) -> files.Result:
     """result.json of an identification."""
     said = tuple(dict.fromkeys((*warnings, *found.warnings, *_band_remarks(found))))
@@ -92,7 +92,7 @@ def to_result(
         + ("" if found.options.loss == "none" else f", {found.options.loss} loss"),
         verdict=files.Verdict(
             status=found.verdict.status,  # type: ignore[arg-type]
-            reasons=[r.sentence for r in found.verdict.reasons],
+            reasons=sentences(found.verdict.reasons),
             remarks=_documents(found.verdict.reasons),
         ),
         parameters=[_parameter(p, robot, found.resampled) for p in found.parameters],
@@ -114,14 +114,14 @@ def to_result(
             for o in found.outliers
         ],
         correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
-        warnings=list(dict.fromkeys(map(str, said))),
-        remarks=_documents(r for r in said if isinstance(r, Remark)),
+        warnings=sentences(said),
+        remarks=_documents(said),
         provenance=recipe,
     )
 
 
 def _documents(remarks: Iterable[Remark]) -> list[files.Remark]:
-    return [files.Remark.model_validate(r.document) for r in remarks]
+    return [files.Remark.model_validate(d) for d in documents(remarks)]
 
 
 def _parameter(p: Any, robot: Robot, drawn: Resampled | None) -> files.ParameterResult:
@@ -140,6 +140,7 @@ def _parameter(p: Any, robot: Robot, drawn: Resampled | None) -> files.Parameter
         status=p.status,
         data_share=p.data_share,
         note=p.note,
+        remarks=_documents(p.notes),
         interval=None if p.interval is None else tuple(unit.from_si(v) for v in p.interval),
         bootstrap=None if drawn is None or at is None else (unit.from_si(drawn.low[at]), unit.from_si(drawn.high[at])),
     )
@@ -159,7 +160,7 @@ def _identifiability(found: Identification, robot: Robot) -> files.Identifiabili
         own = units[c.name].factor
         terms = [files.CombinationTerm(name=c.name, coefficient=1.0)]
         terms += [files.CombinationTerm(name=n, coefficient=-v * own / units[n].factor) for n, v in c.partners]
-        combinations.append(files.Combination(text=c.text, terms=terms))
+        combinations.append(files.Combination(text=c.remark.sentence, code=c.remark.code, terms=terms))
     hidden = [f"{p.name}: {p.note}" for p in found.parameters if p.status == "prior" and p.note]
     return files.Identifiability(
         rank=seen.rank,
@@ -227,7 +228,7 @@ def _fit(found: Identification) -> files.Fit:
     sources = list(dict.fromkeys(g.source for g in found.groups))
     return files.Fit(
         iterations=found.iterations,
-        reason="as many steps as were asked for" if estimator(found.options.method).finite else found.reason,
+        reason=ended(found.options.method, found.reason)[0],
         history=list(found.history), chi2=found.chi2, dof=found.dof, groups=groups,
         sigma_source=", ".join(sources),
     )  # fmt: skip
@@ -326,7 +327,10 @@ def save(outcome: Outcome, folder: Path) -> Outcome:
         page: str | None = render(outcome.result.model_dump(mode="json"), outcome.residuals, cells)
     except MissingExtra as missing:
         page = None
-        outcome = replace(outcome, result=_warned(outcome.result, Remark.of(Code.REPORT_LEFT_OUT, reason=str(missing))))
+        outcome = replace(
+            outcome,
+            result=_warned(outcome.result, Remark.of(Code.REPORT_LEFT_OUT, page="report.html", reason=str(missing))),
+        )
     name = "calibrated.urdf" if robot.format == "urdf" else "calibrated.yaml"
     more = dict(knowledge_files(outcome.identification, cells))
     if outcome.layer is not None:

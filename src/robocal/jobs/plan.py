@@ -26,6 +26,8 @@ from robocal.jobs.instruments import known, template
 from robocal.jobs.plain import plain
 from robocal.jobs.simulate import refuse_existing
 from robocal.measure.data import DataSet
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark, told
 from robocal.report.plan import plan_page
 
 __all__ = ["Planned", "plan_poses"]
@@ -43,7 +45,7 @@ class Planned:
     options: PlanOptions
     template: Template  # with the sigma that is stated
     inputs: tuple[InputFile, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Remark, ...]
     written: tuple[Path, ...] = ()
 
     @property
@@ -82,7 +84,7 @@ class Planned:
                     {"id": f"p{i + 1:0{len(str(n))}d}", "rank": int(k) + 1, "candidate": p.names[k], "joints_si": p.q[k]}
                     for i, k in enumerate(p.path)
                 ],
-                "warnings": list(self.warnings),
+                **told(self.warnings),
                 "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
             }
         )  # fmt: skip
@@ -166,13 +168,10 @@ def plan_poses(
             chain, at_work, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
         )
     if wanted is not None and found.enough is None:
-        best = found.forecast.mean[-1] * 1e3
-        warnings = (
-            *warnings,
-            f"the accuracy asked for is not reached: {best:.3g} mm after {found.forecast.count[-1]} poses",
-        )
+        best, after_ = Quantity(float(found.forecast.mean[-1])), int(found.forecast.count[-1])
+        warnings = (*warnings, Remark.of(Code.ACCURACY_NOT_REACHED, best=best, poses=after_))
     if any(o.sigma is None for o in at_work):
-        warnings = (*warnings, "no sigma is stated: 0.1 mm and 0.1 mrad per axis were assumed")
+        warnings = (*warnings, Remark.of(Code.SIGMA_ASSUMED))
     made = Planned(arm, found, options, stated, files, warnings)
     if output is None:
         return made
@@ -183,7 +182,7 @@ def plan_poses(
     return replace(made, written=write_files(output, texts))
 
 
-def _texts(made: Planned) -> tuple[dict[str, str], tuple[str, ...]]:
+def _texts(made: Planned) -> tuple[dict[str, str], tuple[Remark, ...]]:
     """The joint program, and the data file with its table to be filled in; and a warning where a kind has no table."""
     p, chain, units = made.plan, made.robot.chain, made.robot.units
     n = len(p.q)
@@ -201,7 +200,8 @@ def _texts(made: Planned) -> tuple[dict[str, str], tuple[str, ...]]:
         data = DataSet(blank.configurations, tuple(unknown))
         table, said = table_text(data, chain, units), data_text(data, chain, "data.csv", units)
     except ModelError as error:
-        return {"poses.csv": program}, (f"no data file was written: {error.message} ({error.found})",)
+        left = Remark.of(Code.NO_DATA_FILE, reason=f"{error.message} ({error.found})")
+        return {"poses.csv": program}, (left,)
     empty = "\n".join(",".join("" if c == ".nan" else c for c in r.split(",")) for r in table.split("\n"))
     return {"poses.csv": program, "data.csv": empty, "data.yaml": said}, ()
 

@@ -23,6 +23,8 @@ from robocal.files.text import read_text, write_text
 from robocal.files.units import number
 from robocal.geometry import so3
 from robocal.jobs.inputs import Watch, open_arm, run_file
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark, told
 
 __all__ = ["Prediction", "known_of", "predict_run", "shape_motion"]
 
@@ -40,7 +42,7 @@ class Prediction:
     absolute: bool
     region: str
     inputs: tuple[InputFile, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Remark, ...]
     written: tuple[Path, ...] = ()
 
     @property
@@ -54,7 +56,7 @@ class Prediction:
             "units": {"length": "mm", "angle": "deg"},
             "poses": list(self.rows),
             "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
-            "warnings": list(self.warnings),
+            **told(self.warnings),
             "written": [str(p) for p in self.written],
         }
 
@@ -104,28 +106,26 @@ def predict_run(
     found = predict(robot.chain, q, known.total, conditions, motion)
     warnings = [*robot.warnings, *_outside(robot, known, q), *_assumed(robot, known, q, targets.targets.extra)]
     if (folder / LAYER).is_file():
-        warnings.append("this run has a residual layer: predictions here are those of the model alone, without it")
+        warnings.append(Remark.of(Code.LAYER_LEFT_OUT, what="predictions"))
     rows = tuple(_rows(targets.ids, found, known))
     files = (InputFile(folder / COVARIANCE, read_text(folder / COVARIANCE).sha256), *targets.files)
     made = Prediction(robot, rows, whole, region, files, tuple(warnings))
     return made if output is None else replace(made, written=(write_text(output, _text(rows)),))
 
 
-def _outside(robot: Robot, known: Knowledge, q: Array) -> list[str]:
+def _outside(robot: Robot, known: Knowledge, q: Array) -> list[Remark]:
     """Joint values where the robot was never measured: the model is trusted there, not tested."""
     if known.joints is None:
         return []
     out = np.atleast_2d((q < known.joints[:, 0] - 1e-9) | (q > known.joints[:, 1] + 1e-9))
-    names = [robot.chain.joint_names[i] for i in np.flatnonzero(out.any(axis=0))]
+    names = tuple(robot.chain.joint_names[i] for i in np.flatnonzero(out.any(axis=0)))
     if not names:
         return []
     many = int(out.any(axis=1).sum())
-    return [
-        f"{many} of {len(q)} poses lie outside the measured range of {', '.join(names)}: there the bars rest on the model alone"
-    ]
+    return [Remark.of(Code.OUTSIDE_MEASURED, poses=many, total=len(q), joints=names)]
 
 
-def _assumed(robot: Robot, known: Knowledge, q: Array, given: Mapping[str, Array]) -> list[str]:
+def _assumed(robot: Robot, known: Knowledge, q: Array, given: Mapping[str, Array]) -> list[Remark]:
     """Recorded columns that the model depends on and the poses do not have: the mean of the measurements is no answer for
     a pose that is reached from the other side, or on a hot day."""
     here: dict[str, ArrayLike] = {**known.conditions, **given}
@@ -134,7 +134,7 @@ def _assumed(robot: Robot, known: Knowledge, q: Array, given: Mapping[str, Array
     names = [n for n in absent if (robot.chain.pose(q, {**here, n: known.conditions[n] + 1.0}) != plain).any()]
     if not names:
         return []
-    return [f"the poses do not say {', '.join(names)}: what it was on average while measuring is taken"]
+    return [Remark.of(Code.CONDITIONS_ASSUMED, columns=tuple(names))]
 
 
 def _rows(ids: Sequence[str], found: Predicted, known: Knowledge) -> list[dict[str, Any]]:

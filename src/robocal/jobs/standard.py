@@ -24,6 +24,8 @@ from robocal.calibrate.validate import (
 )
 from robocal.errors import ModelError, nearest
 from robocal.measure.data import DataSet
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark, told
 
 __all__ = ["WAYS", "Standard", "standard"]
 
@@ -36,7 +38,6 @@ WAYS = {
     "all": "every pair of places",
     "group": "every pair of places in one group",
 }
-UNCHANGED = "Repeatability (RP, RD, vAP) compares measurements with each other. No model enters, so calibration does not change it."
 AXES = ("x", "y", "z"), ("a", "b", "c")
 LISTED = 200  # pairs with the largest error that are listed one by one
 
@@ -52,7 +53,7 @@ def standard(data: DataSet, this: Model, against: Model | None, distances: str =
     found = visits(this[0], data, this[1])
     if found is None:
         _chosen(None, data, distances)
-        word = "the data hold no positions of the tool by an instrument that stands still"
+        word = Remark.of(Code.NO_STANDING_POSITIONS).sentence
         return {"standard": "ISO 9283:1998", "not_computable": dict.fromkeys(("AP", "RP", "AD", "RD"), word)}
     other = None if against is None else visits(against[0], data, against[1])
     pair = _chosen(found, data, distances)
@@ -69,11 +70,11 @@ def standard(data: DataSet, this: Model, against: Model | None, distances: str =
         "pose": _poses(names, mine, theirs) if (n >= 2).any() else None,
         "distance": _distances(names, far, their_far, WAYS.get(distances, f"every pair of one {distances}")),
         "not_computable": _missing(found, mine, far),
-        "notes": [UNCHANGED],
     }
+    notes = [Remark.of(Code.REPEATABILITY_UNCHANGED)]
     if (n >= 2).any() and int(n[n >= 2].min()) < CYCLES:
-        made["notes"].append(f"The standard asks for {CYCLES} visits; here some places have {int(n[n >= 2].min())}.")
-    return made
+        notes.append(Remark.of(Code.FEW_VISITS, asked=CYCLES, visits=int(n[n >= 2].min())))
+    return made | told(notes, "notes")
 
 
 def _chosen(found: Visits | None, data: DataSet, distances: str) -> Ints:
@@ -99,21 +100,20 @@ def _chosen(found: Visits | None, data: DataSet, distances: str) -> Ints:
 
 def _missing(found: Visits, mine: PoseFigures, far: DistanceFigures) -> dict[str, str]:
     """What cannot be computed, and why."""
-    out = {}
+    out: dict[str, Remark] = {}
     if not (found.count >= 2).any():
-        out["AP"] = "every place was visited once; a barycentre needs repeated visits (single errors are above)"
-        out["RP"] = "every place was visited once"
+        needs = "a barycentre needs repeated visits (single errors are above)"
+        out["AP"], out["RP"] = Remark.of(Code.VISITED_ONCE, what=needs), Remark.of(Code.VISITED_ONCE)
     if found.turn is None:
-        out["AP_abc, RP_abc"] = "no orientations were measured"
+        out["AP_abc, RP_abc"] = Remark.of(Code.NO_ORIENTATIONS)
     if not np.isfinite(mine.vap).any():
         marked = found.direction is not None
-        what = "no place was approached from several directions" if marked else f"no column {DIRECTION} marks them"
-        out["vAP"] = what
+        out["vAP"] = Remark.of(Code.ONE_DIRECTION) if marked else Remark.of(Code.DIRECTIONS_UNMARKED, column=DIRECTION)
     if not len(far.pair):
-        out["AD"] = "fewer than two places were measured by one instrument"
+        out["AD"] = Remark.of(Code.FEW_PLACES)
     if not np.isfinite(far.rd).any():
-        out["RD"] = "no distance was run repeatedly"
-    return out
+        out["RD"] = Remark.of(Code.DISTANCES_ONCE)
+    return {name: why.sentence for name, why in out.items()}
 
 
 def _poses(names: list[str], mine: PoseFigures, theirs: PoseFigures | None) -> dict[str, Any]:

@@ -18,6 +18,8 @@ from robocal.files.robot import Robot, open_robot
 from robocal.files.urdf import edit_urdf
 from robocal.geometry import se3, so3
 from robocal.parameters import FRAME_SYMBOLS
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["urdf_into"]
 
@@ -29,7 +31,7 @@ LOST = (1e-9, 1e-9)
 
 def urdf_into(
     chain: Chain, into: str, *, base: str | None = None, tip: str | None = None
-) -> tuple[str, tuple[str, ...]]:
+) -> tuple[str, tuple[Remark, ...]]:
     """The text of a URDF with the calibrated origins, and notes. Raises InputError for a URDF of another robot."""
     urdf = open_robot(into, base=base, tip=tip)
     if urdf.format != "urdf":
@@ -63,12 +65,9 @@ def urdf_into(
         now = wanted
     text, _ = edit_urdf(urdf.text, urdf.chain, changed)
     gap, turn = _apart(now, tool)
-    notes: tuple[str, ...] = ()
+    notes: tuple[Remark, ...] = ()
     if gap > LOST[0] or turn > LOST[1]:
-        notes = (
-            f"{into}: behind the last axis there is no fixed joint that could hold the tool, which is off by "
-            f"{1e3 * gap:.3g} mm and {np.degrees(turn):.3g} deg; all axes are right",
-        )
+        notes = (Remark.of(Code.URDF_TOOL_OFF, file=into, gap=Quantity(gap), angle=Quantity(turn, "rad")),)
     return text, notes
 
 

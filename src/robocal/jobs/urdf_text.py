@@ -19,13 +19,15 @@ from robocal.arms.denavit import axes_at_zero
 from robocal.errors import ModelError
 from robocal.files.orientation import to_rpy
 from robocal.files.units import number
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["urdf_text"]
 
 Array = NDArray[np.float64]
 
 
-def urdf_text(chain: Chain) -> tuple[str, tuple[str, ...]]:
+def urdf_text(chain: Chain) -> tuple[str, tuple[Remark, ...]]:
     """The URDF of an arm and notes on it. Raises ModelError when a joint's gain is not 1, which a URDF cannot say."""
     axes, points, gains, tool = axes_at_zero(chain)
     for joint, gain in zip(chain.joints, gains, strict=True):
@@ -66,7 +68,7 @@ def urdf_text(chain: Chain) -> tuple[str, tuple[str, ...]]:
         "  </joint>",
         "</robot>",
     ]
-    notes = ("effort and velocity limits are placeholders (0): a URDF must have them, a kinematic model has none",)
+    notes = (Remark.of(Code.URDF_PLACEHOLDERS),)
     return "\n".join(lines) + "\n", notes if any(
         math.isfinite(j.upper) or j.type == "prismatic" for j in chain.joints
     ) else ()

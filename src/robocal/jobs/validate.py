@@ -32,6 +32,8 @@ from robocal.jobs.layered import layer_beside, layer_words
 from robocal.jobs.plain import json_text, plain
 from robocal.jobs.standard import Standard, standard
 from robocal.measure.data import DataSet
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark, documents, sentences
 
 __all__ = ["Errors", "Validation", "model_errors", "validate"]
 
@@ -76,8 +78,8 @@ class Validation:
     frames: tuple[str, ...]
     poses: tuple[dict[str, Any], ...]
     trusted: bool
-    reasons: tuple[str, ...]
-    warnings: tuple[str, ...]
+    reasons: tuple[Remark, ...]
+    warnings: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
     written: tuple[Path, ...] = ()
@@ -95,7 +97,7 @@ class Validation:
             "robot": self.robot.name,
             "against": None if self.against is None else self.against.name,
             "trusted": self.trusted,
-            "reasons": list(self.reasons),
+            "reasons": sentences(self.reasons),
             "errors": {"unit": "mm"} | {k: None if s is None else asdict(s) for k, s in named},
             "angle": None
             if self.angle is None
@@ -107,7 +109,8 @@ class Validation:
             "profiled_against": list(self.frames_against),
             "iso_9283": self.iso,
             "poses": list(self.poses),
-            "warnings": list(self.warnings),
+            "warnings": sentences(self.warnings),
+            "remarks": documents((*self.reasons, *self.warnings)),
             "provenance": {
                 "version": __version__,
                 "command": self.command,
@@ -156,19 +159,15 @@ def validate(
         iso = standard(inputs.data, (inputs.robot.chain, mine.values), second, distances)
     reasons = list(_already_used(inputs))
     if mine.rows < 2 * len(mine.fitted):
-        reasons.append(
-            f"{mine.rows} measured numbers are too few to judge anything after {len(mine.fitted)} of the instruments' frames were fitted"
-        )
+        reasons.append(Remark.of(Code.FEW_AFTER_FRAMES, numbers=mine.rows, fitted=len(mine.fitted)))
     if not len(mine.position):
-        reasons.append("no lengths were measured, and a model is validated in lengths")
+        reasons.append(Remark.of(Code.NO_LENGTHS))
     elif not np.isfinite(mine.position).all():
-        reasons.append("the model gives no finite position on these data")
+        reasons.append(Remark.of(Code.NO_POSITION))
     constant = _constant(inputs.data)
     worst = float(mine.position.mean()) * mine.factor if len(mine.position) and np.isfinite(mine.factor) else None
     if worst is not None and constant is not None and worst >= 0.9 * constant:
-        reasons.append(
-            f"no better than predicting the mean of the measurements: {worst * 1e3:.4g} mm against {constant * 1e3:.4g} mm"
-        )
+        reasons.append(Remark.of(Code.MEAN_AS_GOOD, error=Quantity(worst), constant=Quantity(constant)))
     gain = None
     if theirs is not None and len(theirs.position) == len(mine.position) and worst is not None:
         low = bootstrap_gain(theirs.position * theirs.factor, mine.position * mine.factor, mine.position_at, seed)
@@ -198,12 +197,13 @@ def _save(made: Validation, output: Path) -> Validation:
 
         files["validation.html"] = render(plain(made.document))
     except MissingExtra as missing:
-        made = replace(made, warnings=(*made.warnings, f"validation.html was left out: {missing}"))
+        left_out = Remark.of(Code.REPORT_LEFT_OUT, page="validation.html", reason=str(missing))
+        made = replace(made, warnings=(*made.warnings, left_out))
     document = json_text(made.document)
     return replace(made, written=write_files(output, {"validation.json": document} | files))
 
 
-def _already_used(inputs: Inputs) -> tuple[str, ...]:
+def _already_used(inputs: Inputs) -> tuple[Remark, ...]:
     """Data that the run beside this robot was fitted to prove nothing about it."""
     place = inputs.robot.path
     if place is None or not (place.parent / "result.json").is_file():
@@ -213,10 +213,10 @@ def _already_used(inputs: Inputs) -> tuple[str, ...]:
         used = {i["sha256"] for i in known}
     except (OSError, ValueError, KeyError, TypeError):
         return ()
-    again = [
+    again = tuple(
         str(f.file) for f in inputs.reading.files if f.sha256 in used and f.file.suffix.lower() not in (".yaml", ".yml")
-    ]
-    return (f"the robot was fitted to {', '.join(again)}: that proves nothing",) if again else ()
+    )
+    return (Remark.of(Code.FITTED_TO_THESE, files=again),) if again else ()
 
 
 def _statistic(e: Errors | None, unit: str) -> Statistic | None:

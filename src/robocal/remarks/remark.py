@@ -11,15 +11,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from string import Formatter
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 from robocal.remarks import english
 from robocal.remarks.code import Code
 
-__all__ = ["Number", "Quantity", "Remark"]
+__all__ = ["Number", "Quantity", "Remark", "Said", "documents", "sentences", "spoken", "told"]
 
 # Factor from SI, and the unit in which people read it.
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px")}
@@ -80,8 +80,47 @@ class Remark:
             "numbers": {k: _plain(v) for k, v in self.items if v is not None},
         }
 
+    def of_file(self, file: object) -> Remark:
+        """The same remark on what a file says."""
+        return Remark(self.code, (("file", str(file)), *self.items))
+
     def __str__(self) -> str:
         return self.sentence
+
+
+class Said(Protocol):
+    """What can be shown: a remark, or what result.json keeps of one."""
+
+    @property
+    def sentence(self) -> str:
+        """The sentence, without a full stop."""
+        ...
+
+    @property
+    def advice(self) -> str:
+        """What to do about it, or nothing."""
+        ...
+
+
+def spoken(said: Said) -> str:
+    """Sentence and advice as one text."""
+    return f"{said.sentence}. {said.advice}" if said.advice else said.sentence
+
+
+def sentences(remarks: Iterable[Remark]) -> list[str]:
+    """The sentences of remarks, each once."""
+    return [r.sentence for r in dict.fromkeys(remarks)]
+
+
+def documents(remarks: Iterable[Remark]) -> list[dict[str, object]]:
+    """Remarks for machines, each once."""
+    return [r.document for r in dict.fromkeys(remarks)]
+
+
+def told(remarks: Iterable[Remark], word: str = "warnings") -> dict[str, object]:
+    """What a document says of remarks: their sentences under `word`, the same as data under "remarks"."""
+    once = tuple(dict.fromkeys(remarks))
+    return {word: sentences(once), "remarks": documents(once)}
 
 
 def _filled(template: str, numbers: Mapping[str, Number]) -> str:

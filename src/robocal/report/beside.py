@@ -70,8 +70,7 @@ def _comparison(found: Mapping[str, object]) -> dict[str, Any]:
                 if finite(m.get("seconds")) is not None
                 else "",
                 "verdict": str(m.get("verdict") or "").replace("_", " "),
-                "note": failed
-                or (str(m.get("reason") or "") if str(m.get("reason") or "").startswith("stopped") else ""),
+                "note": failed or (str(m.get("reason") or "") if m.get("stopped") is True else ""),
             }
         )
     for name, values in (

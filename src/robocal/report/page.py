@@ -101,9 +101,7 @@ def _head(result: Result) -> dict[str, Any]:
         ("robocal", provenance.get("version")),
     ]
     verdict = words.verdict(result)
-    warnings = dict.fromkeys(
-        str(w) for w in [*entries(result.get("warnings")), *entries(section(result, "identifiability").get("warnings"))]
-    )
+    warnings = [*words.advised(result), *words.advised(section(result, "identifiability"))]
     return {
         "robot": str(robot.get("name") or "Unnamed robot"),
         "facts": [(name, str(value)) for name, value in facts if value not in (None, "")],
@@ -111,7 +109,7 @@ def _head(result: Result) -> dict[str, Any]:
         "reasons": words.reasons(result),
         "hints": words.hints(result),
         "proof": words.proof(section(result, "residuals")),
-        "warnings": list(warnings),
+        "warnings": list(dict.fromkeys(warnings)),
     }
 
 

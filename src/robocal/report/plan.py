@@ -9,6 +9,7 @@ from importlib.resources import files
 
 from robocal.report.numbers import entries, finite, section, significant
 from robocal.report.svg import Scale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
+from robocal.report.words import advised
 
 __all__ = ["accuracy_picture", "place_pictures", "plan_page"]
 
@@ -45,7 +46,7 @@ def plan_page(document: Mapping[str, object], places: Mapping[str, Points]) -> s
         + "".join(f"<div><dt>{escape(k)}</dt><dd>{escape(v)}</dd></div>" for k, v in facts)
         + "</dl>",
         f'<section class="verdict"><p class="lead">{escape(said)}</p><p>{escape(judged)}</p></section>',
-        _warnings(entries(document.get("warnings"))),
+        _warnings(advised(document)),
         "<h2>How many poses</h2>",
         _figure(
             accuracy_picture(document),
@@ -80,8 +81,9 @@ def _figure(picture: str, caption: str) -> str:
     )
 
 
-def _warnings(found: Sequence[object]) -> str:
-    return "".join(f'<p class="warn">{escape(str(w))}</p>' for w in found)
+def _warnings(found: Sequence[tuple[str, str]]) -> str:
+    """Sentences, each followed by what to do about it."""
+    return "".join(f'<p class="warn">{escape(f"{said}. {advice}" if advice else said)}</p>' for said, advice in found)
 
 
 def _rows(document: Mapping[str, object]) -> list[Mapping[str, object]]:

@@ -10,6 +10,7 @@ from robocal.report.numbers import entries, finite, section, significant
 from robocal.report.page import jinja, style
 from robocal.report.svg import Scale, bottom_axis, drawing, left_axis, points, span
 from robocal.report.tables import mappings
+from robocal.report.words import advised
 
 __all__ = ["render"]
 
@@ -32,7 +33,7 @@ def render(found: Found) -> str:
         robot=str(found.get("robot") or "Unnamed robot"),
         against=found.get("against"),
         trusted=found.get("trusted") is True,
-        reasons=[str(r) for r in entries(found.get("reasons"))],
+        reasons=advised(found, "reasons"),
         errors=[
             {"unit": unit, "rows": _statistics(section(found, key))} for key, unit in (("errors", "mm"), ("angle", "°"))
         ],
@@ -45,7 +46,7 @@ def render(found: Found) -> str:
         pairs=str(section(iso, "distance").get("pairs") or ""),
         distances=_table(mappings(section(iso, "distance").get("rows"))),
         picture=_picture(mappings(section(iso, "distance").get("rows"))),
-        warnings=[str(w) for w in entries(found.get("warnings"))],
+        warnings=advised(found),
         command=str(section(found, "provenance").get("command") or ""),
         version=str(section(found, "provenance").get("version") or ""),
         inputs=[(str(i.get("file")), str(i.get("sha256"))) for i in mappings(section(found, "provenance").get("inputs"))],

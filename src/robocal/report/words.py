@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from robocal.report.numbers import entries, finite, section, significant, with_unit
 
-__all__ = ["Verdict", "chi2_word", "dropped_names", "hints", "proof", "reasons", "times_smaller", "verdict"]
+__all__ = ["Verdict", "advised", "chi2_word", "dropped_names", "hints", "proof", "reasons", "times_smaller", "verdict"]
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,13 @@ def hints(result: Mapping[str, object]) -> list[str]:
         return []
     found = [r.get("advice") for r in entries(section(result, "verdict").get("remarks")) if isinstance(r, Mapping)]
     return list(dict.fromkeys(str(a) for a in found if a))
+
+
+def advised(found: Mapping[str, object], word: str = "warnings") -> list[tuple[str, str]]:
+    """The sentences that a document lists under a word, each once and with what to do about it, "" where nothing is."""
+    known = [r for r in entries(found.get("remarks")) if isinstance(r, Mapping)]
+    advice = {str(r.get("sentence")): str(r.get("advice") or "") for r in known}
+    return [(said, advice.get(said, "")) for said in dict.fromkeys(str(w) for w in entries(found.get(word)))]
 
 
 def times_smaller(before: float | None, after: float | None) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from robocal.cli.guard import DONE
 from robocal.cli.terminal import Terminal
+from robocal.remarks.remark import told
 
 __all__ = ["export"]
 
@@ -37,7 +38,7 @@ def export(
             "format": made.form,
             "written": written,
             "text": made.text if written is None else None,
-            "warnings": list(made.notes),
+            **told(made.notes),
         }
     )
     if not json:

@@ -20,6 +20,8 @@ from robocal.files.cable.robot import CableFile, checked
 from robocal.files.cable.values import CableUnits
 from robocal.files.text import Source, read_text
 from robocal.files.yamlio import Document
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["read_caspr"]
 
@@ -110,14 +112,14 @@ def read_caspr(source: Source) -> CableFile:
         if None not in said:
             known[what] = np.array(said)
         elif any(v is not None for v in said):
-            doubts.append(f"{what} is said of some cables only, and left out")
+            doubts.append(Remark.of(Code.SAID_OF_SOME, what=what))
     if any(row.pulley[0] > 0 for row in rows):
         known["pulleys"] = Pulleys(*(np.array([row.pulley[i] for row in rows]) for i in (0, 1)))
     known["sources"] = {"": f"CASPR, {name} and {beside.name}"}
     robot = cable_robot(name.removesuffix("_cables.xml"), [r.a for r in rows], [r.b for r in rows], **known)
     _plane(robot, home, cables)
     document = Document(source.path, source.text, source.sha256, {}, {(): 1})
-    warnings = (*(f"{source.path}: {doubt}" for doubt in doubts), *checked(robot, document))
+    warnings = (*(doubt.of_file(source.path) for doubt in doubts), *checked(robot, document))
     return CableFile(robot, CableUnits(), source.path, source.text, source.sha256, "caspr", warnings)
 
 
@@ -208,7 +210,7 @@ def _body(links: Node) -> dict[str, Any]:
     inertia, doubts = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), []
     if degrees != "3R3T" and not _solid(inertia):
         # A planar model needs one moment only, and zeros are written for the others.
-        doubts.append(f"its inertia (row {tensor.row} of {tensor.file.name}) is that of no body, and left out")
+        doubts.append(Remark.of(Code.INERTIA_OF_NO_BODY, row=tensor.row, bodies=tensor.file.name))
         known: dict[str, Any] = {}
     else:
         known = {"inertia": inertia}

@@ -25,6 +25,8 @@ from robocal.files.schema import validate
 from robocal.files.text import Source, read_text
 from robocal.files.units import Unit, parse_unit
 from robocal.files.yamlio import Document, Path_, parse, path_text
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["CableFile", "checked", "parse_cable", "read_cable"]
 
@@ -42,7 +44,7 @@ class CableFile:
     text: str
     sha256: str
     format: str = "yaml"
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Remark, ...] = ()
     places: Mapping[str, Place] | None = None
 
 
@@ -81,7 +83,7 @@ def _described(source: Source, document: Document) -> CableFile:
     return CableFile(robot, units, source.path, source.text, source.sha256, "yaml", warnings, places)
 
 
-def checked(robot: CableRobot, document: Document, where: Mapping[str, Path_] | None = None) -> tuple[str, ...]:
+def checked(robot: CableRobot, document: Document, where: Mapping[str, Path_] | None = None) -> tuple[Remark, ...]:
     """What `cables.check` says of a robot, located in its file; `where` says under which keys another format has mass,
     tension and whatever else it has for all cables at once."""
     for name in robot.cables:
@@ -93,7 +95,7 @@ def checked(robot: CableRobot, document: Document, where: Mapping[str, Path_] | 
                 expected="one that is no column of a list (id, x, rx, fx, margin, ...) and has no brackets",
             )
     try:
-        return tuple(f"{document.path}: {doubt}" for doubt in check(robot))
+        return tuple(doubt.of_file(document.path) for doubt in check(robot))
     except ModelError as error:
         path = _path(str(error.key), robot, document, where or {})
         facts: dict[str, Any] = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
@@ -188,13 +190,16 @@ def _joined(
 
 def _idle(
     rows: list[tuple[CableModel, str, str]], frame: Anchors, platform: Anchors, document: Document
-) -> tuple[str, ...]:
+) -> tuple[Remark, ...]:
     """A remark on anchors that no cable uses: they may be spare, or a cable is missing."""
     spare = (
         (key, [name for name in anchors if name not in {row[at] for row in rows}])
         for key, anchors, at in (("frame", frame, 1), ("platform", platform, 2))
     )
-    return tuple(f"{document.path}: no cable uses {key} anchor {', '.join(names)}" for key, names in spare if names)
+    file = str(document.path)
+    return tuple(
+        Remark.of(Code.ANCHORS_UNUSED, file=file, side=side, anchors=tuple(names)) for side, names in spare if names
+    )
 
 
 def _robot(

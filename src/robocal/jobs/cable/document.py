@@ -8,6 +8,7 @@ from typing import Any
 from robocal import __version__
 from robocal.cables.geometry import CableRobot
 from robocal.files.dataset import InputFile
+from robocal.remarks.remark import Remark, told
 
 __all__ = ["framed", "how_made", "limits_text"]
 
@@ -16,7 +17,7 @@ def framed(
     robot: CableRobot,
     found: Mapping[str, Any],
     *,
-    warnings: Sequence[str],
+    warnings: Sequence[Remark],
     inputs: Sequence[InputFile],
     command: str,
 ) -> dict[str, Any]:
@@ -27,7 +28,7 @@ def framed(
         "cables": list(robot.cables),
         **found,
         "assumed": list(robot.assumed),
-        "warnings": list(warnings),
+        **told(warnings),
         "provenance": {
             "version": __version__,
             "command": command,

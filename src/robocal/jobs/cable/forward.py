@@ -22,6 +22,8 @@ from robocal.jobs.cable.document import framed
 from robocal.jobs.cable.lists import fitting, located, tensions_of
 from robocal.jobs.cable.load import robot_input
 from robocal.jobs.simulate import refuse_existing
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["Poses", "cable_forward"]
 
@@ -42,8 +44,8 @@ class Poses:
     rms: Array
     sigma: Array
     text: str
-    warnings: tuple[str, ...]
-    doubts: tuple[str, ...]
+    warnings: tuple[Remark, ...]
+    doubts: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
     written: Path | None = None
@@ -128,7 +130,7 @@ def _shown(value: float, text: Callable[[float], str] = "{:.4g}".format) -> str:
     return "" if np.isnan(value) else text(value)
 
 
-def _doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> tuple[str, ...]:
+def _doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> tuple[Remark, ...]:
     """Poses that were not found, are not the only ones, or do not fit their lengths."""
     from scipy.stats import chi2
 
@@ -137,17 +139,17 @@ def _doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> tupl
     for i, name in enumerate(names):
         r = found.residual[i]
         if not np.isfinite(r).all():
-            out.append(f"{name}: no pose was found at which cables can hang so")
+            out.append(Remark.of(Code.NO_POSE, pose=name))
             continue
         if not found.converged[i]:
-            out.append(f"{name}: the search did not end at a minimum")
+            out.append(Remark.of(Code.SEARCH_UNENDED, pose=name))
         if np.isnan(found.covariance[i]).any() and (sigma is not None or spare > 0):
-            out.append(f"{name}: near this pose the lengths do not say where the platform is: a singular pose")
+            out.append(Remark.of(Code.SINGULAR_POSE, pose=name))
         if found.solutions[i] > 1:
-            out.append(f"{name}: {found.solutions[i]} poses explain these lengths equally well")
+            out.append(Remark.of(Code.SEVERAL_POSES, pose=name, count=int(found.solutions[i])))
         if sigma is not None and spare > 0 and chi2.sf((r @ r) / sigma**2, spare) < UNLIKELY:
-            rms = np.sqrt((r @ r) / spare) * 1e3
-            out.append(f"{name}: no pose explains these lengths: {rms:.3g} mm are left, {sigma * 1e3:.3g} mm expected")
+            rms = Quantity(float(np.sqrt((r @ r) / spare)))
+            out.append(Remark.of(Code.LENGTHS_UNEXPLAINED, pose=name, left=rms, expected=Quantity(sigma)))
         if sigma is None and (left := np.sqrt((r @ r) / len(r))) > UNSTATED:
-            out.append(f"{name}: {left * 1e3:.3g} mm are left of its lengths; --sigma says what may be")
+            out.append(Remark.of(Code.LENGTHS_LEFT, pose=name, left=Quantity(float(left))))
     return tuple(out)

@@ -20,6 +20,7 @@ from robocal.jobs.cable.document import framed
 from robocal.jobs.cable.lists import fitting, located, tensions_of
 from robocal.jobs.cable.load import robot_input
 from robocal.jobs.simulate import refuse_existing
+from robocal.remarks.remark import Remark
 
 __all__ = ["Lengths", "cable_inverse"]
 
@@ -34,7 +35,7 @@ class Lengths:
     names: tuple[str, ...]
     lengths: Array
     text: str
-    warnings: tuple[str, ...]
+    warnings: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
     written: Path | None = None

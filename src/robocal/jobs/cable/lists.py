@@ -11,6 +11,8 @@ from robocal.cables.inverse import model_of
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.lists import CableList
 from robocal.files.cable.robot import CableFile
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["fitting", "located", "tensions_of"]
 
@@ -19,7 +21,7 @@ Array = NDArray[np.float64]
 
 def tensions_of(
     rows: CableList, tension: float | None, file: CableFile, sag: bool
-) -> tuple[Array | None, tuple[str, ...]]:
+) -> tuple[Array | None, tuple[Remark, ...]]:
     """Tensions of the list, or one for all, in N, and a warning where those of the list stretch nothing, since nobody
     knows how elastic the cables are. Raises ModelError when both say, and for one that pushes."""
     if tension is not None:
@@ -29,7 +31,7 @@ def tensions_of(
             raise ModelError("a cable cannot push", key="--tension", found=tension, expected="0 or more")
         return np.asarray(file.units.force.to_si(tension)), ()
     if rows.tension is not None and file.robot.elasticity is None and not sag:
-        return None, (f"tensions of the list are left aside: the elasticity of {file.robot.name} is not known",)
+        return None, (Remark.of(Code.TENSIONS_ASIDE, robot=file.robot.name),)
     return rows.tension, ()
 
 

@@ -27,6 +27,8 @@ from robocal.jobs.cable.start import box_of, clearance_of, started
 from robocal.jobs.inputs import Watch, computable
 from robocal.jobs.plain import json_text
 from robocal.jobs.simulate import refuse_existing
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["cable_poses"]
 
@@ -144,20 +146,16 @@ def _noise(file: CableFile, sigma: float | None, pose_noise: str | None) -> Nois
 
 def _doubts(
     listing: PoseList, noise: Noise, sigma: float | None, wanted: int | None, file: CableFile
-) -> tuple[str, ...]:
+) -> tuple[Remark, ...]:
     out = []
     open_ = int((~listing.contacts.resolved).sum())
     if open_:
-        out.append(
-            f"{open_} motions end where the search for contacts gave up: free up to there, nothing is known beyond"
-        )
+        out.append(Remark.of(Code.MOTIONS_OPEN, count=open_))
     if wanted is not None and sigma is None:
-        out.append("no noise of a length is stated: 1 mm is assumed (--sigma)")
+        out.append(Remark.of(Code.LENGTH_NOISE_ASSUMED))
     if wanted is not None and noise.length > EXPECTED:
-        out.append(
-            f"--sigma {sigma:g} {file.units.length.name} is more than is left where nobody measures "
-            f"({1e3 * EXPECTED:g} mm): nothing would be learned"
-        )
+        unit = file.units.length.name
+        out.append(Remark.of(Code.NOISE_TEACHES_NOTHING, sigma=sigma, unit=unit, expected=Quantity(EXPECTED)))
     return tuple(out)
 
 

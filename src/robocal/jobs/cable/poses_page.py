@@ -14,6 +14,7 @@ from robocal.geometry import se3
 from robocal.jobs.cable.document import how_made, limits_text
 from robocal.jobs.cable.poses_result import EXPECTED_OF, STOPPED_BY, Listed
 from robocal.jobs.plain import plain
+from robocal.remarks.remark import spoken
 from robocal.report.cable.lists import reached
 from robocal.report.cable.page import Block, page
 from robocal.report.cable.scene import scene
@@ -173,7 +174,7 @@ def _how(made: Listed, found: Mapping[str, Any]) -> str:
         f"{limits_text(found['limits_N'])}; {significant(float(robot.need('mass')))} kg; lengths are {found['lengths']}.",
         "Cables are straight rods, and no contact on a way is jumped over. Sag, the frame and the floor are left out.",
     ]
-    return "\n\n".join([*parts, *how_made(found), *made.warnings])
+    return "\n\n".join([*parts, *how_made(found), *map(spoken, made.warnings)])
 
 
 def _point(p: Array) -> str:

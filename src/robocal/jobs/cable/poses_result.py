@@ -17,6 +17,7 @@ from robocal.files.cable.program import list_text
 from robocal.files.cable.values import CableUnits
 from robocal.files.dataset import InputFile
 from robocal.jobs.cable.document import framed
+from robocal.remarks.remark import Remark
 
 __all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed"]
 
@@ -50,7 +51,7 @@ class Listed:
     margin: float
     seed: int
     choice: Choice | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
     written: tuple[Path, ...] = ()

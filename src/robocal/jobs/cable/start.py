@@ -17,6 +17,8 @@ from robocal.errors import ModelError
 from robocal.files.cable.robot import CableFile
 from robocal.geometry import se3
 from robocal.jobs.cable.load import corners_of, missing_text, numbers_of
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["body_of", "box_of", "clearance_of", "started"]
 
@@ -116,9 +118,9 @@ def body_of(file: CableFile, robot: CableRobot, said: str) -> Body | None:
 
 def clearance_of(
     file: CableFile, robot: CableRobot, diameter: float | None, body: str, relief: float | None
-) -> tuple[Clearance, tuple[str, ...]]:
+) -> tuple[Clearance, tuple[Remark, ...]]:
     """What the search for contacts is told; without a diameter cables are lines, which is said."""
-    said: tuple[str, ...] = ()
+    said: tuple[Remark, ...] = ()
     for key, value in (("--diameter", diameter), ("--relief", relief)):
         if value is not None and not (0 <= value < np.inf and (value > 0 or key == "--diameter")):
             raise ModelError("not a length", key=key, found=value, expected="above 0, in the robot file's unit")
@@ -127,9 +129,9 @@ def clearance_of(
     elif robot.diameter is not None:
         d = robot.diameter
     else:
-        d, said = np.zeros(len(robot.cables)), ("no diameter is known: cables touch as lines do (--diameter)",)
+        d, said = np.zeros(len(robot.cables)), (Remark.of(Code.NO_DIAMETER),)
     if robot.pulleys is not None and (robot.pulleys.radius > 0).any():
-        said = (*said, "contacts are looked for as if cables left the frame at their anchors, without pulleys")
+        said = (*said, Remark.of(Code.NO_PULLEYS))
     room = None if relief is None else file.units.length.to_si(relief)
     return Clearance(d, body_of(file, robot, body), room), said
 

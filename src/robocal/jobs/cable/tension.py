@@ -21,6 +21,8 @@ from robocal.jobs.cable.load import held_robot, lever_of, mass_of, missing_text,
 from robocal.jobs.cable.tension_result import Tensions
 from robocal.jobs.plain import json_text
 from robocal.jobs.simulate import refuse_existing
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["cable_tension"]
 
@@ -108,28 +110,27 @@ def _text(
     return platform_text(rows.names, rows.values, file.units, more)
 
 
-def _doubts(robot: CableRobot, names: tuple[str, ...], spread: Distribution, missing: Array) -> tuple[str, ...]:
+def _doubts(robot: CableRobot, names: tuple[str, ...], spread: Distribution, missing: Array) -> tuple[Remark, ...]:
     """Poses that no tensions hold, and those that this method has none for."""
     out = []
     for i in np.flatnonzero(~spread.feasible):
-        lacking = missing_text(robot, missing[i])
-        out.append(f"{names[i]}: no tensions within the limits hold it; missing is {lacking}")
+        out.append(Remark.of(Code.NOT_HELD, pose=names[i], missing=missing_text(robot, missing[i])))
     for i in np.flatnonzero(spread.feasible & ~spread.found):
-        out.append(f"{names[i]}: the closed form leaves the limits where other tensions do not (--method mid)")
+        out.append(Remark.of(Code.CLOSED_FORM_LEAVES, pose=names[i]))
     left = len(out) - MOST
-    return (*out[:MOST], f"... and {left} more") if left > 0 else tuple(out)
+    return (*out[:MOST], Remark.of(Code.AND_MORE, count=left)) if left > 0 else tuple(out)
 
 
-def _bare(robot: CableRobot, names: tuple[str, ...], spread: Distribution, margin: Array) -> tuple[str, ...]:
+def _bare(robot: CableRobot, names: tuple[str, ...], spread: Distribution, margin: Array) -> tuple[Remark, ...]:
     """Poses that are held as they are and in no other way: singular ones, mostly."""
     bare = [names[i] for i in np.flatnonzero(spread.feasible & (margin <= NOTHING * robot.need("limits").max()))]
     if not bare:
         return ()
-    shown = ", ".join(bare[:MOST]) + (f" and {len(bare) - MOST} more" if len(bare) > MOST else "")
-    return (f"held, but with no margin: a singular pose, or one at a limit, gives way to some disturbance: {shown}",)
+    more = len(bare) - MOST
+    return (Remark.of(Code.NO_MARGIN, poses=tuple(bare[:MOST]), more=more if more > 0 else None),)
 
 
-def _leaning(robot: CableRobot, rows: CableList) -> tuple[str, ...]:
+def _leaning(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:
     """Cables that leave the plane of a planar robot: what they pull across it is held by nothing."""
     if robot.degrees == "3R3T":
         return ()
@@ -139,11 +140,9 @@ def _leaning(robot: CableRobot, rows: CableList) -> tuple[str, ...]:
     if not lean.max(initial=0.0) > LEANING:
         return ()
     row, cable = (int(v) for v in np.unravel_index(int(np.argmax(lean)), lean.shape))
-    angle = np.degrees(np.arcsin(min(float(lean[row, cable]), 1.0)))
-    return (
-        f"{rows.names[row]}: cable {robot.cables[cable]} leaves the plane {robot.plane} by {angle:.3g} deg; "
-        "nothing balances what it pulls across",
-    )
+    angle = Quantity(float(np.arcsin(min(float(lean[row, cable]), 1.0))), "rad")
+    where = {"pose": rows.names[row], "cable": robot.cables[cable], "plane": robot.plane}
+    return (Remark.of(Code.LEANING, **where, angle=angle),)
 
 
 def _save(made: Tensions, output: Path) -> Tensions:

@@ -10,6 +10,7 @@ import numpy as np
 from robocal.jobs.cable.document import how_made, limits_text
 from robocal.jobs.cable.tension_result import Tensions
 from robocal.jobs.plain import plain
+from robocal.remarks.remark import spoken
 from robocal.report.cable.page import Block, page
 from robocal.report.cable.scene import scene
 from robocal.report.cable.series import tensions
@@ -103,4 +104,4 @@ def _how(made: Tensions, found: Mapping[str, Any]) -> str:
         f"{model}; method {method}; limits {limits_text(found['limits_N'])}; {significant(found['mass_kg'])} kg. "
         f"Of margins, moments are divided by {found['length_m']:g} m."
     )
-    return "\n\n".join([words, *how_made(found), *made.warnings])
+    return "\n\n".join([words, *how_made(found), *map(spoken, made.warnings)])

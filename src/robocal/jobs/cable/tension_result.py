@@ -14,6 +14,7 @@ from robocal.cables.tension import Distribution
 from robocal.files.cable.lists import WRENCH
 from robocal.files.dataset import InputFile
 from robocal.jobs.cable.document import framed
+from robocal.remarks.remark import Remark
 
 __all__ = ["Tensions"]
 
@@ -35,8 +36,8 @@ class Tensions:
     length: float
     mass: float
     text: str
-    warnings: tuple[str, ...]
-    doubts: tuple[str, ...]
+    warnings: tuple[Remark, ...]
+    doubts: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
     written: tuple[Path, ...] = ()

@@ -24,6 +24,8 @@ from robocal.jobs.cable.workspace_result import PLANES, RayStart, Workspace
 from robocal.jobs.inputs import Watch
 from robocal.jobs.plain import json_text
 from robocal.jobs.simulate import refuse_existing
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 __all__ = ["cable_workspace"]
 
@@ -186,47 +188,40 @@ def _boundary(
     return surface(robot, demand, start.at, sides, rays, steps), cuts
 
 
-def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline | None) -> tuple[str, ...]:
+def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline | None) -> tuple[Remark, ...]:
     """What the grid knows and the rays do not: other parts, holes, what the start does not see; and when the two disagree."""
     flat = isinstance(edge, Outline)
     unit, size = ("m2", edge.area) if isinstance(edge, Outline) else ("m3", edge.volume if edge else 0.0)
     one = made.volume / made.inside.sum()
     out = []
     if (len(found.parts) > 1) and sum(found.parts[1:]) > 0.01 * sum(found.parts):
-        shown = ", ".join(f"{n * one:.3g}" for n in found.parts[:5])
-        out.append(f"{len(found.parts)} parts that do not touch ({shown} {unit}): rays see the one around their start")
+        shown = tuple(f"{n * one:.3g}" for n in found.parts[:5])
+        out.append(Remark.of(Code.PARTS_APART, count=len(found.parts), sizes=shown, unit=unit))
     if found.holes:
-        out.append(
-            f"{len(found.holes)} holes ({sum(found.holes) * one:.3g} {unit}) inside: rays end at the first they meet"
-        )
+        out.append(Remark.of(Code.HOLES, count=len(found.holes), size=float(sum(found.holes) * one), unit=unit))
     if start.seen < SEEN:
-        out.append(
-            f"the start does not see {100 * (1 - start.seen):.2g} % of the held cells: the {'outline' if flat else 'surface'} leaves "
-            "them out (--start X,Y,Z chooses another)"
-        )
+        edge_ = "outline" if flat else "surface"
+        out.append(Remark.of(Code.START_SEES_PART, share=100 * (1 - start.seen), edge=edge_))
     if abs(size / made.volume - 1) > NEAR:
-        why = "" if start.seen < SEEN else ": more --cells or --rays bring them together"
-        out.append(f"rays and grid differ by {100 * (size / made.volume - 1):+.1f} %{why}")
+        # What the start does not see, no finer grid brings back.
+        seen = None if start.seen < SEEN else start.seen
+        out.append(Remark.of(Code.RAYS_DIFFER, percent=100 * (size / made.volume - 1), seen=seen))
     return tuple(out)
 
 
-def _doubts(robot: CableRobot, made: Grid, start: RayStart | None, file: CableFile) -> tuple[str, ...]:
+def _doubts(robot: CableRobot, made: Grid, start: RayStart | None, file: CableFile) -> tuple[Remark, ...]:
     """Why the result must not be trusted: no cell is held, and which comes closest; or nothing but singular poses are."""
     if made.margin is None:
         return ()
     if made.inside.any():
         if made.margin[made.inside].max() > 1e-9 * float(robot.need("limits").max()):
             return ()
-        return (
-            "every held cell is a singular pose: the cables balance what is demanded there and no disturbance beside it; "
-            "the volume by the grid says nothing",
-        )
+        return (Remark.of(Code.ONLY_SINGULAR),)
     k = np.unravel_index(int(np.argmax(made.margin)), made.margin.shape)
     at = ", ".join(f"{file.units.length.from_si(float(made.axes[i][k[i]])):.4g}" for i in range(3))
-    short = file.units.force.from_si(-float(made.margin[k]))
-    lack = f"{short:.3g} {file.units.force.name} or more"
-    out = f"no cell of the grid can be held: the one that comes closest, at {at} {file.units.length.name}, lacks {lack}"
-    return (out if start is None else f"{out}; but the start of the rays can: a smaller --box, or more --cells",)
+    lack, force = file.units.force.from_si(-float(made.margin[k])), file.units.force.name
+    code = Code.NOTHING_HELD if start is None else Code.ONLY_START_HELD
+    return (Remark.of(code, at=at, length=file.units.length.name, lack=lack, force=force),)
 
 
 def _save(made: Workspace, output: Path, watch: Watch | None) -> Workspace:

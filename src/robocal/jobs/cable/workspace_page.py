@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -55,12 +55,17 @@ def workspace_page(made: Workspace, sheets: Mapping[str, Grid]) -> str:
 def _found(document: Mapping[str, Any]) -> str:
     reasons = document["verdict"]["reasons"]
     if reasons:
-        return "\n\n".join(f"{r[0].upper()}{r[1:]}." for r in reasons)
+        return "\n\n".join(_told(document["verdict"]["remarks"]))
     text = "A position of the platform's origin belongs to the workspace when tensions within the limits balance everything demanded."
     where = [f"{side[0]} is {'least' if side[1] == '-' else 'greatest'}" for side in document["reaches_box"]]
     if where:
         text += f" It is cut off by the box where {', '.join(where)}."
-    return "\n\n".join([text, *(f"{r[0].upper()}{r[1:]}." for r in document["warnings"])])
+    return "\n\n".join([text, *_told(document["remarks"])])
+
+
+def _told(remarks: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Remarks as paragraphs: the sentence, and what to do about it."""
+    return [f"{r['sentence'][0].upper()}{r['sentence'][1:]}. {r['advice']}".strip() for r in remarks]
 
 
 def _numbers(document: Mapping[str, Any]) -> list[list[str]]:

@@ -19,6 +19,7 @@ from robocal.files.cable.values import CableUnits
 from robocal.files.dataset import InputFile
 from robocal.geometry import so3
 from robocal.jobs.cable.document import framed
+from robocal.remarks.remark import Remark, told
 
 __all__ = ["PLANES", "RayStart", "Workspace"]
 
@@ -54,8 +55,8 @@ class Workspace:
     sections: Mapping[str, Outline]
     rays: int
     home_held: bool
-    warnings: tuple[str, ...]
-    doubts: tuple[str, ...]
+    warnings: tuple[Remark, ...]
+    doubts: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
     written: tuple[Path, ...] = ()
@@ -75,7 +76,7 @@ class Workspace:
         what = "volume_m3" if (made.cell > 0).all() else "area_m2"
         home = self.robot.home[:3, 3]
         found = {
-            "verdict": {"status": "empty" if self.start is None else "found", "reasons": list(self.doubts)},
+            "verdict": {"status": "empty" if self.start is None else "found", **told(self.doubts, "reasons")},
             "demand": self._demanded(),
             "box": {"m": self.box, "chosen": self.how},
             "grid": {

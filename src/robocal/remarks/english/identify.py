@@ -1,20 +1,11 @@
-"""Sentences and advice in English: one entry for every code, and a test that there is."""
+"""What an identification remarks on, in English: its verdict, the data and the fit, and what was written."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from robocal.remarks.code import Code
+from robocal.remarks.words import Words
 
-__all__ = ["TABLE", "Words"]
-
-
-class Words(NamedTuple):
-    """A sentence without its full stop, and what to do about it ("" where nothing is to be done)."""
-
-    sentence: str
-    advice: str = ""
-
+__all__ = ["TABLE"]
 
 TABLE: dict[Code, Words] = {
     # --- the verdict ---
@@ -176,5 +167,5 @@ TABLE: dict[Code, Words] = {
         "calibrated.urdf cannot hold the fitted {names}, so by itself it is not the identified robot; the run folder is",
         "Give the folder to validate, export or simulate.",
     ),
-    Code.REPORT_LEFT_OUT: Words("report.html was left out: {reason}"),
+    Code.REPORT_LEFT_OUT: Words("{page} was left out: {reason}", "The numbers are all in the files beside it."),
 }

@@ -1,0 +1,43 @@
+"""Writes the table of every remark into docs/verdicts.md, from the table of words: python scripts/remarks_table.py"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from robocal.remarks.english import cable, files, identify, parameters, verbs
+
+PAGE = Path(__file__).parents[1] / "docs" / "verdicts.md"
+BEGIN, END = "<!-- every remark: made by scripts/remarks_table.py -->", "<!-- end of every remark -->"
+TOPICS = (
+    ("An identification", identify.TABLE),
+    ("Single parameters, and what lies beyond geometry", parameters.TABLE),
+    ("Files of arms and their data", files.TABLE),
+    ("A model judged, used and handed on", verbs.TABLE),
+    ("Cable robots", cable.TABLE),
+)
+
+
+def shown(template: str) -> str:
+    """A template as people read it: *names* where numbers stand."""
+    return re.sub(r"\{(\w+)[^}]*\}", r"*\1*", template).replace("|", "\\|")
+
+
+def table() -> str:
+    """The tables of all topics, between their marks."""
+    out = [BEGIN, ""]
+    for title, words in TOPICS:
+        out += [f"### {title}", "", "| code | what is said | what to do |", "|---|---|---|"]
+        out += [f"| `{code}` | {shown(w.sentence)} | {shown(w.advice)} |" for code, w in words.items()]
+        out.append("")
+    return "\n".join([*out, END])
+
+
+def renewed(page: str) -> str:
+    """The page with the table as it is now."""
+    head, _, rest = page.partition(BEGIN)
+    return head + table() + rest.partition(END)[2]
+
+
+if __name__ == "__main__":
+    PAGE.write_text(renewed(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,0 +1,121 @@
+"""What is remarked on cable robots and their lists, in English."""
+
+from __future__ import annotations
+
+from robocal.remarks.code import Code
+from robocal.remarks.words import Words
+
+__all__ = ["TABLE"]
+
+TABLE: dict[Code, Words] = {
+    Code.SAME_FRAME_POINT: Words(
+        "[{file}: ]cables {one} and {other} leave the frame at the same point",
+        "Check their frame anchors, unless they truly share one.",
+    ),
+    Code.POSE_UNDETERMINED: Words(
+        "[{file}: ]{cables} cables do not determine {degrees} degrees of freedom: the pose does not follow from the "
+        "lengths",
+        "Check the number of cables and the degrees of freedom.",
+    ),
+    Code.SAID_OF_SOME: Words(
+        "{file}: {what} is said of some cables only, and left out",
+        "State it for every cable.",
+    ),
+    Code.INERTIA_OF_NO_BODY: Words(
+        "{file}: its inertia (row {row} of {bodies}) is that of no body, and left out",
+        "Correct the moments of inertia in that file where they matter.",
+    ),
+    Code.ANCHORS_UNUSED: Words(
+        "{file}: no cable uses {side} anchor {anchors}",
+        "Spare anchors do no harm; check that no cable is missing.",
+    ),
+    Code.TENSIONS_ASIDE: Words(
+        "tensions of the list are left aside: the elasticity of {robot} is not known",
+        "State the elasticity of the cables in the robot file.",
+    ),
+    Code.NO_DIAMETER: Words(
+        "no diameter is known: cables touch as lines do",
+        "--diameter states it.",
+    ),
+    Code.NO_PULLEYS: Words("contacts are looked for as if cables left the frame at their anchors, without pulleys"),
+    Code.MOTIONS_OPEN: Words(
+        "{count} motions end where the search for contacts gave up: free up to there, nothing is known beyond"
+    ),
+    Code.LENGTH_NOISE_ASSUMED: Words(
+        "no noise of a length is stated: 1 mm is assumed",
+        "--sigma states it.",
+    ),
+    Code.NOISE_TEACHES_NOTHING: Words(
+        "--sigma {sigma:g} {unit} is more than is left where nobody measures ({expected:g}): nothing would be learned",
+        "Check the unit of --sigma, or measure lengths better.",
+    ),
+    Code.NO_POSE: Words(
+        "{pose}: no pose was found at which cables can hang so",
+        "Check the lengths of this row, their unit and the order of the cables.",
+    ),
+    Code.SEARCH_UNENDED: Words(
+        "{pose}: the search did not end at a minimum",
+        "Allow more starts (--starts), and check the lengths of this row.",
+    ),
+    Code.SINGULAR_POSE: Words(
+        "{pose}: near this pose the lengths do not say where the platform is: a singular pose",
+        "Measure another pose, or hold the platform with more cables.",
+    ),
+    Code.SEVERAL_POSES: Words(
+        "{pose}: {count} poses explain these lengths equally well",
+        "Choose by what is known of the place; more cables settle it.",
+    ),
+    Code.LENGTHS_UNEXPLAINED: Words(
+        "{pose}: no pose explains these lengths: {left:.3g} are left, {expected:.3g} expected",
+        "Check the lengths of this row, the model of the cables (tension, sag) and --sigma.",
+    ),
+    Code.LENGTHS_LEFT: Words(
+        "{pose}: {left:.3g} are left of its lengths",
+        "--sigma says what may be; check the unit of the lengths.",
+    ),
+    Code.NOT_HELD: Words(
+        "{pose}: no tensions within the limits hold it; missing is {missing}",
+        "Choose another pose, load or limits.",
+    ),
+    Code.CLOSED_FORM_LEAVES: Words(
+        "{pose}: the closed form leaves the limits where other tensions do not",
+        "--method mid finds them.",
+    ),
+    Code.AND_MORE: Words("... and {count} more"),
+    Code.NO_MARGIN: Words(
+        "held, but with no margin: a singular pose, or one at a limit, gives way to some disturbance: {poses}[ and "
+        "{more} more]",
+        "Keep away from these poses, or widen the limits.",
+    ),
+    Code.LEANING: Words(
+        "{pose}: cable {cable} leaves the plane {plane} by {angle:.3g}; nothing balances what it pulls across",
+        "Check the anchors, or model the robot in space (3R3T).",
+    ),
+    Code.PARTS_APART: Words(
+        "{count} parts that do not touch ({sizes} {unit}): rays see the one around their start",
+        "--start chooses another part.",
+    ),
+    Code.HOLES: Words("{count} holes ({size:.3g} {unit}) inside: rays end at the first they meet"),
+    Code.START_SEES_PART: Words(
+        "the start does not see {share:.2g} % of the held cells: the {edge} leaves them out",
+        "--start X,Y,Z chooses another.",
+    ),
+    Code.RAYS_DIFFER: Words(
+        "rays and grid differ by {percent:+.1f} %",
+        "[More --cells or --rays bring them together (the start sees {seen:.0%} of the held cells).]",
+    ),
+    Code.ONLY_SINGULAR: Words(
+        "every held cell is a singular pose: the cables balance what is demanded there and no disturbance beside it; "
+        "the volume by the grid says nothing",
+        "Demand a reserve or an acceleration, or give the robot other anchors or limits.",
+    ),
+    Code.NOTHING_HELD: Words(
+        "no cell of the grid can be held: the one that comes closest, at {at} {length}, lacks {lack:.3g} {force} or more",
+        "Demand less, or widen the limits.",
+    ),
+    Code.ONLY_START_HELD: Words(
+        "no cell of the grid can be held: the one that comes closest, at {at} {length}, lacks {lack:.3g} {force} or more; but the "
+        "start of the rays can",
+        "Choose a smaller --box, or more --cells.",
+    ),
+}

@@ -1,0 +1,55 @@
+"""What is remarked on files of arms and their data, in English."""
+
+from __future__ import annotations
+
+from robocal.remarks.code import Code
+from robocal.remarks.words import Words
+
+__all__ = ["TABLE"]
+
+TABLE: dict[Code, Words] = {
+    Code.ROBOT_SIZE: Words(
+        "{file}: the lengths add up to {reach:.3g} m",
+        "Check units.length: {unit}.",
+    ),
+    Code.OVER_A_TURN: Words(
+        "{file}: {parameter} is {value:.6g} {unit}, over a whole turn",
+        "Check units.angle: {unit}.",
+    ),
+    Code.TIP_CHOSEN: Words(
+        "{file}: the arm is taken to end at link {tip}",
+        "Choose another with --tip.",
+    ),
+    Code.RUN_HOLDS_MORE: Words(
+        "{file} does not hold the fitted {names}; the run folder {folder} does",
+        "Give the run folder instead of the file.",
+    ),
+    Code.RESULT_MISSING: Words(
+        "{folder}: there is no result.json, so what a URDF cannot hold (tool, gains, offsets) is unknown",
+        "Give the whole run folder, as robocal identify -o wrote it.",
+    ),
+    Code.NOTHING_FREE: Words(
+        "nothing of the robot is free: there is nothing to identify",
+        "Name what is to be identified: calibrate: free in the robot file, or --free.",
+    ),
+    Code.OUTSIDE_LIMITS: Words(
+        "{file}: {rows} rows have a joint outside its limits ({joints}), first row {row}",
+        "Check unit, order and signs of the joint columns, or the limits in the robot file.",
+    ),
+    Code.REPEATS_DIFFER: Words(
+        "{file}: {count} repeated measurements differ by more than 10 sigma, first rows {first} and {second}",
+        "Look at these rows: a target may have moved, or the stated sigma is too small.",
+    ),
+    Code.COPIED: Words(
+        "{file}: {count} measurements equal another to the last digit: copied, they count twice, first rows {first} "
+        "and {second}",
+        "Look at these rows, and leave copies out.",
+    ),
+    Code.OTHER_UNIT: Words(
+        "{file}: the {part} values are read in {stated} but look like {alternative}: {why}",
+        "Check {part}.unit in the data file.",
+    ),
+    Code.LARGEST_ANGLE: Words("the largest is {largest:.4g} {unit}"),
+    Code.SPREAD_UNLIKE: Words("they spread over {spread:.3g} m, the arm measures {reach:.3g} m"),
+    Code.AS_STATED_UNFIT: Words("the model does not fit the values as they are stated"),
+}

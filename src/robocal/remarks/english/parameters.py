@@ -1,0 +1,44 @@
+"""What is remarked on single parameters and on what lies beyond geometry, in English."""
+
+from __future__ import annotations
+
+from robocal.remarks.code import Code
+from robocal.remarks.words import Words
+
+__all__ = ["TABLE"]
+
+TABLE: dict[Code, Words] = {
+    Code.ONLY_COMBINATION: Words(
+        "only a combination with {partners} is seen",
+        "Measure where these differ, or hold all but one of them (--fix).",
+    ),
+    Code.LITTLE_SAID: Words(
+        "the data say little beyond what was expected",
+        "Measure more, or where this parameter shows.",
+    ),
+    Code.HIDDEN_PARTNERS: Words(
+        "cannot be told from {partners}: the sigma says by how much",
+        "Measure where these differ, or hold all but one of them (--fix).",
+    ),
+    Code.AT_BOUND: Words(
+        "stands at its bound",
+        "Widen the bound, or look for what pushes the parameter against it.",
+    ),
+    Code.NO_EFFECT: Words("{parameter} has no effect on these measurements"),
+    Code.CANNOT_BE_TOLD: Words("{parameter} cannot be told from {partners}[ and {more} more]"),
+    Code.NO_RIPPLE: Words("no order of ripple stands out of the noise"),
+    Code.GROUP_UNSEEN: Words(
+        "nothing of it is seen above the noise[: no column {column} was recorded, or it never changes]",
+        "Record what it depends on, and let it vary.",
+    ),
+    Code.GROUP_FEW: Words(
+        "fewer than {least} configurations prove nothing about it",
+        "Measure more configurations.",
+    ),
+    Code.BLOCKS_FALL: Words("the mean error on unseen blocks of rows falls"),
+    Code.BLOCKS_DO_NOT_FALL: Words("the mean error on unseen blocks of rows does not fall significantly"),
+    Code.LAYER_NEEDS: Words(
+        "a layer needs positions or poses of the tool, seen from the base",
+        "Measure positions or poses with an instrument that stands still.",
+    ),
+}
