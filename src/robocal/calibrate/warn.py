@@ -34,7 +34,7 @@ def data_warnings(
 ) -> tuple[Remark, ...]:
     """Single-plane data, too few poses, identical poses, restarts, model error far above the stated noise."""
     out: list[Remark] = []
-    rows = sum(t.scale.size for t in fit.problem.terms)
+    rows = int(fit.problem.numbers.sum())
     known = CONVENTIONS.get(model.convention)
     parallel = parallel_axes(model) if known is not None and not known.complete else ()
     if parallel:
@@ -80,8 +80,14 @@ def _outliers(strange: Sequence[Outlier], fit: Fit) -> list[Remark]:
     for group in dict.fromkeys(o.group for o in strange):
         mine = [o for o in strange if o.group == group]
         total = sum(len(t.unit) for t in fit.problem.terms if t.group == group)
-        first = mine[0].configuration
-        out.append(Remark.of(Code.OUTLIERS, group=group, count=len(mine), total=total, configuration=first))
+        for code, some in (
+            (Code.OUTLIERS, [o for o in mine if o.set_aside]),
+            (Code.STRANGE, [o for o in mine if not o.set_aside]),
+        ):
+            if some:
+                first, far = some[0].configuration, some[0].distance
+                told = Remark.of(code, group=group, count=len(some), total=total, configuration=first, distance=far)
+                out.append(told)
     return out
 
 
@@ -131,7 +137,7 @@ def _drift(fit: Fit) -> list[Remark]:
     """Residuals that resemble those measured just before: something moved while measuring, or like poses were grouped."""
     out = []
     for r in fit.problem.residuals(fit.solution.x):
-        w = (r.value * r.scale)[np.argsort(r.unit, kind="stable")]
+        w = (r.value * r.scale)[r.used][np.argsort(r.unit[r.used], kind="stable")]
         if len(w) < 20 or not (w * w).sum() > 0:
             continue
         # Under independence the normalised lag-one product has a variance of one over its number of terms.
