@@ -13,12 +13,13 @@ class Plain:
     """A term from fn(x) -> r (m, d) and jac(x) -> J (m, d, P), x (P,); `local` adds a linear local block of l
     columns."""
 
-    group, kind, parts, lever = "plain", "plain", ((0, 1, "m"),), None
+    group, kind, parts, lever, reading = "plain", "plain", ((0, 1, "m"),), None, True
 
     def __init__(self, fn, jac, shape, *, sigma=1.0, unit=None, local=None, block=None):
         m, d = shape
         self.fn, self.jac = fn, jac
         self.scale = np.ascontiguousarray(1.0 / np.broadcast_to(np.asarray(sigma, float), (m, d)))
+        self.used = np.ones(m, dtype=bool)
         self.unit = np.arange(m) if unit is None else np.asarray(unit)
         self.local = np.full(m, -1) if local is None else np.asarray(local)
         self.block = np.zeros((m, d, 0)) if block is None else np.asarray(block, float)

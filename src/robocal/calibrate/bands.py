@@ -34,6 +34,7 @@ __all__ = [
     "Coverage",
     "coverage",
     "coverage_of",
+    "dense",
     "mean_conditions",
     "measured_bands",
     "measured_range",
@@ -111,12 +112,12 @@ def row_bands(problem: Problem, x: Array, total: Total, units: Ints, blind: Sequ
     c = total.covariance[np.ix_(where, where)]
     out = []
     for term, residual in zip(every.bound_terms, every.residuals(x), strict=True):
-        rows = np.flatnonzero(np.isin(term.unit, units))
+        rows = np.flatnonzero(np.isin(term.unit, units) & term.used)
         model = np.empty((len(rows), residual.value.shape[1], residual.value.shape[1]))
         keep = np.ones(len(rows), dtype=bool)
         for first in range(0, len(rows), CHUNK):
             some = rows[first : first + CHUNK]
-            jac = _dense(term, x, int(some[0]), int(some[-1]) + 1, every.n)[some - some[0]]
+            jac = dense(term, x, int(some[0]), int(some[-1]) + 1, every.n)[some - some[0]]
             model[first : first + CHUNK] = np.einsum("mai,ij,mbj->mab", jac, c, jac, optimize=True)
             keep[first : first + CHUNK] = ~(jac[..., np.isin(every.free, blind)] != 0).any(axis=(1, 2))
         rows, model = rows[keep], model[keep]
@@ -126,7 +127,7 @@ def row_bands(problem: Problem, x: Array, total: Total, units: Ints, blind: Sequ
     return out
 
 
-def _dense(term: Term, x: Array, first: int, last: int, n: int) -> Array:
+def dense(term: Term, x: Array, first: int, last: int, n: int) -> Array:
     """The Jacobian of rows first .. last of one term over all columns, (m, d, n)."""
     _, narrow, _ = term.evaluate(np.atleast_2d(x), np.zeros(1, dtype=np.int64), first, last - first)
     dense = np.zeros((*narrow.shape[1:3], n))

@@ -1,26 +1,44 @@
-"""The baseline: the nominal model with instrument frames, targets and tool fitted, and nothing else of the robot."""
+"""The baseline: the nominal model with instrument frames, targets and tool fitted, and nothing else of the robot.
+
+It is fitted by the loss of the identified model and to the same rows. What a robust loss calls large is told by the noise in use,
+and the nominal model leaves more than the identified one: each is measured by its own robust scale.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.fit import unit_weights
+from robocal.calibrate.noise import apply_noise, assess
 from robocal.calibrate.starts import search as starts
 from robocal.estimate.identifiability import analyse
+from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["baseline", "frame_names"]
+__all__ = ["Baseline", "baseline", "frame_names", "known_baseline"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Watch = Callable[[dict[str, object]], None]
+ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """The problem over all data (weights on the units that were fitted, loss and noise as they were used), where the fit
+    ended, x (1, P), and whether it converged."""
+
+    problem: Problem
+    x: Array
+    converged: bool = True
 
 
 def frame_names(model: Chain, problem: Problem) -> tuple[str, ...]:
@@ -29,9 +47,15 @@ def frame_names(model: Chain, problem: Problem) -> tuple[str, ...]:
     return tuple(n for n in problem.table.free if n not in model.table or n in tool)
 
 
-def baseline(model: Chain, data: DataSet, units: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:
-    """The nominal model with frames and tool fitted to some units: the problem over all data (weights on those units)
-    and x (1, P)."""
+def known_baseline(
+    model: Chain,
+    data: DataSet,
+    units: Ints,
+    loss: str = "none",
+    tuning: float | None = None,
+    watch: Watch | None = None,
+) -> Baseline:
+    """The nominal model with frames and tool fitted to some units, by a loss."""
     made = build(model, data).with_weights(unit_weights(len(data.configurations), units))
     if watch:
         watch({"stage": "start"})
@@ -39,5 +63,28 @@ def baseline(model: Chain, data: DataSet, units: Ints, watch: Watch | None = Non
     candidates = starts.combined(model, data, units, made.with_free(frames))
     # What can be seen of the frames is asked where they are believed to stand, not at the table's zeros.
     there = made.with_table(made.table.with_values({n: v for n, v in candidates[0].items() if n in frames}))
-    seen = analyse(there.with_free(frames), there.start) if frames else None
-    return made, starts.refine(made, seen.kept if seen else (), [c for c in candidates if c])
+    seen = analyse(there.with_free(frames), there.start).kept if frames else ()
+    x, converged = starts.refine(made, seen, [c for c in candidates if c])
+    if loss == "none":
+        return Baseline(made, x, converged)
+    first = made
+    tau: dict[tuple[str, str], float] = {}
+    for _ in range(ROUNDS):
+        groups = assess(data, first.with_loss("huber"), x, units, float(len(seen)))
+        new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+        if tau and set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 0.01 * tau[k] for k in new):
+            break
+        tau = new
+        made = build(model, apply_noise(data, tau)).with_weights(first.weights)
+        if seen:
+            # A loss that forgets large residuals would forget all of them at a start that is far away.
+            near = least_squares(made.with_loss("huber").with_free(seen), x).x
+            solution = least_squares(made.with_loss(loss, tuning).with_free(seen), near)
+            x, converged = solution.x, solution.reasons[0].converged
+    return Baseline(made.with_loss(loss, tuning), x, converged)
+
+
+def baseline(model: Chain, data: DataSet, units: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:
+    """The same by plain least squares: the problem over all data, and x (1, P)."""
+    found = known_baseline(model, data, units, watch=watch)
+    return found.problem, found.x

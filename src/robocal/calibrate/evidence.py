@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal.calibrate.split import Split
-from robocal.estimate.rows import Residuals
+from robocal.estimate.rows import Residuals, Term
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["PROOF", "Statistic", "Verdict", "bootstrap_gain", "constant_errors", "errors", "judge"]
+__all__ = ["PROOF", "Statistic", "Verdict", "bootstrap_gain", "by_unit", "constant_errors", "errors", "judge"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -78,15 +78,24 @@ def errors(residuals: Sequence[Residuals], unit: str) -> tuple[Array, Ints]:
     return np.concatenate(values, axis=-1), np.concatenate(units)
 
 
-def constant_errors(values: Array, units: Ints, split: Split) -> Array:
+def by_unit(terms: Sequence[Term | Residuals], values: Sequence[NDArray[np.bool_]], unit: str) -> NDArray[np.bool_]:
+    """What is known of the rows of every term, (m,) each, in the order of `errors`, (N,)."""
+    out = [v for t, v in zip(terms, values, strict=True) for *_, u in t.parts if u == unit]
+    return np.concatenate(out) if out else np.zeros(0, dtype=bool)
+
+
+def constant_errors(values: Array, units: Ints, split: Split, used: NDArray[np.bool_] | None = None) -> Array:
     """What predicting the mean of the fitted measurements misses, for held-out ones; NaN for those never held out.
 
-    values (N, d) measured, units (N,) their configurations. Infinite where a round has nothing to take the mean of.
+    values (N, d) measured, units (N,) their configurations; `used` (N,) are those of which the mean is taken. Infinite where a
+    round has nothing to take the mean of.
     """
     out = np.full(len(values), np.nan)
     mine = split.round_of[units]
     for first in range(0, len(split), 256):
         seen = split.fit[first : first + 256, units].astype(np.float64)
+        if used is not None:
+            seen *= used
         count = seen.sum(axis=1)
         mean = (seen @ values) / np.maximum(count, 1.0)[:, None]
         rows = np.flatnonzero((mine >= first) & (mine < first + 256))
@@ -130,9 +139,10 @@ def judge(
     kind: str,
     stated: float | None = None,
     unit: str = "m",
+    everything: tuple[Array, Array, NDArray[np.bool_]] | None = None,
 ) -> Verdict:
     """The verdict from unseen errors of the baseline and of the identified model, (N,) each, in `unit`; `kind` names
-    how they were held out."""
+    how they were held out. `everything` are both errors of all rows, and which of them are told, where gross ones were left out."""
     if rank == 0:
         return Verdict("refused", (Remark.of(Code.RANK_ZERO),))
     if not np.isfinite(after).all():
@@ -151,7 +161,13 @@ def judge(
 
     def span(code: Code) -> Remark:
         ends = (Quantity(low, unit), Quantity(high, unit)) if np.isfinite([low, high]).all() else (None, None)
-        return Remark.of(code, gain=Quantity(gain, unit), low=ends[0], high=ends[1], how=kind)
+        aside, otherwise = None, None
+        if everything is not None:
+            first, second, told = everything
+            aside = int(told.sum()) - len(before)
+            otherwise = Quantity(float((first - second)[told].mean()), unit)
+        amounts = {"gain": Quantity(gain, unit), "low": ends[0], "high": ends[1]}
+        return Remark.of(code, **amounts, how=kind, aside=aside, otherwise=otherwise)
 
     if not converged:
         return Verdict("not_improved", (Remark.of(Code.NOT_CONVERGED), span(Code.GAIN_ANYWAY)))

@@ -31,7 +31,7 @@ from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.remarks.remark import Remark
 
-__all__ = ["Fit", "fit", "unit_weights"]
+__all__ = ["Fit", "fit", "softly", "unit_weights"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -118,6 +118,13 @@ def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Arr
     return Fit(chosen, solution, final, tuple(groups), data, restarted, found.covariance, found.notes)
 
 
+def softly(problem: Problem, start: Array) -> Problem:
+    """The problem with every free column held at x (1, P), HOLD times as softly as its expected error."""
+    table = problem.table.with_values(start[0, : len(problem.table)])
+    table = table.with_priors({n: HOLD * float(s) for n, s in zip(problem.free, problem.scales, strict=True)})
+    return replace(problem.with_table(table), priors=True)
+
+
 def _noise(
     posed: Callable[[Tau], tuple[DataSet, Problem]], stated: DataSet, units: Ints, start: Array
 ) -> tuple[Tau, Array]:
@@ -131,9 +138,7 @@ def _noise(
     x = start
     for _ in range(SOFT_ROUNDS):
         _, made = posed(tau)
-        table = made.table.with_values(start[0, : len(made.table)])
-        table = table.with_priors({n: HOLD * float(s) for n, s in zip(made.free, made.scales, strict=True)})
-        soft = replace(made.with_table(table), priors=True)
+        soft = softly(made, start)
         x = least_squares(soft, x).x
         # A column counts as far as the data, not the hold, decide it.
         groups = assess(stated, made, x, units, effective_columns(soft, x))
@@ -155,8 +160,7 @@ def _large_errors(
     _, made = posed({})
     kept = analyse(made, start).kept
     chosen = made.with_free(kept)
-    rows = sum(int(np.isin(t.unit, units).sum()) * t.scale.shape[1] for t in made.terms)
-    if not kept or rows < 2 * len(kept):
+    if not kept or made.numbers[units].sum() < 2 * len(kept):
         return tau, soft
     solution = least_squares(chosen, start)
     if not np.isfinite(solution.cost[0]):

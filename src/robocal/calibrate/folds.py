@@ -23,9 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.baseline import baseline, frame_names
+from robocal.calibrate.baseline import frame_names, known_baseline
 from robocal.calibrate.evidence import errors
 from robocal.calibrate.fit import Fit, fit
+from robocal.calibrate.gross import neither, set_aside
 from robocal.calibrate.identification import Options
 from robocal.calibrate.split import Split
 from robocal.estimate.identifiability import SEEN, analyse
@@ -53,6 +54,7 @@ class Unseen:
     value: dict[str, Array]
     profiled: Bools
     x: Array | None = None
+    converged: bool = True  # every round
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,7 @@ class Trial:
     base: Problem
     base_x: Array
     part: Fit
+    aside: tuple[Bools, ...]  # held-out rows of every term that neither model comes near
     before: Unseen
     after: Unseen
 
@@ -75,7 +78,7 @@ def unseen(
     `home` (K, P) is where a round begins that does not see every direction.
     """
     x = np.atleast_2d(x)
-    ends = np.repeat(x, len(split), axis=0)
+    ends, converged = np.repeat(x, len(split), axis=0), True
     out, profiled = _empty(problem, x, units), np.zeros(len(split), dtype=bool)
     weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
     for names, rounds in _alike(problem, split, local):
@@ -89,11 +92,13 @@ def unseen(
             if shared:
                 solved = least_squares(part, start)
                 found = solved.x
+                ended = np.array([r.converged for r in solved.reasons])
                 again = np.flatnonzero(_open(part, solved.normal.a))
                 if home is not None and len(again):
-                    found[again] = least_squares(
-                        part.with_weights(split.fit[some[again]] * weight), home[some[again]]
-                    ).x
+                    once_more = least_squares(part.with_weights(split.fit[some[again]] * weight), home[some[again]])
+                    found[again] = once_more.x
+                    ended[again] = [r.converged for r in once_more.reasons]
+                converged &= bool(ended.all())
                 _proves_nothing(problem, x, part, solved.normal.a, [n for n in local if n in shared], factor)
             if names:
                 profiled[some] = True
@@ -101,7 +106,7 @@ def unseen(
                     found[b], factor[b] = _profile(problem, found[b : b + 1], split.held[k], names)
             _collect(out, problem, found, factor, split, some)
             ends[some] = found
-    return Unseen(out, profiled, ends)
+    return Unseen(out, profiled, ends, converged)
 
 
 def _open(problem: Problem, a: Array, known: float = OPEN) -> Bools:
@@ -205,7 +210,7 @@ def _profile(problem: Problem, x: Array, held: Bools, names: tuple[str, ...]) ->
     weighted = problem.with_weights(held[None].astype(float))
     for used in (touching & anchors, touching):
         some = replace(weighted, terms=tuple(t for t, u in zip(problem.terms, used, strict=True) if u))
-        numbers = sum(int(held[t.unit].sum()) * t.scale.shape[1] for t in some.terms)
+        numbers = int(some.numbers[held].sum())
         kept = analyse(some.with_free(names), x).kept if numbers else ()
         if len(kept) == len(names):
             break
@@ -230,10 +235,16 @@ def trial(
     frames that they cannot see are looked for."""
     fit_units, held = split.units(k)
     one = Split(split.held[k : k + 1], split.fit[k : k + 1], split.names[k : k + 1], split.how)
-    _, x = baseline(model, data, fit_units, watch)
-    part = fit(model, data, fit_units, options, x, watch)
+    # Gross rows are looked for among the rows that are fitted: the others are not known here.
+    clean = set_aside(model, data, fit_units, watch)
+    by = (options.loss, options.tuning)
+    part = fit(model, clean, fit_units, options, known_baseline(model, clean, fit_units, *by, watch).x, watch)
     # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
-    base, base_x = baseline(model, part.data, fit_units)
+    known = known_baseline(model, part.data, fit_units, *by)
+    base, base_x = known.problem, known.x
+    aside = neither(model, clean, known, part, fit_units)
+    aside = tuple(a & np.isin(t.unit, held) for a, t in zip(aside, base.terms, strict=True))
+    base, part = base.without(aside), replace(part, problem=part.problem.without(aside))
     local = local_names(model, base)
     x, solved = np.array(base_x), np.array(part.solution.x)
     for names, rounds in _alike(base, one, local):
@@ -255,8 +266,8 @@ def trial(
     for made, there, factor in ((base, x, before), (part.problem, solved, after)):
         values = _empty(made, there, units)
         _collect(values, made, there, factor * told, one, np.zeros(1, dtype=np.int64))
-        found.append(Unseen(values, profiled))
-    return Trial(base, x, part, *found)
+        found.append(Unseen(values, profiled, converged=known.converged))
+    return Trial(base, x, part, aside, *found)
 
 
 def local_names(model: Chain, problem: Problem) -> tuple[str, ...]:
@@ -270,7 +281,7 @@ def merge(rounds: Sequence[Unseen]) -> Unseen:
     for unit in rounds[0].value:
         parts = np.stack([r.value[unit] for r in rounds])
         value[unit] = np.where(np.isnan(parts).all(axis=0), np.nan, np.nansum(parts, axis=0))
-    return Unseen(value, np.concatenate([r.profiled for r in rounds]))
+    return Unseen(value, np.concatenate([r.profiled for r in rounds]), converged=all(r.converged for r in rounds))
 
 
 def leave_one_out(problem: Problem, x: Array, units: Ints, unit: str = "m", label: Ints | None = None) -> Array:

@@ -117,6 +117,7 @@ class Stages:
     k_fold_before: Statistic | None = None
     k_fold: Statistic | None = None
     folds: tuple[Fold, ...] = ()
+    everything: Stages | None = None  # the same with the gross rows; None where none was set aside
 
 
 @dataclass(frozen=True)

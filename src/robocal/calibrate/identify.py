@@ -1,10 +1,11 @@
 """Identify a machine from its measurements, and judge the result.
 
-1 start    closed form for frames and targets, refined together: the baseline
-2 split    fit and held-out configurations, in one round or several
-3 fit      what is seen above the noise, on the fit configurations (see `fit`)
-4 judge    paired comparison with the baseline on configurations that were not used
-5 refit    once more on everything, for the model that is handed back, with covariance and prediction band
+1 split    fit and held-out configurations, in one round or several
+2 gross    rows that belong to no others are set aside (see `gross`)
+3 start    closed form for frames and targets, refined together: the baseline
+4 fit      what is seen above the noise, on the fit configurations (see `fit`)
+5 judge    paired comparison with the baseline on configurations that were not used
+6 refit    once more on everything, for the model that is handed back, with covariance and prediction band
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.bands import coverage_of, mean_conditions, measured_range, total_of
-from robocal.calibrate.baseline import baseline, frame_names
+from robocal.calibrate.baseline import baseline, frame_names, known_baseline
 from robocal.calibrate.bootstrap import bootstrap_words, resample
 from robocal.calibrate.estimators import batched
 from robocal.calibrate.fit import Fit, fit
+from robocal.calibrate.gross import set_aside
 from robocal.calibrate.identification import Identification, Options
 from robocal.calibrate.judge import stages, units_of, verdict
 from robocal.calibrate.linear import linearity, linearity_words
@@ -56,17 +58,26 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     assert options.hold_out is not None
     split = make_split(data, options.hold_out, folds=options.folds, blocks=options.blocks, seed=options.seed)
     everyone = np.arange(len(data.configurations))
-    _, start = baseline(model, data, everyone, watch)
-    whole = fit(model, data, everyone, options, start, watch)
+    clean, by = set_aside(model, data, everyone, watch), (options.loss, options.tuning)
+    start = known_baseline(model, clean, everyone, *by, watch).x
+    whole = fit(model, clean, everyone, options, start, watch)
     # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
-    proven = prove(model, data, split, options, baseline(model, whole.data, everyone), whole, watch)
-    return _handed_back(model, data, options, start, whole, proven, watch)
+    base = known_baseline(model, whole.data, everyone, *by)
+    proven = prove(model, data, clean, split, options, base, whole, watch)
+    return _handed_back(model, clean, options, start, whole, proven, base.converged, watch)
 
 
 def _handed_back(
-    model: Chain, data: DataSet, options: Options, start: Array, whole: Fit, proven: Proven, watch: Watch | None
+    model: Chain,
+    data: DataSet,
+    options: Options,
+    start: Array,
+    whole: Fit,
+    proven: Proven,
+    started: bool,
+    watch: Watch | None,
 ) -> Identification:
-    """Everything that is told of a fit to all measurements and of what was proven."""
+    """Everything that is told of a fit to all measurements but gross rows, which `data` marks, and of what was proven."""
     base, base_x, part, held = proven.base, proven.base_x, proven.part, proven.held
     told, best = units_of(base), proven.best
     u = uncertainty(whole.problem, whole.solution.x, estimated=any(g.stated is None for g in whole.groups))
@@ -79,7 +90,7 @@ def _handed_back(
     # The instrument's own bars: the same columns, weighed with the stated noise alone.
     stated = build(model, data).with_weights(whole.problem.weights).with_free(whole.problem.free)
     known = all(obs.sigma is not None for obs in data.observations)
-    off, strange = total_of(whole), find_outliers(data, whole)
+    off, strange = total_of(whole), find_outliers(data, whole, best.aside if best else None)
     bent = linearity(whole, start, u, told)
     results = parameter_results(model, whole, u, off, uncertainty(stated, whole.solution.x) if known else None)
     drawn = None if options.bootstrap is None else resample(whole, u.sigma, options.bootstrap, options.seed, watch)
@@ -93,7 +104,7 @@ def _handed_back(
         whole.identifiability,
         tuple(stages(data, base, base_x, part, proven.fit_units, proven.proofs, unit) for unit in told),
         whole.groups,
-        verdict(model, data, base, part, whole, proven.proofs, options),
+        verdict(model, data, base, part, whole, proven.proofs, options, started),
         row_table(data, base, base_x, part, held, best.after.value if best else {}),
         tuple(ids[i] for i in proven.fit_units),
         tuple(ids[i] for i in held),

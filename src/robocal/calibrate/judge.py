@@ -6,8 +6,8 @@ that there is: a hold-out, a k-fold, leave-one-out.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import frame_names
 from robocal.calibrate.estimators import estimator
-from robocal.calibrate.evidence import PROOF, Statistic, Verdict, constant_errors, errors, judge
+from robocal.calibrate.evidence import PROOF, Statistic, Verdict, by_unit, constant_errors, errors, judge
 from robocal.calibrate.fit import Fit
 from robocal.calibrate.folds import Unseen
+from robocal.calibrate.gross import MOST, share
 from robocal.calibrate.identification import Fold, Options, Stages
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
 from robocal.calibrate.warn import common_scale, implausible
@@ -43,11 +44,13 @@ class Proof:
     split: Split
     before: Unseen
     after: Unseen
+    aside: Mapping[str, NDArray[np.bool_]]  # by unit, (N,): gross rows, which prove nothing
 
-    def errors(self, unit: str) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Errors (N,) of both models in one unit, and which rows prove something."""
+    def errors(self, unit: str, everything: bool = False) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Errors (N,) of both models in one unit, and which rows prove something; `everything`: gross rows too."""
         before, after = self.before.value[unit], self.after.value[unit]
-        return before, after, ~(np.isnan(before) | np.isnan(after))
+        told = ~(np.isnan(before) | np.isnan(after))
+        return before, after, told if everything else told & ~self.aside[unit]
 
 
 def units_of(problem: Problem) -> tuple[str, ...]:
@@ -58,22 +61,44 @@ def units_of(problem: Problem) -> tuple[str, ...]:
 def stages(
     data: DataSet, base: Problem, base_x: Array, part: Fit, fit_units: Ints, proofs: Mapping[str, Proof], unit: str
 ) -> Stages:
-    """Every stage in one unit; `proofs` by name: held_out, k_fold, leave_one_out."""
+    """Every stage in one unit; `proofs` by name: held_out, k_fold, leave_one_out. Where rows were set aside, the same once
+    more with all of them."""
+    known = (data, base, base_x, part, fit_units, proofs, unit)
+    unused = any((~t.used).any() for t in part.problem.terms)
+    found = _stages(*known, everything=False)
+    return replace(found, everything=_stages(*known, everything=True)) if unused or _left_out(proofs) else found
+
+
+def _left_out(proofs: Mapping[str, Proof]) -> bool:
+    return any(a.any() for p in proofs.values() for a in p.aside.values())
+
+
+def _stages(
+    data: DataSet,
+    base: Problem,
+    base_x: Array,
+    part: Fit,
+    fit_units: Ints,
+    proofs: Mapping[str, Proof],
+    unit: str,
+    *,
+    everything: bool,
+) -> Stages:
     before, at = errors(base.residuals(base_x), unit)
     after, _ = errors(part.problem.residuals(part.solution.x), unit)
     inside = np.isin(at, fit_units)
+    if not everything:
+        inside &= by_unit(part.problem.terms, [t.used for t in part.problem.terms], unit)
     seen: dict[str, Statistic | None] = {}
     for name in ("held_out", "k_fold", "leave_one_out"):
         proof = proofs.get(name)
         seen[name] = seen[f"{name}_before"] = None
         if proof is not None:
-            first, second, told = proof.errors(unit)
+            first, second, told = proof.errors(unit, everything)
             turned = bool(proof.after.profiled.any())
             seen[f"{name}_before"] = Statistic.of(first[told], turned)
             seen[name] = Statistic.of(second[told], turned)
-    constant = _constant(data, _first(proofs)) if unit == "m" else None
-    if constant is not None:
-        constant = constant[~np.isnan(constant)]
+    constant = _constant(data, _first(proofs), everything) if unit == "m" else None
     return Stages(
         unit,
         Statistic.of(before[inside]),
@@ -85,12 +110,12 @@ def stages(
         Statistic.of(constant) if constant is not None else None,
         seen["k_fold_before"],
         seen["k_fold"],
-        _folds(proofs["k_fold"], unit, at) if "k_fold" in proofs else (),
+        _folds(proofs["k_fold"], unit, at, everything) if "k_fold" in proofs else (),
     )
 
 
-def _folds(proof: Proof, unit: str, at: Ints) -> tuple[Fold, ...]:
-    first, second, told = proof.errors(unit)
+def _folds(proof: Proof, unit: str, at: Ints, everything: bool) -> tuple[Fold, ...]:
+    first, second, told = proof.errors(unit, everything)
     mine = proof.split.round_of[at]
     rows = [np.flatnonzero(told & (mine == k)) for k in range(len(proof.split))]
     return tuple(
@@ -106,8 +131,9 @@ def _first(proofs: Mapping[str, Proof]) -> Proof | None:
     return next((proofs[n] for n in ("held_out", "k_fold", "leave_one_out") if n in proofs), None)
 
 
-def _constant(data: DataSet, proof: Proof | None) -> Array | None:
-    """What predicting the mean would miss, where positions were measured by one instrument; None otherwise."""
+def _constant(data: DataSet, proof: Proof | None, everything: bool = False) -> Array | None:
+    """What predicting the mean would miss of the rows that prove something, where positions were measured by one instrument;
+    None otherwise."""
     found = [o for o in data.observations if o.kind in ("position", "pose")]
     if (
         len(found) != 1
@@ -118,17 +144,32 @@ def _constant(data: DataSet, proof: Proof | None) -> Array | None:
     split = proof.split if proof is not None else leave_one_out_rounds(data)
     if len(split) < 2 and proof is None:
         return None
-    return constant_errors(found[0].value[:, :3], found[0].configuration, split)
+    told = np.ones(len(found[0]), dtype=bool)
+    if proof is not None and not everything:
+        told = ~proof.aside["m"]
+    missed = constant_errors(
+        found[0].value[:, :3], found[0].configuration, split, None if everything else found[0].used
+    )
+    return np.asarray(missed[told & ~np.isnan(missed)])
 
 
 def verdict(
-    model: Chain, data: DataSet, base: Problem, part: Fit, whole: Fit, proofs: Mapping[str, Proof], options: Options
+    model: Chain,
+    data: DataSet,
+    base: Problem,
+    part: Fit,
+    whole: Fit,
+    proofs: Mapping[str, Proof],
+    options: Options,
+    started: bool = True,
 ) -> Verdict:
-    """Whether the model improved, with the reasons; `part` is what was judged, `whole` what is handed back. See
-    docs/architecture.md."""
+    """Whether the model improved, with the reasons; `part` is what was judged, `whole` what is handed back, `data` has the gross
+    rows marked, and `started` says whether the baseline converged. See docs/architecture.md."""
     label = places(data.configurations)
     if len(np.unique(label)) < 2:
         return Verdict("refused", (Remark.of(Code.ONE_PLACE),))
+    if (aside := share(data)) > MOST:
+        return Verdict("refused", (Remark.of(Code.TOO_MANY_ASIDE, share=aside, most=MOST),))
     proof = _first(proofs)
     if proof is None:
         return Verdict("not_improved", (Remark.of(Code.NOTHING_HELD_OUT),))
@@ -142,7 +183,7 @@ def verdict(
     found = judge(
         before[told],
         after[told],
-        constant[~np.isnan(constant)] if constant is not None else None,
+        constant,
         _drawn(proof.split, label, at[told]),
         rank=part.identifiability.rank,
         # Some methods end after as many steps as were asked for.
@@ -151,10 +192,23 @@ def verdict(
         kind=proof.split.how,
         stated=float(np.sqrt(3) * stated[0]) if stated else None,
         unit=unit,
+        everything=proof.errors(unit, everything=True) if proof.aside[unit].any() else None,
     )
+    if found.status == "improved" and (what := _unfinished(whole, proof, options, started)):
+        found = Verdict("not_improved", (Remark.of(Code.NOT_CONVERGED, what=what), *found.reasons))
     if found.status == "improved":
         found = _second_thoughts(model, base, part, proof, found)
     return _same_model(whole, proof, unit, found) if found.status == "improved" else found
+
+
+def _unfinished(whole: Fit, proof: Proof, options: Options, started: bool) -> str | None:
+    """Which of the fits behind a verdict did not converge; None when all did."""
+    ended = {
+        "the baseline": started and proof.before.converged,
+        "the fit to everything": whole.solution.reasons[0].converged or estimator(options.method).finite,
+        "a round": proof.after.converged,
+    }
+    return next((what for what, done in ended.items() if not done), None)
 
 
 def _drawn(split: Split, label: Ints, at: Ints) -> Ints:
@@ -170,7 +224,7 @@ def _second_thoughts(model: Chain, base: Problem, part: Fit, proof: Proof, found
     problem = part.problem
     if not set(problem.free) - set(frame_names(model, base)):
         return Verdict("not_improved", (Remark.of(Code.NOTHING_OF_ROBOT), *found.reasons))
-    rows = _rows(problem)
+    rows = problem.numbers
     left, sought = int((proof.split.fit @ rows).min()), problem.n - int((problem.prior[1] > 0).sum())
     # What is left would be met exactly, and the left-out configuration by what was known of it before.
     if len(proof.split) > 1 and left <= sought:
@@ -200,12 +254,6 @@ def _same_model(whole: Fit, proof: Proof, unit: str, found: Verdict) -> Verdict:
         Code.ENDED_ELSEWHERE, left=Quantity(float(left), unit), after=Quantity(float(after[told].mean()), unit)
     )
     return Verdict("not_improved", (elsewhere, *found.reasons))
-
-
-def _rows(problem: Problem) -> Ints:
-    """How many numbers were measured at each unit, (U,)."""
-    counts: Sequence[Ints] = [np.bincount(t.unit, minlength=problem.units) * t.scale.shape[1] for t in problem.terms]
-    return np.asarray(np.sum(counts, axis=0))
 
 
 def _noun(proof: Proof) -> str:

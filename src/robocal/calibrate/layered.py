@@ -78,8 +78,8 @@ def layer_rows(data: DataSet, problem: Problem, x: Array) -> LayerRows | None:
             turn = so3.exp(x[0, at : at + 3])
         # Rows are told in the instrument's axes, T_frame_base; base axes are turned back.
         parts = [-residual.value[:, a : a + 3] @ turn for a in range(0, residual.value.shape[1], 3)]
-        missed.append(np.hstack(parts))
-        units.append(residual.unit)
+        missed.append(np.hstack(parts)[residual.used])
+        units.append(residual.unit[residual.used])
     return LayerRows(np.concatenate(missed), np.concatenate(units))
 
 

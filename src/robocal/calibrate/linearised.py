@@ -76,12 +76,13 @@ class Linearised:
             r[own] += self.rows[np.ix_(own, chosen)] @ ridge(self.rounds[k], chosen, noise)
         parts, first = [], 0
         for term in self.problem.residuals(self.x):
-            size = term.value.size
-            value = r[first : first + size].reshape(term.value.shape) / term.scale
+            size = int(term.used.sum()) * term.scale.shape[1]
+            value = np.full(term.value.shape, np.nan)
+            value[term.used] = r[first : first + size].reshape(-1, term.scale.shape[1]) / term.scale[term.used]
             parts.append(replace(term, value=value))
             first += size
         value, at = errors(parts, unit)
-        held = self.split.round_of[at] >= 0
+        held = (self.split.round_of[at] >= 0) & ~np.isnan(value)
         return value[held], at[held]
 
 

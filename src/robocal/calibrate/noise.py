@@ -10,7 +10,7 @@ and Paule (1970), Birge (1932) for the ratio.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from robocal.estimate.problem import Problem
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet
 
-__all__ = ["Group", "apply_noise", "assess"]
+__all__ = ["Group", "apply_noise", "assess", "owners"]
 
 Array = NDArray[np.float64]
 Key = tuple[str, str]  # (sensor group, SI unit)
@@ -87,12 +87,13 @@ def assess(
     rows: dict[Key, list[tuple[Array, Array]]] = {}
     in_use: dict[Key, Array] = {}
     kinds: dict[str, str] = {}
-    for r, term in zip(problem.residuals(x), problem_terms(stated, problem), strict=True):
+    for r, (own, term) in zip(problem.residuals(x), owners(stated, problem), strict=True):
         kinds.setdefault(r.group, r.kind)
+        given = stated.observations[own].sigma
         for start, stop, unit in r.parts:
-            keep = chosen[r.unit]
-            sigma = np.zeros_like(r.value) if r.group in unstated else 1 / term
-            in_use[r.group, unit] = 1 / r.scale[:, start:stop]
+            keep = chosen[r.unit] & r.used
+            sigma = np.zeros_like(r.value) if r.group in unstated or given is None else given[term.index]
+            in_use[r.group, unit] = 1 / r.scale[r.used, start:stop]
             rows.setdefault((r.group, unit), []).append(
                 (r.value[keep, start:stop].ravel(), sigma[keep, start:stop].ravel())
             )
@@ -150,17 +151,14 @@ def _solve(value: Array, sigma: Array, dof: float, resistant: bool) -> float:
     return high
 
 
-def problem_terms(stated: DataSet, problem: Problem) -> list[Array]:
-    """1 / sigma as stated, term by term, in the order of the problem's terms."""
-    # Terms follow the observations in order, one or more for each; the stated sigma is cut the same way.
-    out = []
+def owners(data: DataSet, problem: Problem) -> Iterator[tuple[int, Rows]]:
+    """The terms of a problem, each with the number of the observations that it belongs to; terms follow the observations in
+    order, one or more for each."""
     terms = iter(problem.terms)
-    for obs in stated.observations:
+    for number, obs in enumerate(data.observations):
         taken = 0
         while taken < len(obs):
             term = next(terms)
             assert isinstance(term, Rows)
-            index = term.index
-            taken += len(index)
-            out.append(1 / obs.sigma[index] if obs.sigma is not None else np.ones_like(term.scale))
-    return out
+            taken += len(term.index)
+            yield number, term

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.baseline import frame_names
+from robocal.calibrate.baseline import Baseline, frame_names
 from robocal.calibrate.estimators import batched, estimator
+from robocal.calibrate.evidence import by_unit
 from robocal.calibrate.fit import Fit
 from robocal.calibrate.folds import local_names, merge, trial, unseen
+from robocal.calibrate.gross import neither
 from robocal.calibrate.identification import Options
 from robocal.calibrate.judge import Proof, units_of
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
@@ -25,6 +27,7 @@ __all__ = ["FEW", "Proven", "prove"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 Watch = Callable[[dict[str, object]], None]
 FEW = 25  # below this many configurations a held-out fifth proves little, and leave-one-out is cheap
 MANY = 400  # above this, leave-one-out is not run unless asked for
@@ -52,21 +55,23 @@ class Proven:
 def prove(
     model: Chain,
     data: DataSet,
+    clean: DataSet,
     split: Split,
     options: Options,
-    base: tuple[Problem, Array],
+    base: Baseline,
     whole: Fit,
     watch: Watch | None,
 ) -> Proven:
-    """Makes every proof that was asked for or is cheap; `base` and `whole` are fitted to everything."""
-    told = units_of(base[0])
+    """Makes every proof that was asked for or is cheap; `base` and `whole` are fitted to the `clean` data, all of them but the
+    gross rows."""
+    told = units_of(base.problem)
     count = len(np.unique(places(data.configurations)))
     proofs: dict[str, Proof] = {}
     if options.folds is not None:
         if watch:
             watch({"stage": "folds", "units": len(split)})
         quick = batched(options) and not options.reselect
-        proofs["k_fold"] = _rounds(model, data, base, whole, split, options, watch, quick)
+        proofs["k_fold"] = _rounds(model, data, clean, base, whole, split, options, watch, quick)
     # By itself where it is one batch, or where nothing else proves anything; who asks for it gets it from any method, by
     # refits.
     blind = estimator(options.method).blind
@@ -75,34 +80,49 @@ def prove(
         if watch:
             watch({"stage": "leave-one-out", "units": count})
         rounds = leave_one_out_rounds(data)
-        proofs["leave_one_out"] = _rounds(model, data, base, whole, rounds, options, watch, batched(options))
+        quick = batched(options)
+        proofs["leave_one_out"] = _rounds(model, data, clean, base, whole, rounds, options, watch, quick)
     missed = "leave_one_out" not in proofs and not batched(options) and options.leave_one_out is None
     left_out = (Remark.of(Code.LEAVE_ONE_OUT_LEFT),) if missed and not blind and options.folds is None else ()
     everyone = np.arange(len(data.configurations))
     if options.folds is not None or not len(split):
-        return Proven(proofs, *base, whole, everyone, everyone[:0], everyone[:0], left_out)
+        return Proven(proofs, base.problem, base.x, whole, everyone, everyone[:0], everyone[:0], left_out)
     fit_units, held = split.units(0)
-    one = trial(model, data, split, 0, options, told, base[1], watch)
-    proofs["held_out"] = Proof(split, one.before, one.after)
+    one = trial(model, data, split, 0, options, told, base.x, watch)
+    proofs["held_out"] = Proof(split, one.before, one.after, _units(base.problem, one.aside))
     embargoed = np.flatnonzero(~(split.fit[0] | split.held[0]))
     return Proven(proofs, one.base, one.base_x, one.part, fit_units, held, embargoed, left_out)
 
 
-def _in_batch(model: Chain, base: tuple[Problem, Array], whole: Fit, split: Split) -> Proof:
+def _in_batch(model: Chain, clean: DataSet, base: Baseline, whole: Fit, split: Split) -> Proof:
     """Every round of a split with the columns and the noise of the fit to everything."""
-    problem, x = base
+    problem, x = base.problem, base.x
     told, local = units_of(problem), local_names(model, problem)
     frames = tuple(n for n in frame_names(model, problem) if n in whole.problem.free)
     known = [n for n in local if n in whole.problem.free]
-    noisy = replace(whole.problem, free=frames)
-    before = unseen(noisy, x, split, told, known)
-    return Proof(split, before, unseen(whole.problem, whole.solution.x, split, told, known, before.x))
+    before = unseen(problem.with_free(frames), x, split, told, known)
+    after = unseen(whole.problem, whole.solution.x, split, told, known, before.x)
+    return Proof(split, before, after, _units(problem, _never_near(model, clean, base, whole)))
+
+
+def _never_near(model: Chain, clean: DataSet, base: Baseline, whole: Fit) -> tuple[Bools, ...]:
+    """Rows that the fit to everything does not use, and that the baseline does not come near either."""
+    unused = tuple(~t.used for t in whole.problem.terms)
+    if not any(u.any() for u in unused):
+        return unused
+    apart = neither(model, clean, base, whole, np.arange(len(clean.configurations)))
+    return tuple(a & u for a, u in zip(apart, unused, strict=True))
+
+
+def _units(problem: Problem, aside: Sequence[Bools]) -> dict[str, Bools]:
+    return {unit: by_unit(problem.terms, aside, unit) for unit in units_of(problem)}
 
 
 def _rounds(
     model: Chain,
     data: DataSet,
-    base: tuple[Problem, Array],
+    clean: DataSet,
+    base: Baseline,
     whole: Fit,
     split: Split,
     options: Options,
@@ -111,6 +131,15 @@ def _rounds(
 ) -> Proof:
     """The rounds of a split: `quick` as one batch, else each from the beginning."""
     if quick:
-        return _in_batch(model, base, whole, split)
-    trials = [trial(model, data, split, k, options, units_of(base[0]), base[1], watch) for k in range(len(split))]
-    return Proof(split, merge([t.before for t in trials]), merge([t.after for t in trials]))
+        return _in_batch(model, clean, base, whole, split)
+    told = units_of(base.problem)
+    trials = [trial(model, data, split, k, options, told, base.x, watch) for k in range(len(split))]
+    aside = tuple(np.any(a, axis=0) for a in zip(*(t.aside for t in trials), strict=True))
+    ended = all(t.part.solution.reasons[0].converged or estimator(options.method).finite for t in trials)
+    after = merge([t.after for t in trials])
+    return Proof(
+        split,
+        merge([t.before for t in trials]),
+        replace(after, converged=after.converged and ended),
+        _units(base.problem, aside),
+    )

@@ -33,8 +33,7 @@ def data_warnings(
     model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64], method: str = "lm", strange: Sequence[Outlier] = ()
 ) -> tuple[Remark, ...]:
     """What the inputs show before a fit, too few numbers, restarts, model error far above the stated noise."""
-    rows = sum(t.scale.size for t in fit.problem.terms)
-    out = [*input_remarks(model, data), *few_numbers(rows, fit.problem.n)]
+    out = [*input_remarks(model, data), *few_numbers(int(fit.problem.numbers.sum()), fit.problem.n)]
     for g in fit.groups:
         if g.stated is not None and g.tau > 3 * g.stated:
             left, stated = Quantity(g.rms, g.unit), Quantity(g.stated, g.unit)
@@ -99,8 +98,14 @@ def _outliers(strange: Sequence[Outlier], fit: Fit) -> list[Remark]:
     for group in dict.fromkeys(o.group for o in strange):
         mine = [o for o in strange if o.group == group]
         total = sum(len(t.unit) for t in fit.problem.terms if t.group == group)
-        first = mine[0].configuration
-        out.append(Remark.of(Code.OUTLIERS, group=group, count=len(mine), total=total, configuration=first))
+        for code, some in (
+            (Code.OUTLIERS, [o for o in mine if o.set_aside]),
+            (Code.STRANGE, [o for o in mine if not o.set_aside]),
+        ):
+            if some:
+                first, far = some[0].configuration, some[0].distance
+                told = Remark.of(code, group=group, count=len(some), total=total, configuration=first, distance=far)
+                out.append(told)
     return out
 
 
@@ -150,7 +155,7 @@ def _drift(fit: Fit) -> list[Remark]:
     """Residuals that resemble those measured just before: something moved while measuring, or like poses were grouped."""
     out = []
     for r in fit.problem.residuals(fit.solution.x):
-        w = (r.value * r.scale)[np.argsort(r.unit, kind="stable")]
+        w = (r.value * r.scale)[r.used][np.argsort(r.unit[r.used], kind="stable")]
         if len(w) < 20 or not (w * w).sum() > 0:
             continue
         # Under independence the normalised lag-one product has a variance of one over its number of terms.

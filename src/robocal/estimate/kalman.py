@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from robocal.errors import ModelError
-from robocal.estimate.problem import LOSSES, TUNING, Problem
+from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Linear
 
 __all__ = ["Filtered", "kalman", "stacked"]
@@ -158,14 +158,10 @@ def _blocks_have_one_owner(problem: Problem) -> None:
 
 def _weights(problem: Problem, lin: Linear, h: Array, root: Array) -> Array:
     """rho'(s) of every row's observation, s the innovation's square over its predicted variance (H P H^T + I)_ii."""
-    from robocal.estimate._kernels import robust
-
     if problem.loss == "none":
         return np.ones(len(lin.r))
     a = solve_triangular(root, h.T, trans="T")
-    s = np.bincount(lin.observation, lin.r**2 / (1.0 + np.einsum("ij,ij->j", a, a)))
-    kind, tuning = LOSSES[problem.loss], problem.tuning or TUNING[problem.loss]
-    return np.array([robust(kind, tuning, v)[1] for v in s])[lin.observation]
+    return problem.slopes(lin.r**2 / (1.0 + np.einsum("ij,ij->j", a, a)), lin)
 
 
 def _within(problem: Problem, x: Array, target: Array, moved: Array, root: Array) -> Array:

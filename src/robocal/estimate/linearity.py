@@ -54,7 +54,7 @@ class Curvature:
 def one_step(problem: Problem, x: Array, unit: str = "m") -> Step | None:
     """The linear step of a problem from x (1, P), its priors included where they are on; None with local blocks, without
     free columns, or where nothing is measured in this unit."""
-    mine = np.concatenate([_rows(t.scale, t.parts, unit).ravel() for t in problem.terms])
+    mine = np.concatenate([_rows(t.scale[t.used], t.parts, unit).ravel() for t in problem.terms])
     if problem.blocks or not problem.n:
         return None
     lin = problem.with_weights(None).linearize(x)
@@ -69,11 +69,11 @@ def one_step(problem: Problem, x: Array, unit: str = "m") -> Step | None:
     stack = np.column_stack([np.vstack([lin.j[used], np.diag(root)]) * scales, np.append(lin.r[used], root * away)])
     r = triangle(stack)
     d = -scales * (np.linalg.pinv(r[:-1, :-1], rcond=STRUCTURAL) @ r[:-1, -1])
-    sigma = 1.0 / np.concatenate([t.scale.ravel() for t in problem.terms])
+    sigma = 1.0 / np.concatenate([t.scale[t.used].ravel() for t in problem.terms])
     first = lin.r * sigma
     effect = (lin.j @ d) * sigma
     moved = problem.retract(np.atleast_2d(x), d[None])
-    after = np.concatenate([res.value.ravel() for res in problem.residuals(moved)])
+    after = np.concatenate([res.value[res.used].ravel() for res in problem.residuals(moved)])
     beyond = after - first - effect
     size = _rms(effect[mine])
     return Step(
@@ -113,8 +113,9 @@ def _whitened(problem: Problem, x: Array) -> Array:
     weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
     parts = []
     for r in problem.residuals(x):
-        value = (r.value if r.value.ndim == 3 else r.value[None])[:, weight[r.unit] > 0]
-        parts.append((value * r.scale[weight[r.unit] > 0]).reshape(len(x), -1))
+        some = (weight[r.unit] > 0) & r.used
+        value = (r.value if r.value.ndim == 3 else r.value[None])[:, some]
+        parts.append((value * r.scale[some]).reshape(len(x), -1))
     return np.concatenate(parts, axis=1)
 
 

@@ -87,10 +87,10 @@ def density(problem: Problem, x: Array) -> Array:
     out = np.zeros((len(x), problem.units))
     for first in range(0, len(x), CHUNK):
         some = slice(first, first + CHUNK)
-        for r in problem.residuals(x[some]):
+        for r, term in zip(problem.residuals(x[some]), problem.terms, strict=True):
             value = r.value if r.value.ndim == 3 else r.value[None]
             s = np.einsum("bmd,md->bm", value**2, r.scale**2)
-            rho = _rho(loss, tuning, s) * weight[r.unit]
+            rho = _rho(loss if term.reading else "none", tuning, s) * weight[r.unit]
             # Rows of one configuration are added up by a product with its incidence.
             order = np.argsort(r.unit, kind="stable")
             edge = np.flatnonzero(np.diff(r.unit[order], prepend=-1))
@@ -180,7 +180,7 @@ class _Linearised:
         self.root, self.centre = _gaussian(problem, x)
         self.wider = 1.0 + WIDER / np.sqrt(max(problem.n, 1))
         lin = problem.linearize(x)
-        slope = _slopes(problem, lin.r, lin.observation)
+        slope = problem.slopes(lin.r**2, lin)
         self.unit, self.j, self.r = lin.unit, np.sqrt(slope)[:, None] * lin.j, np.sqrt(slope) * lin.r
         self.order = np.argsort(lin.unit, kind="stable")
         self.edge = np.flatnonzero(np.diff(lin.unit[self.order], prepend=-1))
@@ -214,16 +214,6 @@ def _gaussian(problem: Problem, x: Array) -> tuple[Array, Array]:
             expected="fewer free parameters, or priors",
         ) from None
     return root, solve_triangular(root, solve_triangular(root, -normal.g[0], trans="T"))
-
-
-def _slopes(problem: Problem, r: Array, observation: Ints) -> Array:
-    """rho' of every row's observation."""
-    from robocal.estimate._kernels import robust
-
-    if problem.loss == "none":
-        return np.ones(len(r))
-    kind, tuning = LOSSES[problem.loss], problem.tuning or TUNING[problem.loss]
-    return np.array([robust(kind, tuning, s)[1] for s in np.bincount(observation, r**2)])[observation]
 
 
 def _resample(

@@ -133,6 +133,10 @@ class Problem:
             self, weights=None if weights is None else np.ascontiguousarray(np.atleast_2d(weights), dtype=float)
         )
 
+    def without(self, rows: Sequence[NDArray[np.bool_]]) -> Problem:
+        """The same problem with these rows of every term, (m,) each, set aside."""
+        return replace(self, terms=tuple(t.without(r) for t, r in zip(self.terms, rows, strict=True)))
+
     def with_loss(self, loss: str, tuning: float | None = None) -> Problem:
         """The same rows with a robust loss."""
         return replace(self, loss=loss, tuning=tuning)
@@ -194,8 +198,9 @@ class Problem:
             np.zeros((batch, blocks, size, size)),
             np.zeros((batch, blocks, n, size)),
         )
-        loss, tuning = LOSSES[self.loss], self.tuning or TUNING[self.loss]
+        tuning = self.tuning or TUNING[self.loss]
         for term in self.bound_terms:
+            loss = LOSSES[self.loss] if term.reading else LOSSES["none"]
             for lo, hi, first, rows in self._chunks(term, batch):
                 r, jac, jloc = term.evaluate(x[lo:hi], which[lo:hi], first, rows)
                 accumulate(
@@ -222,6 +227,24 @@ class Problem:
             out.g[:, c] += np.einsum("bij,bi->bj", slope, d[:, c] * info[c]) - d[:, c] * info[c]
             exact = np.einsum("bij,i,bik->bjk", slope, info[c], slope) - np.diag(info[c])
             out.a[:, c[:, None], c] += np.tril(exact)
+
+    @cached_property
+    def numbers(self) -> Ints:
+        """How many numbers that count were measured at each unit, (U,)."""
+        out = np.zeros(self.units, dtype=np.int64)
+        for t in self.terms:
+            out += np.bincount(t.unit[t.used], minlength=self.units) * t.scale.shape[1]
+        return out
+
+    def slopes(self, square: Array, lin: Linear) -> Array:
+        """The robust weight rho' of every row's observation from the squares of whitened rows (N,); one for constraints."""
+        from robocal.estimate._kernels import robust
+
+        kind, tuning = LOSSES[self.loss], self.tuning or TUNING[self.loss]
+        if not kind or not len(square):
+            return np.ones(len(square))
+        each = np.array([robust(kind, tuning, s)[1] for s in np.bincount(lin.observation, square)])
+        return np.where(lin.reading, each[lin.observation], 1.0)
 
     def _weight(self, which: Ints) -> Array:
         if self.weights is None:
@@ -253,12 +276,14 @@ class Problem:
         for term in self.with_free(()).bound_terms:
             r, _, _ = term.evaluate(x, np.arange(len(x)), 0, len(term.scale))
             value = r[0] if len(x) == 1 else r
-            out.append(Residuals(value, term.scale, term.unit, term.group, term.kind, term.parts, term.lever))
+            out.append(
+                Residuals(value, term.scale, term.unit, term.group, term.kind, term.parts, term.used, term.lever)
+            )
         return out
 
     def linearize(self, x: Array, units: Ints | None = None) -> Linear:
-        """Whitened r and dense J at one x (P,) or (1, P), of the given units or of all with positive weight; priors
-        are left out."""
+        """Whitened r and dense J at one x (P,) or (1, P), of the rows that count, of the given units or of all with positive
+        weight; priors are left out."""
         x = np.atleast_2d(x)
         weight = self._weight(np.zeros(1, dtype=np.int64))[0]
         chosen = weight > 0 if units is None else np.isin(np.arange(len(weight)), units)
@@ -267,7 +292,7 @@ class Problem:
         count = 0
         for term in self.bound_terms:
             d = term.scale.shape[1]
-            keep = chosen[term.unit]
+            keep = chosen[term.unit] & term.used
             # One configuration's rows lie together: only their span is evaluated.
             first, last = (np.flatnonzero(keep)[[0, -1]] + [0, 1]) if keep.any() else (0, min(1, len(keep)))
             r, jac, jloc = term.evaluate(x, np.zeros(1, dtype=np.int64), int(first), int(last - first))
@@ -292,6 +317,7 @@ class Problem:
                     np.repeat(term.unit[keep], d),
                     np.repeat(observation, d),
                     np.full(len(dense) * d, groups.index(term.group)),
+                    np.full(len(dense) * d, term.reading),
                 )
             )
         return Linear(*(np.concatenate(p) for p in zip(*parts, strict=True)))

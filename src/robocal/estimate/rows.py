@@ -12,6 +12,7 @@ __all__ = ["Linear", "Normal", "Residuals", "Term"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 
 class Term(Protocol):
@@ -31,7 +32,7 @@ class Term(Protocol):
 
     @property
     def scale(self) -> Array:
-        """1 / sigma, shape (m, d)."""
+        """1 / sigma, shape (m, d); zero where a row is set aside."""
 
     @property
     def unit(self) -> Ints:
@@ -46,11 +47,22 @@ class Term(Protocol):
         """What turns all columns into one error, (m, d); see `Residuals`."""
 
     @property
+    def used(self) -> Bools:
+        """Whether each row counts, (m,); the scale of one that is set aside is zero."""
+
+    @property
+    def reading(self) -> bool:
+        """Whether the rows read the machine; constraints do not, and no loss weighs them down."""
+
+    @property
     def columns(self) -> Ints:
         """The tangent column of each Jacobian column, shape (k,)."""
 
     def bind(self, column_of: Ints) -> Term:
         """The same rows with Jacobian columns for the table rows where column_of (P,) >= 0."""
+
+    def without(self, rows: Bools) -> Term:
+        """The same term with these rows (m,) set aside."""
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         """r (B, m, d), J (B, m, d, k), J of the local block (B, m, d, l or 0); `which` (B,) says which problems of the
@@ -81,8 +93,8 @@ class Normal:
 
 @dataclass(frozen=True)
 class Linear:
-    """Whitened residual and dense Jacobian of one problem: r (N,), j (N, n), jl (N, l); robust weights are not
-    applied."""
+    """Whitened residual and dense Jacobian of one problem: r (N,), j (N, n), jl (N, l), of the rows that count; robust
+    weights are not applied, and concern only what is a `reading` of the machine."""
 
     r: Array
     j: Array
@@ -91,11 +103,13 @@ class Linear:
     unit: Ints
     observation: Ints
     group: Ints
+    reading: Bools
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """Unwhitened residuals of one term: values (m, d) or (B, m, d), with its scale, unit, group, kind and parts.
+    """Unwhitened residuals of one term: values (m, d) or (B, m, d), with its scale, unit, group, kind and parts, and
+    which rows count, `used` (m,).
 
     lever (m, d) turns the columns of a row into one error in the unit of the first part (a range and the arcs of its
     angles); None where the first part alone is that error.
@@ -107,6 +121,7 @@ class Residuals:
     group: str
     kind: str
     parts: tuple[tuple[int, int, str], ...]
+    used: Bools
     lever: Array | None = None
 
     def length(self, part: int = 0) -> Array:

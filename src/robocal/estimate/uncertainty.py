@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal.estimate.identifiability import block_columns, eliminate, triangle
-from robocal.estimate.problem import LOSSES, TUNING, Problem
+from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Linear
 
 __all__ = [
@@ -100,13 +100,9 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False) -> Uncer
 def _reweighted(lin: Linear, problem: Problem) -> Linear:
     """Columns times the root of the robust weight, residuals times the weight: what the fit set aside neither informs
     nor enlarges."""
-    from robocal.estimate._kernels import robust
-
     if problem.loss == "none" or not len(lin.r):
         return lin
-    kind, tuning = LOSSES[problem.loss], problem.tuning or TUNING[problem.loss]
-    slope = np.array([robust(kind, tuning, s)[1] for s in np.bincount(lin.observation, lin.r**2)])
-    weight = slope[lin.observation]
+    weight = problem.slopes(lin.r**2, lin)
     root = np.sqrt(weight)[:, None]
     # chi2 counts what pulls, the influence: a gross row pulls no harder than its loss allows.
     return replace(lin, r=weight * lin.r, j=root * lin.j, jl=root * lin.jl)

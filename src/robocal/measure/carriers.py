@@ -36,6 +36,10 @@ class Carrier(Protocol):
     def local(self) -> Ints | None:
         """Local block of every row, (m,), or None."""
 
+    @property
+    def moves(self) -> bool:
+        """Whether the frame is elsewhere at other configurations."""
+
     def bind(self, column_of: Ints) -> Carrier:
         """The same frame with Jacobian columns for the free table rows."""
 
@@ -53,6 +57,10 @@ class Path:
     columns: Ints = field(default_factory=lambda: NONE)
     entries: tuple[Ints, Array] | None = None
     local: Ints | None = None
+
+    @property
+    def moves(self) -> bool:
+        return bool(self.program.columns)
 
     def bind(self, column_of: Ints) -> Path:
         used = self.program.parameters
@@ -75,6 +83,7 @@ class LocalPose:
     local: Ints
     at: int
     columns: Ints = field(default_factory=lambda: NONE)
+    moves: bool = True
 
     def bind(self, column_of: Ints) -> LocalPose:
         return self
@@ -100,6 +109,10 @@ class Inverse:
     @property
     def local(self) -> Ints | None:
         return self.inner.local
+
+    @property
+    def moves(self) -> bool:
+        return self.inner.moves
 
     def bind(self, column_of: Ints) -> Inverse:
         return Inverse(self.inner.bind(column_of))
@@ -128,6 +141,10 @@ class Product:
     @property
     def local(self) -> Ints | None:
         return one_local((self.a, self.b))
+
+    @property
+    def moves(self) -> bool:
+        return self.a.moves or self.b.moves
 
     def bind(self, column_of: Ints) -> Product:
         return Product(self.a.bind(column_of), self.b.bind(column_of))

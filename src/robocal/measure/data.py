@@ -74,7 +74,8 @@ class Observations:
     None: not stated); target (k,) indexes `targets`; `extra` holds the kind's own columns, each with k rows;
     `options` its scalars. `rows` (k,) are row numbers in `source`. A kind that compares two configurations keeps the
     other one in `second` (k,). A second axis in front of value, (B, k, d), gives
-    every problem of a batch its own measurements.
+    every problem of a batch its own measurements. `used` (k,) is False for rows that are set aside: they are predicted, and
+    weigh nothing (None: all are used).
     """
 
     kind: str
@@ -90,6 +91,7 @@ class Observations:
     source: str = ""
     rows: Ints | None = None
     second: Ints | None = None
+    used: NDArray[np.bool_] | None = None
 
     @property
     def label(self) -> str:
@@ -110,6 +112,7 @@ class Observations:
             extra={k: v[index] for k, v in self.extra.items()},
             rows=None if self.rows is None else self.rows[index],
             second=None if self.second is None else self.second[index],
+            used=None if self.used is None else self.used[index],
         )
 
 

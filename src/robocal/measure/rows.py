@@ -56,7 +56,10 @@ class Rows(ABC):
             if obs.sigma is None
             else obs.sigma[index]
         )
-        self.scale = np.ascontiguousarray(1.0 / sigma)
+        self.sigma = sigma
+        self.used = np.ones(len(index), dtype=bool) if obs.used is None else np.ascontiguousarray(obs.used[index])
+        # What is set aside is infinitely uncertain: it weighs nothing, and is predicted like the others.
+        self.scale = np.ascontiguousarray(self.used[:, None] / sigma)
         self.numbers = numbers
         self.own, self.own_columns = NONE, NONE  # which numbers are free, and their columns
 
@@ -64,6 +67,11 @@ class Rows(ABC):
     def lever(self) -> Array | None:
         """What turns all columns of a row into one error in the unit of the first part; most kinds need nothing."""
         return None
+
+    @property
+    def reading(self) -> bool:
+        """Whether the rows read the machine; a known distance between two sockets stands whatever it does."""
+        return any(c.moves for c in self.carriers)
 
     @property
     def carrier(self) -> Carrier:
@@ -80,6 +88,22 @@ class Rows(ABC):
         other.carriers = tuple(c.bind(column_of) for c in self.carriers)
         other.own = np.flatnonzero(column_of[self.numbers] >= 0)
         other.own_columns = column_of[self.numbers[other.own]]
+        return other
+
+    def without(self, rows: NDArray[np.bool_]) -> Self:
+        """The same term with these rows (m,) set aside."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        other.used = self.used & ~rows
+        other.scale = np.ascontiguousarray(other.used[:, None] / self.sigma)
+        return other
+
+    def under(self, sigma: Array | None) -> Self:
+        """The same term with another sigma of all observations (k, d) that it is one of."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        other.sigma = self.sigma if sigma is None else sigma[self.index]
+        other.scale = np.ascontiguousarray(self.used[:, None] / other.sigma)
         return other
 
     def measured(self, which: Ints, first: int, rows: int) -> Array:

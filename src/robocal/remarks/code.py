@@ -29,6 +29,7 @@ class Code(StrEnum):
     SHRUNK = "shrunk"
     ANGLES_UNEXPLAINED = "angles-unexplained"
     ENDED_ELSEWHERE = "ended-elsewhere"
+    TOO_MANY_ASIDE = "too-many-aside"
 
     # --- what a careful colleague would say about data and fit ---
     PARALLEL_AXES = "parallel-axes"
@@ -39,6 +40,9 @@ class Code(StrEnum):
     PRIORS_IGNORED = "priors-ignored"
     RESTARTED = "restarted"
     OUTLIERS = "outliers"
+    STRANGE = "strange"
+    CAUSE_ZEROS = "cause-zeros"
+    CAUSE_ALONE = "cause-alone"
     IMPLAUSIBLE = "implausible"
     SCALED = "scaled"
     ERRORS_FOLLOW = "errors-follow"

@@ -33,7 +33,7 @@ def closed_form(model: Chain, data: DataSet, obs: Observations, units: Ints) -> 
         return []
     usable = np.isin(np.arange(len(joints)), units) & np.isfinite(joints).all(axis=1)
     chosen = usable[obs.configuration] if obs.second is None else usable[obs.configuration] & usable[obs.second]
-    index = np.flatnonzero(chosen)
+    index = np.flatnonzero(chosen if obs.used is None else chosen & obs.used)
     target = None
     if obs.targets and len(index):
         # The most frequent target starts the frame; the others follow in the refinement.
@@ -71,15 +71,16 @@ def _placed(problem: Problem, starts: list[dict[str, float]]) -> Array:
     return x
 
 
-def refine(problem: Problem, frames: tuple[str, ...], starts: list[dict[str, float]]) -> Array:
-    """The best x (1, P) after fitting frames and targets from every start at once; the table's own values are one more
-    start."""
+def refine(problem: Problem, frames: tuple[str, ...], starts: list[dict[str, float]]) -> tuple[Array, bool]:
+    """The best x (1, P) after fitting frames and targets from every start at once, and whether that fit converged; the
+    table's own values are one more start."""
     if not frames:
-        return problem.start
+        return problem.start, True
     free = problem.with_free(frames)
     solution = least_squares(free, _placed(free, [{}, *starts]))
     cost = np.where(np.isfinite(solution.cost), solution.cost, np.inf)
-    return solution.x[[int(np.argmin(cost))]]
+    best = int(np.argmin(cost))
+    return solution.x[[best]], solution.reasons[best].converged
 
 
 def frames_of(data: DataSet) -> dict[str, Frame]:

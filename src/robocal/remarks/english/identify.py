@@ -10,19 +10,24 @@ __all__ = ["TABLE"]
 TABLE: dict[Code, Words] = {
     # --- the verdict ---
     Code.GAIN_PROVEN: Words(
-        "the mean error on unseen poses falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})",
+        "the mean error on unseen poses falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})"
+        "[; {aside} gross rows are not counted, with them it is {otherwise:.4g}]",
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
     ),
     Code.GAIN_NOT_PROVEN: Words(
-        "the mean error on unseen poses does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})",
+        "the mean error on unseen poses does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})"
+        "[; {aside} gross rows are not counted, with them it is {otherwise:.4g}]",
         "The unseen configurations do not settle it. Measure more of them, or accept that the nominal model is already as good "
         "as these measurements can tell.",
     ),
     Code.NOT_CONVERGED: Words(
-        "the iteration did not converge",
+        "the iteration did not converge[ ({what})]",
         "Start nearer to the truth, state priors, or free fewer parameters; --iterations allows more steps.",
     ),
-    Code.GAIN_ANYWAY: Words("reduction of the mean error {gain:.4g}[, 95 % interval {low:.4g~} to {high:.4g}] ({how})"),
+    Code.GAIN_ANYWAY: Words(
+        "reduction of the mean error {gain:.4g}[, 95 % interval {low:.4g~} to {high:.4g}] ({how})"
+        "[; {aside} gross rows are not counted, with them it is {otherwise:.4g}]"
+    ),
     Code.FEW_UNSEEN: Words(
         "fewer than {least} unseen configurations prove nothing",
         "Measure more configurations, or hold out more of them.",
@@ -83,6 +88,12 @@ TABLE: dict[Code, Words] = {
         "the fit to everything ended elsewhere: it leaves {left:.3g} on average where the fit without the unseen ones left {after:.3g}",
         "The data support more than one answer. Measure more configurations, or state priors.",
     ),
+    Code.TOO_MANY_ASIDE: Words(
+        "{share:.0%} of the rows are far from what the others say, more than {most:.0%}: these are no outliers, and what is right "
+        "cannot be told",
+        "Look at the rows that are named: several targets or instruments in one file, a wrong pairing of rows, a target that moved. "
+        "Leave out what is wrong, or measure again.",
+    ),
     # --- what a careful colleague would say about data and fit ---
     Code.PARALLEL_AXES: Words(
         "parallel axes ({pairs}): {convention} cannot write a small tilt between them",
@@ -107,8 +118,18 @@ TABLE: dict[Code, Words] = {
     Code.PRIORS_IGNORED: Words("{method} takes no notice of priors and bounds", "Use lm where priors are stated."),
     Code.RESTARTED: Words("the first fit was not acceptable; {starts} further starts were tried"),
     Code.OUTLIERS: Words(
-        "{group}: {count} of {total} observations lie far outside the noise (the farthest at configuration {configuration})",
-        "Look at these rows; a robust loss (--loss huber) gives them less weight.",
+        "{group}: {count} of {total} rows are gross and were set aside (the farthest at configuration {configuration}, {distance:.3g} "
+        "robust standard deviations)",
+        "Look at these rows, and mend or remove them. They were not fitted, and no mean that decides counts them.",
+    ),
+    Code.STRANGE: Words(
+        "{group}: {count} of {total} rows are far from what the others say but were used (the farthest at configuration "
+        "{configuration})",
+        "Look at these rows.",
+    ),
+    Code.CAUSE_ZEROS: Words("exact zeros: a dropped beam, or an empty value", "Remove the row."),
+    Code.CAUSE_ALONE: Words(
+        "one row on its own: a wrong target, a slip, or a mistyped number", "Measure it again, or remove the row."
     ),
     Code.IMPLAUSIBLE: Words(
         "implausible changes ({changes}): a model that is bent to wrong data can fit well and still be wrong elsewhere",

@@ -1,0 +1,159 @@
+"""How far every row is from a fit that does not know it, in robust standard deviations.
+
+    D^2 = r^T (I -+ H)^-1 r,    H = J (J^T J + P)^-1 J^T        r and J whitened, a block per row and unit
+
+Minus for a row that the fit used: a gross row bends the fit towards itself, and its leverage H undoes that: D is its
+distance from the fit to all others. Plus for a row that the fit did not see: its prediction is uncertain too. The
+scale of a sensor group in one unit is the largest of three, each right for Gaussian noise: from the median and from the upper
+quartile of D, which a fifth of gross rows hardly moves, and the rms of the rows within reach, which says how heavy the tails
+of the others are (what geometry leaves of a real arm is not Gaussian). A row is far beyond six times that; where
+few rows had to tell the scale, as far as is as unlikely then. References: Cook and Weisberg, Residuals and influence in
+regression (1982); Huber, Robust statistics (1981), chapter 5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from robocal.calibrate.bands import dense
+from robocal.calibrate.noise import apply_noise, assess, owners
+from robocal.estimate.problem import Problem
+from robocal.measure.data import DataSet
+from robocal.measure.rows import Rows
+
+__all__ = ["FAR", "Farness", "far_from", "farness"]
+
+Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Ints = NDArray[np.int64]
+FAR = 6.0  # robust standard deviations
+EFFICIENCY = 0.37  # of the median as a scale: so much of the degrees of freedom it knows
+ALONE = 1e-4  # 1 - leverage: a prediction from the others would be a hundred times less certain than the row
+CHUNK = 2000
+# Of the largest number measured, or of one: what a file's digits and a converged iteration resolve; less is no gross error.
+RESOLUTION = 1e-7
+
+
+@dataclass(frozen=True)
+class Farness:
+    """Of the rows of every term: distance (m,) in robust standard deviations, in the unit in which it is farthest relative
+    to its limit; whether it is `far`; leverage (m,); and the chance that the farthest of all rows is as far."""
+
+    distance: tuple[Array, ...]
+    far: tuple[Bools, ...]
+    leverage: tuple[Array, ...]
+    chance: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Rows of one term in one unit."""
+
+    term: int
+    size: int
+    inside: Bools
+    square: Array  # D^2
+    leverage: Array
+    error: Array
+
+
+def farness(problem: Problem, x: Array) -> Farness:
+    """Of all rows, at a solution x (1, P) of the problem; rows without weight or set aside were not seen by it."""
+    x = np.atleast_2d(x)
+    groups: dict[tuple[str, str], list[_Part]] = {}
+    inverse = _inverse(problem, x)
+    weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
+    for number, term in enumerate(problem.bound_terms):
+        assert isinstance(term, Rows)
+        inside = term.used & (weight[term.unit] > 0)
+        for part in _parts(problem, term, number, x, inverse, inside):
+            groups.setdefault((term.group, part[1]), []).append(part[0])
+    shape = [len(t.unit) for t in problem.terms]
+    distance, leverage = [np.zeros(m) for m in shape], [np.zeros(m) for m in shape]
+    chance, far = [np.ones(m) for m in shape], [np.zeros(m, dtype=bool) for m in shape]
+    many = sum(shape)
+    for parts in groups.values():
+        scale, known = _scale(parts)
+        for p in parts:
+            d = np.sqrt(p.square) / scale
+            odds = special.fdtrc(p.size, known, d**2 / p.size) if np.isfinite(known) else special.chdtrc(p.size, d**2)
+            odds = np.where(p.error, odds, 1.0)
+            more = odds <= chance[p.term]
+            distance[p.term][more], leverage[p.term][more] = d[more], p.leverage[more]
+            chance[p.term][more] = odds[more]
+            # As unlikely as six standard deviations are where the scale is known.
+            if problem.terms[p.term].reading:
+                far[p.term] |= odds < special.chdtrc(p.size, FAR**2)
+    return Farness(tuple(distance), tuple(far), tuple(leverage), tuple(np.minimum(c * many, 1.0) for c in chance))
+
+
+def far_from(data: DataSet, problem: Problem, x: Array, units: Ints) -> Farness:
+    """How far rows are from a model that was fitted to some units, by the robust noise of its own; `data` has the sigma that
+    was stated."""
+    noise = assess(data, problem.with_loss("huber"), x, units, float(problem.n))
+    noisy = apply_noise(data, {(g.name, g.unit): g.tau for g in noise if g.tau > 0})
+    own = [t.under(noisy.observations[i].sigma) for i, t in owners(data, problem)]
+    return farness(replace(problem, terms=tuple(own)), x)
+
+
+def _inverse(problem: Problem, x: Array) -> Array:
+    """(J^T J + P)^-1 over the free columns."""
+    lin = problem.linearize(x)
+    a = lin.j.T @ lin.j + np.diag(problem.prior[1])
+    # Columns differ by orders of magnitude: unit diagonal before the inverse.
+    size = np.sqrt(np.where(np.diag(a) > 0, np.diag(a), 1.0))
+    both = np.outer(size, size)
+    return np.asarray(np.linalg.pinv(a / both, hermitian=True) / both)
+
+
+def _parts(
+    problem: Problem, term: Rows, number: int, x: Array, inverse: Array, inside: Bools
+) -> list[tuple[_Part, str]]:
+    m = len(term.unit)
+    r = term.bind(np.full(x.shape[1], -1, dtype=np.int64)).evaluate(x, np.zeros(1, dtype=np.int64), 0, m)[0][0]
+    span = RESOLUTION * float(np.abs(term.value).max(initial=1.0))
+    squares = {p: np.empty(m) for p in range(len(term.parts))}
+    levers = {p: np.empty(m) for p in range(len(term.parts))}
+    for first in range(0, m, CHUNK):
+        last = min(first + CHUNK, m)
+        j = dense(term, x, first, last, problem.n) / term.sigma[first:last, :, None]
+        white = r[first:last] / term.sigma[first:last]
+        sign = np.where(inside[first:last], -1.0, 1.0)[:, None, None]
+        for p, (start, stop, _) in enumerate(term.parts):
+            own = j[:, start:stop]
+            hat = np.einsum("mai,mbi->mab", own @ inverse, own, optimize=True)
+            values, vectors = np.linalg.eigh(np.eye(stop - start) + sign * hat)
+            turned = np.einsum("mab,ma->mb", vectors, white[:, start:stop])
+            # A row that alone decides a direction has no residual there, and says nothing about itself.
+            sees = values > ALONE
+            squares[p][first:last] = np.sum(np.where(sees, turned**2 / np.where(sees, values, 1.0), 0.0), axis=1)
+            levers[p][first:last] = np.einsum("maa->m", hat) / (stop - start)
+    return [
+        (
+            _Part(number, stop - start, inside, squares[p], levers[p], np.linalg.norm(r[:, start:stop], axis=1) > span),
+            unit,
+        )
+        for p, (start, stop, unit) in enumerate(term.parts)
+    ]
+
+
+def _scale(parts: list[_Part]) -> tuple[float, float]:
+    """The robust standard deviation of D, at least one, and the degrees of freedom that know it (infinite where what was
+    stated stands)."""
+    # Rows of different size share a scale: each D^2 is compared with its own quantiles.
+    ratio = {
+        level: np.concatenate([p.square[p.inside] / special.chdtri(p.size, 1 - level) for p in parts])
+        for level in (0.5, 0.75)
+    }
+    own = np.concatenate([p.square[p.inside] / p.size for p in parts])
+    if not len(own):
+        return 1.0, np.inf
+    robust = max(*(float(np.quantile(v, level)) for level, v in ratio.items()), 1.0)
+    near = own[own < robust * FAR**2]
+    square = max(robust, float(near.mean()) if len(near) else 1.0)
+    dof = sum(float(np.sum(p.size * (1 - np.minimum(p.leverage[p.inside], 1.0)))) for p in parts)
+    return float(np.sqrt(square)), max(EFFICIENCY * dof, 1.0)

@@ -1,0 +1,162 @@
+"""Gross rows: found before anything is judged, and set aside for baseline, noise, fit and proof alike.
+
+    1 nominal   frames, targets and tool are fitted to the nominal robot, robustly; rows beyond six robust sigma of what is left
+                do not pull at the next stage (a dropped beam, a wrong point: metres away)
+    2 free      everything free is fitted robustly (Huber, then Tukey at six sigma), softly held as where the noise is assessed;
+                every row is then compared with a fit without it (`farness`), and those beyond six robust sigma of their sensor
+                group and unit are set aside; the fit is repeated without them until the same rows stay out
+
+A row that was set aside at one stage comes back at the next one where it fits. Constraints (a known distance between sockets)
+are never gross: nothing read them. Rows stay in the data, unused: they weigh nothing, and are predicted like all others.
+
+The leak, and how it is closed. A fit may set aside what does not fit it among the rows that it is fitted to; if it were asked
+which *held-out* rows are gross, it would dismiss its own failures. So each round of a proof looks for gross rows among
+the rows that it fits, and knows no others; and a held-out row is left out of the comparison only where neither the baseline nor
+the identified model, each fitted without that row and measured by its own robust scale, comes near it (`neither`). What one
+of the two explains, counts. In k-fold and leave-one-out, which keep the columns and noise of the fit to everything, the fit
+without a row is that of `farness`: by deletion where it was used, as it is where it was set aside.
+Sources: Tukey's biweight, Holland and Welsch (1977); Rousseeuw and Leroy, Robust regression and outlier detection (1987).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.calibrate.baseline import Baseline, baseline, frame_names
+from robocal.calibrate.farness import FAR, far_from, farness
+from robocal.calibrate.fit import Fit, softly, unit_weights
+from robocal.calibrate.noise import apply_noise, assess, owners
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import Problem
+from robocal.estimate.uncertainty import effective_columns
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet
+
+__all__ = ["MOST", "neither", "set_aside", "share"]
+
+Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Ints = NDArray[np.int64]
+Tau = dict[tuple[str, str], float]
+Watch = Callable[[dict[str, object]], None]
+MOST = 0.2  # a larger share set aside is no outlier any more
+ROUNDS = 8
+SETTLED = 0.05  # of a robust sigma: so well it need be known here
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Data, and the units whose rows are fitted."""
+
+    model: Chain
+    data: DataSet
+    units: Ints
+
+    def posed(self, tau: Tau, used: Sequence[Bools], loss: str, tuning: float | None = None) -> Problem:
+        data = marked(apply_noise(self.data, tau), used)
+        weights = unit_weights(len(data.configurations), self.units)
+        return build(self.model, data).with_weights(weights).with_loss(loss, tuning)
+
+    def noise(self, problem: Problem, x: Array, columns: float) -> Tau:
+        """tau of every group, from medians."""
+        groups = assess(self.data, problem.with_loss("huber"), x, self.units, columns)
+        return {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+
+
+def set_aside(model: Chain, data: DataSet, units: Ints, watch: Watch | None = None) -> DataSet:
+    """The data with the gross rows among those of some units marked as not used; see the module. Rows of other units are not
+    judged."""
+    if watch:
+        watch({"stage": "gross"})
+    search = _Search(model, data, units)
+    start, tau, used = _nominal(search, tuple(np.ones(len(o), dtype=bool) for o in data.observations))
+    first = search.posed(tau, used, "none")
+    if not first.free:
+        return marked(data, used)
+    x = start
+    for loss, tuning in (("huber", None), ("tukey", FAR)):
+        x, tau = _settled(search, start, x, tau, used, loss, tuning)
+    for _ in range(ROUNDS):
+        soft = softly(search.posed(tau, used, "none"), start)
+        far = _by_observation(data, soft, farness(soft, x).far)
+        now = tuple(~(f & np.isin(o.configuration, units)) for f, o in zip(far, data.observations, strict=True))
+        if all((a == b).all() for a, b in zip(now, used, strict=True)):
+            break
+        used = now
+        x, tau = _settled(search, start, x, tau, used, "none", None)
+    return marked(data, used)
+
+
+def _nominal(search: _Search, every: tuple[Bools, ...]) -> tuple[Array, Tau, tuple[Bools, ...]]:
+    """Where frames stand when gross rows do not pull, the robust noise there, and the rows that are near."""
+    made, x = baseline(search.model, search.data, search.units)
+    frames = frame_names(search.model, made)
+    tau: Tau = {}
+    for _ in range(ROUNDS):
+        new = search.noise(search.posed(tau, every, "huber"), x, float(len(frames)))
+        if tau and _close(new, tau):
+            break
+        tau = new
+        if frames:
+            x = least_squares(search.posed(tau, every, "huber").with_free(frames), x).x
+    there = search.posed(tau, every, "none").with_free(frames)
+    far = _by_observation(search.data, there, farness(there, x).far)
+    return x, tau, tuple(~f for f in far)
+
+
+def _settled(
+    search: _Search, start: Array, x: Array, tau: Tau, used: tuple[Bools, ...], loss: str, tuning: float | None
+) -> tuple[Array, Tau]:
+    """A soft fit of everything free, and its robust noise, until they agree."""
+    for _ in range(ROUNDS):
+        made = search.posed(tau, used, loss, tuning)
+        soft = softly(made, start)
+        x = least_squares(soft, x).x
+        new = search.noise(made, x, effective_columns(soft, x))
+        done = _close(new, tau)
+        tau = new
+        if done:
+            break
+    return x, tau
+
+
+def _close(new: Tau, old: Tau) -> bool:
+    return set(new) == set(old) and all(abs(new[k] - old[k]) <= SETTLED * old[k] for k in new)
+
+
+def neither(model: Chain, data: DataSet, base: Baseline, found: Fit, units: Ints) -> tuple[Bools, ...]:
+    """Rows of every term that neither the baseline nor the identified model comes near, both fitted to some units."""
+    frames = frame_names(model, base.problem)
+    one = far_from(data, base.problem.with_free(frames), base.x, units)
+    other = far_from(data, found.problem, found.solution.x, units)
+    return tuple(a & b for a, b in zip(one.far, other.far, strict=True))
+
+
+def marked(data: DataSet, used: Iterable[Bools]) -> DataSet:
+    """The data with these rows used, observation by observation."""
+    each = (replace(o, used=None if u.all() else u) for o, u in zip(data.observations, used, strict=True))
+    return DataSet(data.configurations, tuple(each))
+
+
+def share(data: DataSet) -> float:
+    """Which share of the rows is set aside."""
+    rows = sum(len(o) for o in data.observations)
+    return sum(int((~o.used).sum()) for o in data.observations if o.used is not None) / max(rows, 1)
+
+
+def _by_observation(data: DataSet, problem: Problem, values: Sequence[Bools]) -> tuple[Bools, ...]:
+    """What is known of the rows of terms, for the rows of observations."""
+    out = tuple(np.zeros(len(o), dtype=bool) for o in data.observations)
+    for own, index, value in _rows(data, problem, values):
+        out[own][index] = value
+    return out
+
+
+def _rows(data: DataSet, problem: Problem, values: Sequence[Bools]) -> Iterator[tuple[int, Ints, Bools]]:
+    for (own, term), value in zip(owners(data, problem), values, strict=True):
+        yield own, term.index, value
