@@ -191,7 +191,7 @@ def test_without_a_fixed_joint_the_tool_is_said_to_be_lost(tmp_path: Path) -> No
     tip = f"{arm.joint_names[-1]}_link"
     moved = arm.with_values({"tool.x": 0.03})
     text, notes = urdf_into(moved, str(tmp_path / "robot.urdf"), tip=tip)
-    assert len(notes) == 1 and "30 mm" in notes[0]
+    assert len(notes) == 1 and "30 mm" in notes[0].sentence
     (tmp_path / "out.urdf").write_text(text, encoding="utf-8")
     back = open_robot(tmp_path / "out.urdf", tip=tip).chain
     q = sample_joints(arm, 20, np.random.default_rng(0))

@@ -8,6 +8,7 @@ from measure.scenarios import SCENARIOS, build
 from unit.plain_terms import Plain, linear, plain_problem
 
 from robocal.estimate.identifiability import SEEN, analyse, block_columns, eliminate, observability, triangle
+from robocal.remarks.code import Code
 
 
 def seen_to(share, n=3):
@@ -52,7 +53,7 @@ def test_equal_columns_go_to_the_first(rng, order):
     assert found.dropped == (f"b{twins[1] + 1}",)
     (combination,) = found.combinations
     assert combination.partners == ((f"b{twins[0] + 1}", pytest.approx(1.0)),)
-    assert combination.text == f"b{twins[1] + 1} cannot be told from b{twins[0] + 1}"
+    assert combination.remark.sentence == f"b{twins[1] + 1} cannot be told from b{twins[0] + 1}"
 
 
 def test_combinations_give_the_right_numbers(rng):
@@ -64,7 +65,7 @@ def test_combinations_give_the_right_numbers(rng):
     assert found.dropped == ("b4", "b5") and found.rank == 3 == found.structural_rank
     by = {c.name: c for c in found.combinations}
     assert dict(by["b4"].partners) == {"b1": pytest.approx(2), "b2": pytest.approx(-3)}
-    assert by["b5"].partners == () and "no effect" in by["b5"].text
+    assert by["b5"].partners == () and by["b5"].remark.code is Code.NO_EFFECT
     # Most visible first.
     effect = [abs(f) * np.linalg.norm(a[:, int(n[1]) - 1]) for n, f in by["b4"].partners]
     assert effect == sorted(effect, reverse=True)
@@ -75,7 +76,7 @@ def test_many_partners_are_counted(rng):
     a = np.column_stack([a, a.sum(axis=1)])
     found = analyse(plain_problem(linear(a, np.zeros(30)), np.zeros(9), expected=[1.0] * 8 + [0.1]), np.zeros(9))
     assert found.dropped == ("b9",) and len(found.combinations[0].partners) == 8
-    assert found.combinations[0].text.endswith("and 2 more")
+    assert found.combinations[0].remark.sentence.endswith("and 2 more")
 
 
 def test_fewer_rows_than_parameters(rng):

@@ -15,6 +15,7 @@ from robocal.calibrate.layer import learn
 from robocal.calibrate.layered import LayerRows, layer_rows, layered_errors, try_layer
 from robocal.errors import FormatError
 from robocal.files.layerfile import layer_text, read_layer
+from robocal.remarks.code import Code
 
 NAMES = ("a", "b", "c")
 
@@ -83,7 +84,7 @@ def test_white_noise_refuses_it():
 
 def test_few_configurations_and_other_kinds_are_refused():
     part = identified(measured(30))
-    assert "fewer than" in try_layer(arm(), part.data, part.problem, part.solution.x).reason
+    assert try_layer(arm(), part.data, part.problem, part.solution.x).reason.code is Code.GROUP_FEW
 
 
 def test_its_file_keeps_every_number(tmp_path, rng):
