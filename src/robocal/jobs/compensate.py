@@ -102,7 +102,13 @@ class Compensated:
             "errors": {"unit": "mm"} | named,
             "expected_of_the_real_robot": None if known is None else {"unit": "mm", "level": LEVEL} | known.__dict__,
             "rows": [
-                {"target": name, "status": STATUS[s], "after_mm": 1e3 * a, "note": str(note or "")}
+                {
+                    "target": name,
+                    "status": STATUS[s],
+                    "after_mm": 1e3 * a,
+                    "note": str(note or ""),
+                    "code": note.code if note else None,
+                }
                 for name, s, a, note in zip(self.file.ids, m.status, m.after.tolist(), self.notes, strict=True)
             ],
             **told(self.warnings),

@@ -53,8 +53,8 @@ def standard(data: DataSet, this: Model, against: Model | None, distances: str =
     found = visits(this[0], data, this[1])
     if found is None:
         _chosen(None, data, distances)
-        word = Remark.of(Code.NO_STANDING_POSITIONS).sentence
-        return {"standard": "ISO 9283:1998", "not_computable": dict.fromkeys(("AP", "RP", "AD", "RD"), word)}
+        none = dict.fromkeys(("AP", "RP", "AD", "RD"), Remark.of(Code.NO_STANDING_POSITIONS))
+        return {"standard": "ISO 9283:1998", **_lacking(none)}
     other = None if against is None else visits(against[0], data, against[1])
     pair = _chosen(found, data, distances)
     mine, theirs = pose_figures(found), None if other is None else pose_figures(other)
@@ -69,12 +69,18 @@ def standard(data: DataSet, this: Model, against: Model | None, distances: str =
         "visits_asked_for": CYCLES,
         "pose": _poses(names, mine, theirs) if (n >= 2).any() else None,
         "distance": _distances(names, far, their_far, WAYS.get(distances, f"every pair of one {distances}")),
-        "not_computable": _missing(found, mine, far),
+        **_lacking(_missing(found, mine, far)),
     }
     notes = [Remark.of(Code.REPEATABILITY_UNCHANGED)]
     if (n >= 2).any() and int(n[n >= 2].min()) < CYCLES:
         notes.append(Remark.of(Code.FEW_VISITS, asked=CYCLES, visits=int(n[n >= 2].min())))
     return made | told(notes, "notes")
+
+
+def _lacking(why: Mapping[str, Remark]) -> dict[str, dict[str, str]]:
+    """Figures that cannot be computed: the reason of each, as a sentence and as a code."""
+    words, codes = {k: r.sentence for k, r in why.items()}, {k: str(r.code) for k, r in why.items()}
+    return {"not_computable": words, "not_computable_codes": codes}
 
 
 def _chosen(found: Visits | None, data: DataSet, distances: str) -> Ints:
@@ -98,7 +104,7 @@ def _chosen(found: Visits | None, data: DataSet, distances: str) -> Ints:
     return every_pair(found, values[found.configuration[found.first]])
 
 
-def _missing(found: Visits, mine: PoseFigures, far: DistanceFigures) -> dict[str, str]:
+def _missing(found: Visits, mine: PoseFigures, far: DistanceFigures) -> dict[str, Remark]:
     """What cannot be computed, and why."""
     out: dict[str, Remark] = {}
     if not (found.count >= 2).any():
@@ -113,7 +119,7 @@ def _missing(found: Visits, mine: PoseFigures, far: DistanceFigures) -> dict[str
         out["AD"] = Remark.of(Code.FEW_PLACES)
     if not np.isfinite(far.rd).any():
         out["RD"] = Remark.of(Code.DISTANCES_ONCE)
-    return {name: why.sentence for name, why in out.items()}
+    return out
 
 
 def _poses(names: list[str], mine: PoseFigures, theirs: PoseFigures | None) -> dict[str, Any]:

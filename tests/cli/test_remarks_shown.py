@@ -1,0 +1,48 @@
+"""Sentence and advice of a remark on the terminal, in a report and in a document: the same words, each in its place."""
+
+from __future__ import annotations
+
+import copy
+
+from report.samples import improved
+
+from robocal.cli.show import show_warnings
+from robocal.cli.terminal import Terminal
+from robocal.files.parts import Remark as Kept
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark, told
+from robocal.report.page import render
+from robocal.report.words import advised
+
+SAID = Remark.of(Code.NO_DIAMETER)
+FACT = Remark.of(Code.NO_PULLEYS)
+
+
+def test_worth_knowing_has_advice_below_the_sentence(capsys):
+    show_warnings(Terminal(), (SAID, FACT))
+    lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+    assert lines == ["Worth knowing", f"  {SAID.sentence}", f"    {SAID.advice}", f"  {FACT.sentence}", ""]
+    show_warnings(Terminal(), (Kept.model_validate(SAID.document),))
+    assert SAID.advice in capsys.readouterr().out, "what result.json keeps is shown alike"
+
+
+def test_a_warning_beside_a_document_says_what_to_do(capsys):
+    terminal = Terminal(json=True)
+    terminal.warn(SAID)
+    terminal.warn(FACT)
+    show_warnings(terminal, (SAID,))
+    out, err = capsys.readouterr()
+    assert out == "" and err == f"warning: {SAID.sentence}. {SAID.advice}\nwarning: {FACT.sentence}\n"
+
+
+def test_the_report_has_advice_beside_the_warning():
+    result, rows = copy.deepcopy(improved())
+    result |= told((SAID, FACT))
+    page = render(result, rows)
+    assert (
+        f'<li>{SAID.sentence} <span class="soft">{SAID.advice}</span></li>' in page
+        and f"<li>{FACT.sentence}</li>" in page
+    )
+    assert advised(result) == [(SAID.sentence, SAID.advice), (FACT.sentence, "")]
+    # Documents of earlier versions have sentences alone.
+    assert advised({"warnings": ["old", "old"]}) == [("old", "")]
