@@ -23,6 +23,7 @@ from robocal.remarks.remark import Remark
 if TYPE_CHECKING:
     from robocal.calibrate.bootstrap import Resampled
     from robocal.calibrate.linear import Linearity
+    from robocal.calibrate.offsets import OffsetsAlone
 
 __all__ = ["Band", "Fold", "Identification", "Options", "ParameterResult", "RowTable", "Stages"]
 
@@ -185,3 +186,4 @@ class Identification:
     outliers: tuple[Outlier, ...] = ()
     conditions: Mapping[str, float] = field(default_factory=dict)  # mean of every other recorded column
     resampled: Resampled | None = None  # the bootstrap, where it was asked for
+    offsets: OffsetsAlone | None = None  # the joint offsets alone; None where no joint's zero may move

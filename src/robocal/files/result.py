@@ -15,6 +15,7 @@ from pydantic import Field
 from robocal.errors import FormatError
 from robocal.files.beside import Comparison, Linearity
 from robocal.files.beyondparts import Beyond, GroupTried, LayerSummary
+from robocal.files.offsetparts import OffsetsAlone
 from robocal.files.parts import Number, Part, Remark, finite
 from robocal.files.schema import validate
 from robocal.files.text import read_text
@@ -290,6 +291,7 @@ class Result(Part):
     groups_tried: list[GroupTried] = Field(default_factory=list)
     beyond: list[Beyond] = Field(default_factory=list)
     layer: LayerSummary | None = None
+    offsets: OffsetsAlone | None = None
     correlation: Correlation = Correlation()
     warnings: list[str] = Field(default_factory=list)
     remarks: list[Remark] = Field(default_factory=list)

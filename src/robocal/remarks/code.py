@@ -57,6 +57,11 @@ class Code(StrEnum):
     BAND_TOO_NARROW = "band-too-narrow"
     ELSEWHERE = "elsewhere"
 
+    # --- the joint offsets alone ---
+    OFFSETS_PROVEN = "offsets-proven"
+    OFFSETS_NOT_PROVEN = "offsets-not-proven"
+    OFFSETS_UNSEEN = "offsets-unseen"
+
     # --- what was written ---
     URDF_LACKS = "urdf-lacks"
     REPORT_LEFT_OUT = "report-left-out"

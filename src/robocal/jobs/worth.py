@@ -1,0 +1,119 @@
+"""What an exported file is worth alone, when it cannot hold all that was identified: the mean error of the nominal robot, of
+the robot that the file describes, and of the whole model, on the data of the run.
+
+Of each model nothing is fitted but the instruments' frames and what is free of the tool. These are data that the model was
+fitted to; where a figure of unseen data is at hand (the joint offsets, which the run proves by themselves) that is told.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from robocal.arms.chain import Chain
+from robocal.errors import FileError, InputError
+from robocal.files.dataset import read_datasets
+from robocal.files.offsetparts import OffsetsAlone
+from robocal.files.result import Result
+from robocal.files.robot import Robot
+from robocal.jobs.inputs import choose
+from robocal.jobs.reference import nominal_chain, run_result
+from robocal.jobs.validate import Errors, model_errors
+from robocal.measure.data import DataSet
+
+__all__ = ["OFFSETS_ONLY", "Worth", "worth_of", "worth_unseen"]
+
+OFFSETS_ONLY = "offsets only"
+
+
+@dataclass(frozen=True)
+class Worth:
+    """Mean errors in `unit` of nominal robot, file and whole model; None with the reason where they cannot be computed."""
+
+    unit: str
+    figures: tuple[float, float, float] | None
+    where: str
+    what: str = "this file alone"
+
+    @property
+    def text(self) -> str:
+        """In one line."""
+        if self.figures is None:
+            return f"{self.what}: what that is worth could not be computed: {self.where}"
+        nominal, alone, whole = (f"{v:.3g}" for v in self.figures)
+        return (
+            f"{self.what}: {nominal} to {alone} {self.unit}, the whole model {whole} {self.unit} "
+            f"(mean error {self.where}, from the nominal robot)"
+        )
+
+    @property
+    def document(self) -> dict[str, object]:
+        """The same for machines."""
+        nominal, alone, whole = self.figures or (None, None, None)
+        return {
+            "what": self.what,
+            "unit": self.unit,
+            "nominal": nominal,
+            "this_file": alone,
+            "whole_model": whole,
+            "where": self.where,
+        }
+
+
+def worth_unseen(alone: OffsetsAlone) -> Worth:
+    """Of joint offsets that their run fitted alone and proved."""
+    if alone.before is None or alone.after is None or alone.whole is None:
+        return Worth(alone.unit, None, alone.reason.sentence, OFFSETS_ONLY)
+    return Worth(alone.unit, (alone.before, alone.after, alone.whole), "on unseen data", OFFSETS_ONLY)
+
+
+def worth_of(name: str, arm: Robot, held: Chain) -> Worth:
+    """Of a robot `held` by a file, where `arm` was opened from the run folder `name`."""
+    known = run_result(name)
+    if known is None:
+        return Worth("mm", None, "it takes the run folder, which knows the data")
+    try:
+        arm, data = _run_data(Path(name), known, arm)
+        models = (nominal_chain(name, arm, None), held, arm.chain)
+        found = [model_errors(m, data, tool=True) for m in models]
+    except (InputError, np.linalg.LinAlgError) as error:
+        return Worth("mm", None, str(error).splitlines()[0])
+    unit, factor = ("mm", 1e3) if len(found[0].position) else ("deg", 180 / np.pi)
+    means = [_mean(e) * factor for e in found]
+    if not np.isfinite(means).all():
+        return Worth(unit, None, "the run measured neither positions nor angles")
+    return Worth(unit, (means[0], means[1], means[2]), "on the run's own data")
+
+
+def _run_data(folder: Path, known: Result, arm: Robot) -> tuple[Robot, DataSet]:
+    """The robot and the data of a run with what was freed and held in it. Raises InputError where a file has gone or changed."""
+    said = known.provenance.options
+    given = [_still_there(folder, i.file, i.sha256) for i in known.provenance.inputs[1:]]
+    readings = []
+    while given:
+        # The robot came from a run folder itself, whose numbers were an input too.
+        if given[0].name == "result.json":
+            given.pop(0)
+            continue
+        reading = read_datasets([given[0]], arm.chain)
+        used = {i.file.resolve() for i in reading.files}
+        readings.append(given[0])
+        given = [g for g in given[1:] if g.resolve() not in used]
+    data = read_datasets(readings, arm.chain, group=said.get("group")).dataset
+    return choose(arm, data, **{k: tuple(said.get(k) or ()) for k in ("free", "fix", "prior")})
+
+
+def _still_there(folder: Path, file: str, sha256: str) -> Path:
+    """Where an input of a run lies: as it was named, from here or from beside the run folder. Raises FileError."""
+    for place in (Path(file), folder.parent / file, folder / file):
+        if place.is_file() and hashlib.sha256(place.read_bytes()).hexdigest() == sha256:
+            return place
+    raise FileError("an input of the run is not there any more, or has changed", file=file)
+
+
+def _mean(errors: Errors) -> float:
+    values = errors.position if len(errors.position) else errors.angle
+    return float(values.mean()) * errors.factor if len(values) else float("nan")
