@@ -75,7 +75,7 @@ class ParameterResult:
     unit: str
     nominal: float
     identified: float
-    delta: float  # identified minus nominal; of a rotation vector the turn about that axis of the parent frame
+    delta: float  # identified minus nominal; sigma and interval are of the same number
     sigma: float | None
     sigma_instrument: float | None
     sigma_conditional: float | None

@@ -49,7 +49,7 @@ class JointOffset:
     sigma: float | None = None
     interval: tuple[float, float] | None = None
     status: str = "dropped"  # identified | dropped | fixed
-    note: str = ""
+    notes: tuple[Remark, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class _Found:
     problem: Problem  # with the columns that were fitted
     x: Array
     converged: bool
-    notes: dict[str, str]  # why a zero was not fitted
+    notes: dict[str, Remark]  # why a zero was not fitted
     total: Total
 
 
@@ -119,9 +119,9 @@ def _fitted(model: Chain, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Found:
     return _Found(chosen, start, converged, {c.name: _note(c) for c in seen.combinations}, off)
 
 
-def _note(hidden: Combination) -> str:
+def _note(hidden: Combination) -> Remark:
     """Why a zero stays: what it looks like, or that it is too small beside what offsets cannot explain."""
-    return hidden.text if hidden.partners else "not seen above what offsets alone leave"
+    return hidden.remark if hidden.partners else Remark.of(Code.BELOW_THE_REST)
 
 
 def _offsets(model: Chain, found: _Found, zeros: Sequence[Zero]) -> tuple[JointOffset, ...]:
@@ -135,7 +135,11 @@ def _offsets(model: Chain, found: _Found, zeros: Sequence[Zero]) -> tuple[JointO
         if z is None:
             out.append(JointOffset(joint.name, unit, 0.0, status="fixed"))
         elif z.parameter not in found.problem.free:
-            out.append(JointOffset(joint.name, unit, 0.0, note=found.notes.get(z.parameter, "")))
+            out.append(
+                JointOffset(
+                    joint.name, unit, 0.0, notes=tuple(found.notes[n] for n in (z.parameter,) if n in found.notes)
+                )
+            )
         else:
             change = float(found.x[0, table.index[z.parameter]]) - model.table[z.parameter].value
             value, bar = change / z.factor, float(sigma[z.parameter] / abs(z.factor))

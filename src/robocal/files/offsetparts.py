@@ -13,8 +13,8 @@ __all__ = ["JointOffset", "OffsetsAlone"]
 
 
 class JointOffset(Part):
-    """What to add to one joint's value before the nominal model; sigma and interval as fitted. Not seen: 0, and note says
-    what looks like it. fixed: the zero of this joint was not free."""
+    """What to add to one joint's value before the nominal model; sigma and interval as fitted. Not seen: 0, and note (remarks are
+    the same as data) says what looks like it. fixed: the zero of this joint was not free."""
 
     joint: str
     unit: str
@@ -23,6 +23,7 @@ class JointOffset(Part):
     interval: tuple[Number, Number] | None = None
     status: Literal["identified", "dropped", "fixed"]
     note: str = ""
+    remarks: list[Remark] = Field(default_factory=list)
 
 
 class OffsetsAlone(Part):

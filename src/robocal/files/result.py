@@ -70,8 +70,8 @@ class ParameterResult(Part):
     exactly nominal, sigma_instrument if besides the stated noise were all there is; interval holds the truth with 95 %,
     bootstrap (when asked for) is the 95 % percentile interval of fits to configurations drawn again.
 
-    delta is the change; of a rotation vector's components, the turn about the axes of the parent frame. data_share is
-    how much of its value the data said (1) or the prior (0). remarks are the note as data.
+    delta is identified minus nominal, and all sigmas are of that number: of a rotation vector, component by component.
+    data_share is how much of its value the data said (1) or the prior (0). remarks are the note as data.
     """
 
     name: str

@@ -50,5 +50,6 @@ def _joint(o: JointOffset, unit: Unit) -> files.JointOffset:
         sigma=None if o.sigma is None else o.sigma / unit.factor,
         interval=None if o.interval is None else (o.interval[0] / unit.factor, o.interval[1] / unit.factor),
         status=o.status,  # type: ignore[arg-type]
-        note=o.note,
+        note="; ".join(map(str, o.notes)),
+        remarks=[Remark.model_validate(r.document) for r in o.notes],
     )

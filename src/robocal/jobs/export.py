@@ -19,7 +19,7 @@ from robocal.jobs.offsets import OFFSETS, offset_text
 from robocal.jobs.reference import nominal_chain, run_result
 from robocal.jobs.urdf_into import urdf_into
 from robocal.jobs.urdf_text import urdf_text
-from robocal.jobs.worth import Worth, worth_of
+from robocal.jobs.worth import worth_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -40,7 +40,7 @@ class Exported:
     text: str
     written: Path | None
     notes: tuple[Remark, ...] = ()
-    worth: Worth | None = None
+    worth: Remark | None = None
 
 
 def export(
@@ -66,7 +66,7 @@ def export(
     arm = open_arm(robot, base=base if ours else None, tip=tip if ours else None)
     notes: tuple[Remark, ...] = ()
     held: Chain | None = None  # the robot that the file describes, where that is not the whole model
-    worth: Worth | None = None
+    worth: Remark | None = None
     told = tuple(w for w in arm.warnings if w.code in LACKING)
     if form == "yaml":
         text = arm.text if arm.format == "yaml" else describe(arm.chain, Units(UNITS["m"], UNITS["rad"]))

@@ -3,7 +3,7 @@ without a run folder, the difference of its zeros from the nominal ones."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import default_free
@@ -16,7 +16,8 @@ from robocal.files.robot import Robot
 from robocal.files.rows import same
 from robocal.files.units import parse_unit
 from robocal.jobs.reference import nominal_chain, run_result
-from robocal.jobs.worth import OFFSETS_ONLY, Worth, worth_of, worth_unseen
+from robocal.jobs.worth import OFFSETS_ONLY, worth_of, worth_unseen
+from robocal.remarks.remark import Remark
 
 __all__ = ["OFFSETS", "OffsetText", "offset_text"]
 
@@ -28,7 +29,7 @@ class OffsetText:
     """A file of joint offsets as text, and what it is worth."""
 
     text: str
-    worth: Worth
+    worth: Remark
 
 
 def offset_text(name: str, robot: Robot, nominal: str | None, form: str) -> OffsetText:
@@ -52,8 +53,8 @@ def offset_text(name: str, robot: Robot, nominal: str | None, form: str) -> Offs
     else:
         lines = _differences(robot, reference)
         held = with_offsets(reference, {o.joint: o.value for o in lines})
-        worth = replace(worth_of(name, robot, held), what=OFFSETS_ONLY)
-    return OffsetText(OFFSETS[form](lines, robot.name, (worth.text,)), worth)
+        worth = worth_of(name, robot, held, OFFSETS_ONLY)
+    return OffsetText(OFFSETS[form](lines, robot.name, (worth.sentence,)), worth)
 
 
 def _own(name: str, robot: Robot, reference: Chain) -> bool:

@@ -8,7 +8,6 @@ fitted to; where a figure of unseen data is at hand (the joint offsets, which th
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,80 +18,53 @@ from robocal.files.dataset import read_datasets
 from robocal.files.offsetparts import OffsetsAlone
 from robocal.files.result import Result
 from robocal.files.robot import Robot
+from robocal.files.units import UNITS
 from robocal.jobs.inputs import choose
 from robocal.jobs.reference import nominal_chain, run_result
 from robocal.jobs.validate import Errors, model_errors
 from robocal.measure.data import DataSet
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["OFFSETS_ONLY", "Worth", "worth_of", "worth_unseen"]
+__all__ = ["OFFSETS_ONLY", "THIS_FILE", "worth_of", "worth_unseen"]
 
-OFFSETS_ONLY = "offsets only"
-
-
-@dataclass(frozen=True)
-class Worth:
-    """Mean errors in `unit` of nominal robot, file and whole model; None with the reason where they cannot be computed."""
-
-    unit: str
-    figures: tuple[float, float, float] | None
-    where: str
-    what: str = "this file alone"
-
-    @property
-    def text(self) -> str:
-        """In one line."""
-        if self.figures is None:
-            return f"{self.what}: what that is worth could not be computed: {self.where}"
-        nominal, alone, whole = (f"{v:.3g}" for v in self.figures)
-        return (
-            f"{self.what}: {nominal} to {alone} {self.unit}, the whole model {whole} {self.unit} "
-            f"(mean error {self.where}, from the nominal robot)"
-        )
-
-    @property
-    def document(self) -> dict[str, object]:
-        """The same for machines."""
-        nominal, alone, whole = self.figures or (None, None, None)
-        return {
-            "what": self.what,
-            "unit": self.unit,
-            "nominal": nominal,
-            "this_file": alone,
-            "whole_model": whole,
-            "where": self.where,
-        }
+OFFSETS_ONLY, THIS_FILE = "offsets only", "this file alone"
+OWN, UNSEEN = "the run's own data", "unseen data"
 
 
-def worth_unseen(alone: OffsetsAlone) -> Worth:
+def worth_unseen(alone: OffsetsAlone) -> Remark:
     """Of joint offsets that their run fitted alone and proved."""
     if alone.before is None or alone.after is None or alone.whole is None:
-        return Worth(alone.unit, None, alone.reason.sentence, OFFSETS_ONLY)
-    return Worth(alone.unit, (alone.before, alone.after, alone.whole), "on unseen data", OFFSETS_ONLY)
+        return Remark.of(Code.WORTH_UNKNOWN, what=OFFSETS_ONLY, why=alone.reason.sentence)
+    unit = UNITS[alone.unit]
+    nominal, mine, whole = (Quantity(v * unit.factor, unit.si) for v in (alone.before, alone.after, alone.whole))
+    return Remark.of(Code.WORTH_ALONE, what=OFFSETS_ONLY, nominal=nominal, alone=mine, whole=whole, data=UNSEEN)
 
 
-def worth_of(name: str, arm: Robot, held: Chain) -> Worth:
+def worth_of(name: str, arm: Robot, held: Chain, what: str = THIS_FILE) -> Remark:
     """Of a robot `held` by a file, where `arm` was opened from the run folder `name`."""
     known = run_result(name)
     if known is None:
-        return Worth("mm", None, "it takes the run folder, which knows the data")
+        return Remark.of(Code.WORTH_UNKNOWN, what=what, why="it takes the run folder, which knows the data")
     try:
         arm, data = _run_data(Path(name), known, arm)
         models = (nominal_chain(name, arm, None), held, arm.chain)
         found = [model_errors(m, data, tool=True) for m in models]
     except (InputError, np.linalg.LinAlgError) as error:
-        return Worth("mm", None, str(error).splitlines()[0])
-    unit, factor = ("mm", 1e3) if len(found[0].position) else ("deg", 180 / np.pi)
-    means = [_mean(e) * factor for e in found]
+        return Remark.of(Code.WORTH_UNKNOWN, what=what, why=str(error).splitlines()[0])
+    unit = "m" if len(found[0].position) else "rad"
+    means = [_mean(e) for e in found]
     if not np.isfinite(means).all():
-        return Worth(unit, None, "the run measured neither positions nor angles")
-    return Worth(unit, (means[0], means[1], means[2]), "on the run's own data")
+        return Remark.of(Code.WORTH_UNKNOWN, what=what, why="the run measured too little")
+    nominal, mine, whole = (Quantity(v, unit) for v in means)
+    return Remark.of(Code.WORTH_ALONE, what=what, nominal=nominal, alone=mine, whole=whole, data=OWN)
 
 
 def _run_data(folder: Path, known: Result, arm: Robot) -> tuple[Robot, DataSet]:
     """The robot and the data of a run with what was freed and held in it. Raises InputError where a file has gone or changed."""
     said = known.provenance.options
     given = [_still_there(folder, i.file, i.sha256) for i in known.provenance.inputs[1:]]
-    readings = []
+    readings: list[Path] = []
     while given:
         # The robot came from a run folder itself, whose numbers were an input too.
         if given[0].name == "result.json":

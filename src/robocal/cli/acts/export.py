@@ -7,7 +7,7 @@ from pathlib import Path
 
 from robocal.cli.guard import DONE
 from robocal.cli.terminal import Terminal
-from robocal.remarks.remark import told
+from robocal.remarks.remark import spoken, told
 
 __all__ = ["export"]
 
@@ -33,7 +33,7 @@ def export(
     for note in made.notes:
         terminal.warn(note)
     if made.worth is not None:
-        terminal.note(made.worth.text)
+        terminal.note(spoken(made.worth))
     written = None if made.written is None else str(made.written)
     terminal.document(
         {

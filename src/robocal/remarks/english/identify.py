@@ -185,13 +185,13 @@ TABLE: dict[Code, Words] = {
     ),
     # --- the joint offsets alone ---
     Code.OFFSETS_PROVEN: Words(
-        "joint offsets only: mean error on unseen poses {before:.3g} to {after:.3g}, whole model {whole:.3g} (gain {low:.3g} to "
+        "joint offsets only: mean error on unseen poses {before:.3g~} to {after:.3g}, whole model {whole:.3g} (gain {low:.3g~} to "
         "{high:.3g} with 95 %, {how})",
         "robocal export --format offsets writes them for a controller that takes nothing else.",
     ),
     Code.OFFSETS_NOT_PROVEN: Words(
-        "joint offsets only would gain nothing for certain: mean error on unseen poses {before:.3g} to {after:.3g}, whole model "
-        "{whole:.3g} (gain {low:.3g} to {high:.3g} with 95 %, {how})",
+        "joint offsets only would gain nothing for certain: mean error on unseen poses {before:.3g~} to {after:.3g}, whole model "
+        "{whole:.3g} (gain {low:.3g~} to {high:.3g} with 95 %, {how})",
         "What this robot needs is no joint offset. Use the whole model (export --format yaml or urdf), or correct the targets of a "
         "controller that cannot (robocal compensate).",
     ),
