@@ -29,8 +29,8 @@ class Parameter:
     """One named number.
 
     `prior` is the standard deviation of a stated prior around `value` (None: no prior). `scale` is the size of the
-    error that one expects without data; it decides what counts as seen, never what is estimated. `source` says where
-    it comes from.
+    error that one expects without data; it decides what counts as seen, never what is estimated. Of columns that the
+    data cannot tell apart, the one with the higher `preference` is kept. `source` says where it comes from.
     """
 
     name: str
@@ -43,6 +43,7 @@ class Parameter:
     turn: bool = False
     expected: float | None = None
     source: str = ""
+    preference: int = 0
 
     @property
     def scale(self) -> float:
@@ -159,6 +160,12 @@ class Table:
         for name in priors:
             _ = self[name]
         return Table(tuple(replace(p, prior=priors[p.name]) if p.name in priors else p for p in self.rows))
+
+    def with_preferences(self, preferences: Mapping[str, int]) -> Table:
+        """The same table with these preferences."""
+        for name in preferences:
+            _ = self[name]
+        return Table(tuple(replace(p, preference=preferences.get(p.name, p.preference)) for p in self.rows))
 
     def match(self, patterns: Iterable[str]) -> tuple[str, ...]:
         """Names selected by full names (`j2.alpha`), symbols (`alpha`) or owners (`tool`); errors name the nearest."""

@@ -72,6 +72,8 @@ RECIPES = {
     "s-model": _recipe("rz:beta tz:d tx:a rx:alpha rz:gamma tz:b", "beta", "d", False, "Stone (1987)"),
     "mcpc": _recipe("rz:theta tz:d rx:alpha ry:beta tx:x ty:y", "theta", "d", True, "Zhuang, Wang and Roth (1993)"),
 }
+# Few controllers have a place for Hayati's twist: where data cannot tell it from a parameter that they know, that is kept.
+HAYATI, UNKNOWN = ("ry", "beta"), -1
 # In the S-model beta is the joint's own turn, not Hayati's.
 _MEANING_OF = {
     "s-model": {"beta": "turn about the joint's z axis"},
@@ -86,7 +88,8 @@ def recipe_convention(name: str, recipe: Recipe) -> Convention:
     def write(pen: Pen) -> None:
         driven = {"revolute": recipe.revolute, "prismatic": recipe.prismatic}.get(pen.kind)
         for axis, symbol in recipe.steps:
-            pen.step(axis, symbol, pen.number(symbol), driven=1.0 if symbol == driven else 0.0)
+            preference = UNKNOWN if (axis, symbol) == HAYATI else 0
+            pen.step(axis, symbol, pen.number(symbol), driven=float(symbol == driven), preference=preference)
 
     quantity = {"t": "length", "r": "angle"}
     meaning = MEANING | _MEANING_OF.get(name, {})

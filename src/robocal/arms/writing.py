@@ -158,12 +158,13 @@ class Pen:
         unit: str | None = None,
         driven: float = 0.0,
         held: bool = False,
+        preference: int = 0,
     ) -> None:
         """An element with a parameter of its own; `driven` is the sign with which the joint moves it too (0: not),
-        `held` keeps it out of the default free set.
+        `held` keeps it out of the default free set, `preference` is the parameter's.
         """
         name = f"{self.joint}.{symbol}"
-        self.parameters.append(Parameter(name, value, UNIT[axis[0]] if unit is None else unit))
+        self.parameters.append(Parameter(name, value, UNIT[axis[0]] if unit is None else unit, preference=preference))
         if not held:
             self.geometric.append(name)
         terms = [Term(name)]

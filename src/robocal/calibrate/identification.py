@@ -23,6 +23,7 @@ from robocal.remarks.remark import Remark
 if TYPE_CHECKING:
     from robocal.calibrate.bootstrap import Resampled
     from robocal.calibrate.linear import Linearity
+    from robocal.calibrate.offsets import OffsetsAlone
 
 __all__ = ["Band", "Fold", "Identification", "Options", "ParameterResult", "RowTable", "Stages"]
 
@@ -74,7 +75,7 @@ class ParameterResult:
     unit: str
     nominal: float
     identified: float
-    delta: float  # identified minus nominal; of a rotation vector the turn about that axis of the parent frame
+    delta: float  # identified minus nominal; sigma and interval are of the same number
     sigma: float | None
     sigma_instrument: float | None
     sigma_conditional: float | None
@@ -185,3 +186,4 @@ class Identification:
     outliers: tuple[Outlier, ...] = ()
     conditions: Mapping[str, float] = field(default_factory=dict)  # mean of every other recorded column
     resampled: Resampled | None = None  # the bootstrap, where it was asked for
+    offsets: OffsetsAlone | None = None  # the joint offsets alone; None where no joint's zero may move

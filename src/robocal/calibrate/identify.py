@@ -6,6 +6,7 @@
 4 fit      what is seen above the noise, on the fit configurations (see `fit`)
 5 judge    paired comparison with the baseline on configurations that were not used
 6 refit    once more on everything, for the model that is handed back, with covariance and prediction band
+7 offsets  the joints' zeros alone, proven on the same configurations, for controllers that take nothing else
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from robocal.calibrate.gross import set_aside
 from robocal.calibrate.identification import Identification, Options
 from robocal.calibrate.judge import stages, units_of, verdict
 from robocal.calibrate.linear import linearity, linearity_words
+from robocal.calibrate.offsets import offsets_alone
 from robocal.calibrate.outliers import find_outliers
 from robocal.calibrate.prove import FEW, Proven, prove
 from robocal.calibrate.results import parameter_results, prediction_band, row_table
@@ -64,7 +66,8 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
     base = known_baseline(model, whole.data, everyone, *by)
     proven = prove(model, data, clean, split, options, base, whole, watch)
-    return _handed_back(model, clean, options, start, whole, proven, base.converged, watch)
+    found = _handed_back(model, clean, options, start, whole, proven, base.converged, watch)
+    return replace(found, offsets=offsets_alone(model, base.x, whole, proven, options.seed))
 
 
 def _handed_back(

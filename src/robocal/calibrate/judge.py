@@ -27,7 +27,7 @@ from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["Proof", "stages", "units_of", "verdict"]
+__all__ = ["Proof", "drawn", "stages", "units_of", "verdict"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -184,7 +184,7 @@ def verdict(
         before[told],
         after[told],
         constant,
-        _drawn(proof.split, label, at[told]),
+        drawn(proof.split, label, at[told]),
         rank=part.identifiability.rank,
         # Some methods end after as many steps as were asked for.
         converged=part.solution.reasons[0].converged or estimator(options.method).finite,
@@ -211,7 +211,7 @@ def _unfinished(whole: Fit, proof: Proof, options: Options, started: bool) -> st
     return next((what for what, done in ended.items() if not done), None)
 
 
-def _drawn(split: Split, label: Ints, at: Ints) -> Ints:
+def drawn(split: Split, label: Ints, at: Ints) -> Ints:
     """What the bootstrap draws as a whole: blocks or groups, where enough of them were held out to prove something, else
     places."""
     if split.together is not None and len(np.unique(split.together[at])) >= PROOF:

@@ -3,7 +3,7 @@ band."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -39,6 +39,7 @@ SAMPLES = 500
 # From here on the hidden partners, not the data, decide how well a parameter is known, and it is said.
 WIDER = 1.5
 NAMED = 6  # partners that are named
+ROUNDING = 1e-12  # rad
 
 
 def parameter_results(
@@ -48,28 +49,26 @@ def parameter_results(
     `stated` the covariance under the stated noise alone."""
     table = fit.problem.table
     seen = fit.identifiability
-    values = fit.solution.x[0]
     share = dict(zip(seen.names, seen.share, strict=True))
-    total = dict(zip(off.names, off.sigma, strict=True))
+    start = np.array([model.table[p.name].value if p.name in model.table else p.value for p in table.rows])
+    values = _nearest_turns(table, fit.solution.x[0, : len(start)], start)
+    total = _components(table, off.names, off.covariance, values)
     reach = quantile(off.dof)
-    parts = _components(table, off, values)
-    sigma = dict(zip(fit.problem.free, u.sigma, strict=True))
-    instrument = dict(zip(fit.problem.free, stated.sigma_instrument, strict=True)) if stated else {}
+    free = fit.problem.free
+    sigma = _components(table, free, u.covariance * u.factor**2, values)
+    instrument = _components(table, free, stated.covariance, values) if stated else {}
     hidden: dict[str, list[str]] = {}
     for combination in seen.combinations:
         for name, _ in combination.partners:
             hidden.setdefault(name, []).append(combination.name)
     by_name = {c.name: c for c in seen.combinations}
-    start = np.array([model.table[p.name].value if p.name in model.table else p.value for p in table.rows])
-    delta = values[: len(start)] - start
-    for t in table.turns:
-        # Components of a rotation vector mix; what was turned about which axis is told by the rotation between the two.
-        delta[t : t + 3] = so3.log(so3.exp(values[t : t + 3]) @ so3.exp(start[t : t + 3]).T)
+    delta = values - start
     out = []
     for i, row in enumerate(table.rows):
         nominal = model.table[row.name].value if row.name in model.table else row.value
         notes: tuple[Remark, ...] = ()
-        if row.name in sigma:
+        fitted = row.name in free
+        if fitted:
             status = "identified" if share[row.name] >= CLAIM else "prior"
             partners = tuple(hidden.get(row.name, [])[:NAMED])
             if status == "prior" and not partners:
@@ -84,8 +83,11 @@ def parameter_results(
             status, notes = "dropped", (by_name[row.name].remark,)
         else:
             status = "fixed"
-        bar = max(total[row.name], sigma[row.name]) if row.name in sigma else None
-        half = None if bar is None else reach * parts.get(row.name, bar)
+        if not fitted and row.turn and abs(delta[i]) > ROUNDING:
+            # Held was the turn about this axis; the component is another number.
+            notes = (Remark.of(Code.FOLLOWS_TURN), *notes)
+        bar = max(total[row.name], sigma[row.name]) if fitted else None
+        half = None if bar is None else reach * bar
         out.append(
             ParameterResult(
                 row.name,
@@ -94,8 +96,8 @@ def parameter_results(
                 float(values[i]),
                 float(delta[i]),
                 bar,
-                _number(instrument, row.name),
-                _number(sigma, row.name),
+                _number(instrument, row.name) if fitted else None,
+                _number(sigma, row.name) if fitted else None,
                 status,
                 _number(share, row.name),
                 notes,
@@ -108,17 +110,30 @@ def parameter_results(
     return tuple(out)
 
 
-def _components(table: Table, off: Total, values: Array) -> dict[str, float]:
-    """Standard deviations of the components of rotation vectors: `off` speaks of turns w, and v moves by Jinv(v) w."""
-    out = {}
-    covariance = off.covariance
+def _nearest_turns(table: Table, values: Array, start: Array) -> Array:
+    """The same values with each rotation vector v in the form nearest to its nominal one: v (1 - 2 pi / |v|) is the same
+    rotation, and half a turn may come out as either."""
+    out = np.array(values)
     for t in table.turns:
-        names = table.names[t : t + 3]
-        free = [i for i, n in enumerate(names) if n in off.names]
-        at = [off.names.index(names[i]) for i in free]
+        v = out[t : t + 3]
+        angle = float(np.linalg.norm(v))
+        other = v * (1 - 2 * np.pi / angle) if angle > 0 else v
+        if np.linalg.norm(other - start[t : t + 3]) < np.linalg.norm(v - start[t : t + 3]):
+            out[t : t + 3] = other
+    return out
+
+
+def _components(table: Table, names: Sequence[str], covariance: Array, values: Array) -> dict[str, float]:
+    """Standard deviation of every free parameter from a covariance in the tangent: of a rotation vector v, whose components
+    are told, by dv = Jinv(v) w; the covariance speaks of turns w."""
+    out = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+    for t in table.turns:
+        mine = table.names[t : t + 3]
+        free = [i for i, n in enumerate(mine) if n in out]
+        at = [names.index(mine[i]) for i in free]
         slope = so3.left_jacobian_inverse(values[None, t : t + 3])[0][:, free]
         spread = np.sqrt(np.diag(slope @ covariance[np.ix_(at, at)] @ slope.T))
-        out.update({names[i]: float(spread[i]) for i in free})
+        out.update({mine[i]: float(spread[i]) for i in free})
     return out
 
 
@@ -198,6 +213,7 @@ def prediction_band(model: Chain, data: DataSet, fit: Fit, off: Total) -> Band |
         target=None if obs.target is None else np.zeros(SAMPLES, dtype=np.int64),
         extra={},
         rows=None,
+        used=None,
     )
     columns = {k: np.full(SAMPLES, v) for k, v in mean_conditions(data.configurations).items()}
     away = DataSet(Configurations(tuple(map(str, range(SAMPLES))), sample, columns), (template,))

@@ -149,6 +149,10 @@ LayerOption = Annotated[
 
 # validate, export
 Against = Annotated[str | None, option("--against", metavar="ROBOT", text="Compare with this robot, say the nominal.")]
+OffsetsFile = Annotated[
+    str | None,
+    option("--offsets", metavar="FILE", text="Judge these joint offsets (CSV, ROS, xacro) on the nominal robot."),
+]
 Distances = Annotated[
     str,
     typer.Option(

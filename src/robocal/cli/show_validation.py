@@ -23,6 +23,8 @@ def show_validation(terminal: Terminal, found: Validation) -> None:
             terminal.warn(warning)
         return
     terminal.show(Text.assemble((found.robot.name, "bold"), f"   {len(found.poses)} measured positions"))
+    if found.offsets is not None:
+        terminal.show(Text(f"judged: the nominal robot with the joint offsets of {found.offsets}", style="dim"))
     for reason in found.reasons:
         terminal.show(Text.assemble(("NOT TO BE TRUSTED", "bold red"), f"  {reason.sentence}"))
         terminal.show(*(indented(reason.advice, style="dim") if reason.advice else ()))

@@ -4,7 +4,9 @@ The whitened Jacobian is scaled column by column with the error expected of that
 prior), and divided by the noise as fitted. A singular value s of that matrix then says: the data know this
 combination to 1 / s of what was expected. A combination is *seen* when s exceeds SEEN = 1, so the decision is
 relative to the measurement noise and never to machine precision. Columns are kept by QR with pivoting on the same
-matrix; what is left over is dropped and stays at its nominal value. References: Pashkevich, Computer-aided generation
+matrix; what is left over is dropped and stays at its nominal value. Which of several columns that say the same is kept
+is then a matter of preference (`Parameter.preference`): a kept column is exchanged for a preferred one wherever nothing
+that was seen is lost by it. References: Pashkevich, Computer-aided generation
 of complete irreducible models (2011); Gautier and Khalil (1990) for base parameters; Borm and Menq (1991), Driels and
 Pathre (1990), Nahvi and Hollerbach (1996), Sun and Hollerbach (2008) for the observability indices.
 """
@@ -34,6 +36,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 # With s = 1 the expected error of a column and the standard deviation with which it would be estimated are equal:
 # below,
 # freeing it adds more variance than the bias that it removes.
@@ -42,6 +45,8 @@ SEEN = 1.0
 STRUCTURAL = 1e-9
 ROUNDING = 1e-12
 NAMED = 6  # partners that are named
+# What a column contributes to the imitation of another, relative to the largest contribution: below, it is no partner.
+PARTNER = 0.05
 
 
 @dataclass(frozen=True)
@@ -147,6 +152,34 @@ def _pivot(r: Array, tolerance: float) -> tuple[list[int], list[int]]:
     return kept, left
 
 
+def _preferred(
+    scaled: Array, kept: list[int], left: list[int], preference: Ints, sure: set[int], tolerance: float
+) -> tuple[list[int], list[int]]:
+    """Kept and left columns after every exchange of a kept column for a preferred one that says the same.
+
+    An exchange stands when the column taken in is seen beside the others, and what the new set does not explain of any
+    column left out stays below the tolerance, as before. So the data never decide for a worse set, nor for more columns.
+    """
+    kept, left = list(kept), list(left)
+    for wanted in sorted(left, key=lambda i: -int(preference[i])):
+        rivals = [k for k in kept if preference[k] < preference[wanted] and k not in sure]
+        if not rivals or np.linalg.norm(scaled[:, wanted]) <= tolerance:
+            continue
+        share = np.linalg.lstsq(scaled[:, kept], scaled[:, wanted], rcond=None)[0]
+        effect = dict(zip(kept, np.abs(share) * np.linalg.norm(scaled[:, kept], axis=0), strict=True))
+        for rival in sorted(rivals, key=lambda k: (preference[k], -effect[k])):
+            if effect[rival] < PARTNER * max(effect.values()):
+                continue
+            new = [*(k for k in kept if k != rival), wanted]
+            rest = [rival, *(k for k in left if k != wanted)]
+            q, r = np.linalg.qr(scaled[:, new])
+            missed = scaled[:, rest] - q @ (q.T @ scaled[:, rest])
+            if abs(r[-1, -1]) > tolerance and np.linalg.norm(missed, axis=0).max() <= tolerance:
+                kept, left = new, rest
+                break
+    return kept, left
+
+
 def _singular(matrix: Array) -> Array:
     return np.asarray(np.linalg.svd(matrix, compute_uv=False)) if matrix.shape[1] else np.zeros(0)
 
@@ -187,7 +220,9 @@ def analyse(
     _, info = problem.prior
     sure = {i for i in range(n) if info[i] > 0 or names[i] in always}
     # Without noise everything is above it; then only what rounding lets through counts.
-    kept, left = _pivot(scaled, max(seen, STRUCTURAL * norms.max(initial=0.0)))
+    tolerance = max(seen, STRUCTURAL * norms.max(initial=0.0))
+    kept, left = _pivot(scaled, tolerance)
+    kept, left = _preferred(scaled, kept, left, problem.preference, sure, tolerance)
     kept += [i for i in left if i in sure]
     left = [i for i in left if i not in sure]
     kept.sort()
@@ -220,7 +255,7 @@ def _hiding(scaled: Array, scale: Array, names: tuple[str, ...], kept: list[int]
     c = np.linalg.lstsq(part, target, rcond=1e-10)[0]
     # A partner counts when its share of the imitation is visible.
     effect = np.abs(c) * np.linalg.norm(part, axis=0)
-    counts = effect > 0.05 * effect.max()
+    counts = effect > PARTNER * effect.max()
     chosen = sorted(np.flatnonzero(counts), key=lambda i: -effect[i])
     partners = tuple((names[kept[i]], float(c[i] * scale[kept[i]] / scale[column])) for i in chosen)
     return Combination(names[column], partners)

@@ -119,6 +119,11 @@ class Problem:
         rows = [self.table[name] for name in self.free]
         return np.array([(p if self.priors else replace(p, prior=None)).scale for p in rows])
 
+    @cached_property
+    def preference(self) -> Ints:
+        """Which free column is rather kept where the data cannot tell it from another: the higher, (n,)."""
+        return np.array([self.table[name].preference for name in self.free], dtype=np.int64)
+
     def with_free(self, names: Sequence[str]) -> Problem:
         """The same rows with other free columns (in table order)."""
         wanted = set(names)

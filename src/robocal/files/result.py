@@ -15,6 +15,7 @@ from pydantic import Field
 from robocal.errors import FormatError
 from robocal.files.beside import Comparison, Linearity
 from robocal.files.beyondparts import Beyond, GroupTried, LayerSummary
+from robocal.files.offsetparts import OffsetsAlone
 from robocal.files.parts import Number, Part, Remark, finite
 from robocal.files.schema import validate
 from robocal.files.text import read_text
@@ -69,8 +70,8 @@ class ParameterResult(Part):
     exactly nominal, sigma_instrument if besides the stated noise were all there is; interval holds the truth with 95 %,
     bootstrap (when asked for) is the 95 % percentile interval of fits to configurations drawn again.
 
-    delta is the change; of a rotation vector's components, the turn about the axes of the parent frame. data_share is
-    how much of its value the data said (1) or the prior (0). remarks are the note as data.
+    delta is identified minus nominal, and all sigmas are of that number: of a rotation vector, component by component.
+    data_share is how much of its value the data said (1) or the prior (0). remarks are the note as data.
     """
 
     name: str
@@ -290,6 +291,7 @@ class Result(Part):
     groups_tried: list[GroupTried] = Field(default_factory=list)
     beyond: list[Beyond] = Field(default_factory=list)
     layer: LayerSummary | None = None
+    offsets: OffsetsAlone | None = None
     correlation: Correlation = Correlation()
     warnings: list[str] = Field(default_factory=list)
     remarks: list[Remark] = Field(default_factory=list)

@@ -73,10 +73,12 @@ class Robot:
 
 
 class CalibrateModel(Model):
-    """What is to be identified: groups (symbols, owners) or single names."""
+    """What is to be identified: groups (symbols, owners) or single names. Of parameters that the data cannot tell apart,
+    those in `prefer` are kept, the first named before the others."""
 
     free: list[str] | None = None
     fixed: list[str] = Field(default_factory=list)
+    prefer: list[str] = Field(default_factory=list)
     prior: dict[str, FiniteFloat] = Field(default_factory=dict)
     bounds: dict[str, list[FiniteFloat]] = Field(default_factory=dict)
 
@@ -181,6 +183,11 @@ def _calibrate(arm: Chain, model: RobotModel, units: Units, document: Document) 
     free |= {n for group in arm.groups for n in group.parameters}
     free -= {n for i, word in enumerate(wanted.fixed) for n in _match(table, word, ("calibrate", "fixed", i), document)}
     table = table.with_free(free)
+    rank: dict[str, int] = {}
+    for i, word in enumerate(wanted.prefer):
+        for n in _match(table, word, ("calibrate", "prefer", i), document):
+            rank.setdefault(n, len(wanted.prefer) - i)
+    table = table.with_preferences(rank)
     priors: dict[str, float | None] = {}
     for word, sigma in wanted.prior.items():
         path = ("calibrate", "prior", word)

@@ -16,8 +16,10 @@ from robocal.files.text import write_text
 from robocal.files.units import UNITS, Units, number
 from robocal.jobs.inputs import open_arm
 from robocal.jobs.offsets import OFFSETS, offset_text
+from robocal.jobs.reference import nominal_chain, run_result
 from robocal.jobs.urdf_into import urdf_into
 from robocal.jobs.urdf_text import urdf_text
+from robocal.jobs.worth import worth_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -31,12 +33,14 @@ FORMATS = ("yaml", "urdf", "dh", "csv", "markdown", *OFFSETS)
 
 @dataclass(frozen=True)
 class Exported:
-    """The text, the file that it was written to (None: to be shown), and what a person should know of it."""
+    """The text, the file that it was written to (None: to be shown), and what a person should know of it; `worth` is what
+    the file alone is worth where it cannot hold the whole model."""
 
     form: str
     text: str
     written: Path | None
     notes: tuple[Remark, ...] = ()
+    worth: Remark | None = None
 
 
 def export(
@@ -61,6 +65,8 @@ def export(
     ours = into is None
     arm = open_arm(robot, base=base if ours else None, tip=tip if ours else None)
     notes: tuple[Remark, ...] = ()
+    held: Chain | None = None  # the robot that the file describes, where that is not the whole model
+    worth: Remark | None = None
     told = tuple(w for w in arm.warnings if w.code in LACKING)
     if form == "yaml":
         text = arm.text if arm.format == "yaml" else describe(arm.chain, Units(UNITS["m"], UNITS["rad"]))
@@ -71,29 +77,41 @@ def export(
             text, notes = (arm.text, ()) if arm.format == "urdf" else urdf_text(arm.chain)
         if into is None and arm.format == "urdf" and arm.left_out:
             notes = (Remark.of(Code.URDF_CANNOT_HOLD, names=arm.left_out),)
+            before = nominal_chain(robot, arm, nominal).table if run_result(robot) else None
+            held = arm.chain if before is None else arm.chain.with_values({n: before[n].value for n in arm.left_out})
     elif form == "dh":
         text = describe(to_denavit(arm.chain), arm.units, calibrate=False)
     elif form in OFFSETS:
-        text = offset_text(robot, arm, nominal, form)
+        made = offset_text(robot, arm, nominal, form)
+        text, worth = made.text, made.worth
     else:
         table = parameter_table(arm)
         text = csv_text(table[0], table[1:]) if form == "csv" else _markdown(table)
     if form in (*OFFSETS, "csv", "markdown"):
         notes = (*notes, *_beyond(arm.chain))
+        held = _geometry(arm.chain) if form not in OFFSETS and _beyond(arm.chain) else held
+    if held is not None:
+        worth = worth_of(robot, arm, held)
     notes = (*told, *notes)
     if output is None:
-        return Exported(form, text, None, notes)
+        return Exported(form, text, None, notes, worth)
     if output.exists() and not force:
         raise FileError(
             "this file exists and is left as it is", file=output, expected="--force to replace it, or another name"
         )
-    return Exported(form, text, write_text(output, text), notes)
+    return Exported(form, text, write_text(output, text), notes, worth)
 
 
 def _beyond(chain: Chain) -> tuple[Remark, ...]:
     """What a table or offsets leave out of a model with groups beyond geometry; gains stand in the table."""
     left = [g.name for g in chain.groups if any(chain.table[p].value and not p.endswith(".gain") for p in g.parameters)]
     return (Remark.of(Code.BEYOND_LEFT_OUT, groups=tuple(left)),) if left else ()
+
+
+def _geometry(chain: Chain) -> Chain:
+    """The same arm without what lies beyond geometry."""
+    names = [p for g in chain.groups for p in g.parameters if not p.endswith(".gain")]
+    return chain.with_values(dict.fromkeys(names, 0.0))
 
 
 # --- the parameter table --------------------------------------------------------------------------------------------

@@ -29,6 +29,7 @@ from robocal.files.layerfile import LAYER, layer_text
 from robocal.files.robot import Robot, render_robot
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.units import UNITS, Unit
+from robocal.jobs.alone import offset_result
 from robocal.jobs.beside import linear
 from robocal.jobs.knowledge import knowledge_files, map_columns
 from robocal.remarks.code import Code
@@ -113,6 +114,7 @@ def to_result(
             files.Outlier(**{k: v for k, v in asdict(o).items() if k != "source"}, source=Path(o.source).name)
             for o in found.outliers
         ],
+        offsets=offset_result(found.offsets, robot),
         correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
         warnings=sentences(said),
         remarks=_documents(said),

@@ -29,6 +29,7 @@ from robocal.files.robot import Robot
 from robocal.files.text import write_files
 from robocal.jobs.inputs import Inputs, Watch, computable, open_arm, read_inputs, robot_files
 from robocal.jobs.layered import layer_beside, layer_words
+from robocal.jobs.offset_robot import OffsetRobot, offset_robot
 from robocal.jobs.plain import json_text, plain
 from robocal.jobs.standard import Standard, standard
 from robocal.measure.data import DataSet
@@ -86,6 +87,7 @@ class Validation:
     layer: Statistic | None = None  # with the residual layer of the run folder on top
     frames_against: tuple[str, ...] = ()
     iso: Standard = field(default_factory=dict)
+    offsets: Path | None = None  # the file of joint offsets that was judged, on the nominal robot
 
     @property
     def document(self) -> dict[str, Any]:
@@ -95,6 +97,7 @@ class Validation:
         return {
             "robocal": 1,
             "robot": self.robot.name,
+            "offsets": None if self.offsets is None else str(self.offsets),
             "against": None if self.against is None else self.against.name,
             "trusted": self.trusted,
             "reasons": sentences(self.reasons),
@@ -140,6 +143,7 @@ def validate(
     data: Sequence[str],
     *,
     against: str | None = None,
+    offsets: str | None = None,
     distances: str = "consecutive",
     seed: int = 0,
     base: str | None = None,
@@ -149,15 +153,20 @@ def validate(
     watch: Watch | None = None,
 ) -> Validation:
     """Validates a robot on data files, compared with another robot when one is given; `output` gets validation.json
-    and validation.html. `distances` says between which places: see `standard`. Raises InputError."""
+    and validation.html. `offsets` is a file of joint offsets to be judged on the nominal robot, and compared with it where
+    nothing else is named. `distances` says between which places: see `standard`. Raises InputError."""
     inputs = read_inputs(robot, data, base=base, tip=tip, watch=watch)
     other = None if against is None else open_arm(against, base=base, tip=tip)
+    shifted = None if offsets is None else offset_robot(robot, inputs.robot, offsets)
+    if shifted is not None:
+        inputs, other = _shifted(inputs, shifted), other or shifted.nominal
     with computable(robot, *data):
-        mine = model_errors(inputs.robot.chain, inputs.data, watch)
+        # A nominal robot says as little of its tool with offsets as without.
+        mine = model_errors(inputs.robot.chain, inputs.data, watch, tool=shifted is not None)
         theirs = None if other is None else model_errors(other.chain, inputs.data, watch, tool=True)
         second = None if other is None or theirs is None else (other.chain, theirs.values)
         iso = standard(inputs.data, (inputs.robot.chain, mine.values), second, distances)
-    reasons = list(_already_used(inputs))
+    reasons = list(_already_used(inputs, None if shifted is None else shifted.file.path))
     if mine.rows < 2 * len(mine.fitted):
         reasons.append(Remark.of(Code.FEW_AFTER_FRAMES, numbers=mine.rows, fitted=len(mine.fitted)))
     if not len(mine.position):
@@ -172,7 +181,7 @@ def validate(
     if theirs is not None and len(theirs.position) == len(mine.position) and worst is not None:
         low = bootstrap_gain(theirs.position * theirs.factor, mine.position * mine.factor, mine.position_at, seed)
         gain = (low[0] * 1e3, low[1] * 1e3, low[2] * 1e3)
-    layer = layer_beside(robot, inputs, mine.values, mine.factor)
+    layer = None if shifted is not None else layer_beside(robot, inputs, mine.values, mine.factor)
     warnings = (
         *inputs.warnings,
         *layer_words(layer),
@@ -185,8 +194,16 @@ def validate(
         gain, None if constant is None else constant * 1e3, mine.fitted,
         _poses(inputs.data, mine, theirs), not reasons, tuple(reasons), warnings, files, command,
         frames_against=() if theirs is None else theirs.fitted, iso=iso, layer=layer,
+        offsets=None if shifted is None else shifted.file.path,
     )  # fmt: skip
     return made if output is None else _save(made, output)
+
+
+def _shifted(inputs: Inputs, shifted: OffsetRobot) -> Inputs:
+    """The same data for the nominal robot with offsets."""
+    file = InputFile(shifted.file.path, shifted.file.sha256)
+    said = (*inputs.warnings, *shifted.warnings)
+    return replace(inputs, robot=shifted.robot, files=(*inputs.files, file), warnings=said)
 
 
 def _save(made: Validation, output: Path) -> Validation:
@@ -203,16 +220,16 @@ def _save(made: Validation, output: Path) -> Validation:
     return replace(made, written=write_files(output, {"validation.json": document} | files))
 
 
-def _already_used(inputs: Inputs) -> tuple[Remark, ...]:
-    """Data that the run beside this robot was fitted to prove nothing about it."""
-    place = inputs.robot.path
-    if place is None or not (place.parent / "result.json").is_file():
-        return ()
-    try:
-        known = json.loads((place.parent / "result.json").read_text(encoding="utf-8"))["provenance"]["inputs"]
-        used = {i["sha256"] for i in known}
-    except (OSError, ValueError, KeyError, TypeError):
-        return ()
+def _already_used(inputs: Inputs, offsets: Path | None) -> tuple[Remark, ...]:
+    """Data that the run beside this robot, or beside its offsets, was fitted to prove nothing about it."""
+    used: set[str] = set()
+    for place in (inputs.robot.path, offsets):
+        if place is not None and (place.parent / "result.json").is_file():
+            try:
+                known = json.loads((place.parent / "result.json").read_text(encoding="utf-8"))["provenance"]["inputs"]
+                used |= {i["sha256"] for i in known}
+            except (OSError, ValueError, KeyError, TypeError):
+                continue
     again = tuple(
         str(f.file) for f in inputs.reading.files if f.sha256 in used and f.file.suffix.lower() not in (".yaml", ".yml")
     )

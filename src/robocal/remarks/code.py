@@ -57,6 +57,11 @@ class Code(StrEnum):
     BAND_TOO_NARROW = "band-too-narrow"
     ELSEWHERE = "elsewhere"
 
+    # --- the joint offsets alone ---
+    OFFSETS_PROVEN = "offsets-proven"
+    OFFSETS_NOT_PROVEN = "offsets-not-proven"
+    OFFSETS_UNSEEN = "offsets-unseen"
+
     # --- what was written ---
     URDF_LACKS = "urdf-lacks"
     REPORT_LEFT_OUT = "report-left-out"
@@ -66,6 +71,8 @@ class Code(StrEnum):
     LITTLE_SAID = "little-said"
     HIDDEN_PARTNERS = "hidden-partners"
     AT_BOUND = "at-bound"
+    FOLLOWS_TURN = "follows-turn"
+    BELOW_THE_REST = "below-the-rest"
     NO_EFFECT = "no-effect"
     CANNOT_BE_TOLD = "cannot-be-told"
     NO_RIPPLE = "no-ripple"
@@ -116,6 +123,9 @@ class Code(StrEnum):
     ORIENTATION_RELAXED = "orientation-relaxed"
     URDF_CANNOT_HOLD = "urdf-cannot-hold"
     BEYOND_LEFT_OUT = "beyond-left-out"
+    WORTH_ALONE = "worth-alone"
+    WORTH_UNKNOWN = "worth-unknown"
+    OFFSETS_MISSING = "offsets-missing"
     URDF_PLACEHOLDERS = "urdf-placeholders"
     URDF_TOOL_OFF = "urdf-tool-off"
     REPEATABILITY_UNCHANGED = "repeatability-unchanged"

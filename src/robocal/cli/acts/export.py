@@ -7,7 +7,7 @@ from pathlib import Path
 
 from robocal.cli.guard import DONE
 from robocal.cli.terminal import Terminal
-from robocal.remarks.remark import told
+from robocal.remarks.remark import spoken, told
 
 __all__ = ["export"]
 
@@ -32,6 +32,8 @@ def export(
     made = job(robot, form=form, output=target, nominal=nominal, into=into, force=force, base=base, tip=tip)
     for note in made.notes:
         terminal.warn(note)
+    if made.worth is not None:
+        terminal.note(spoken(made.worth))
     written = None if made.written is None else str(made.written)
     terminal.document(
         {
@@ -39,6 +41,7 @@ def export(
             "written": written,
             "text": made.text if written is None else None,
             **told(made.notes),
+            "worth": None if made.worth is None else made.worth.document,
         }
     )
     if not json:

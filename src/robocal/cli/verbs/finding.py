@@ -82,6 +82,7 @@ def validate(
     robot: o.Robot,
     data: o.Data,
     against: o.Against = None,
+    offsets: o.OffsetsFile = None,
     distances: o.Distances = "consecutive",
     output: o.ValidationFolder = None,
     seed: o.Seed = 0,
@@ -98,5 +99,6 @@ def validate(
 
     \b
     robocal validate run other.yaml --against robot.yaml
+    robocal validate robot.yaml other.yaml --offsets offsets.csv
     """
     return task("validate", locals())

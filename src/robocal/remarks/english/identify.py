@@ -183,6 +183,22 @@ TABLE: dict[Code, Words] = {
         "elsewhere in the {region}, the predicted error is {mean:.3g} on average and {p95:.3g} at the 95th percentile (one standard "
         "deviation; what was not seen is as uncertain as expected)"
     ),
+    # --- the joint offsets alone ---
+    Code.OFFSETS_PROVEN: Words(
+        "joint offsets only: mean error on unseen poses {before:.3g~} to {after:.3g}, whole model {whole:.3g} (gain {low:.3g~} to "
+        "{high:.3g} with 95 %, {how})",
+        "robocal export --format offsets writes them for a controller that takes nothing else.",
+    ),
+    Code.OFFSETS_NOT_PROVEN: Words(
+        "joint offsets only would gain nothing for certain: mean error on unseen poses {before:.3g~} to {after:.3g}, whole model "
+        "{whole:.3g} (gain {low:.3g~} to {high:.3g} with 95 %, {how})",
+        "What this robot needs is no joint offset. Use the whole model (export --format yaml or urdf), or correct the targets of a "
+        "controller that cannot (robocal compensate).",
+    ),
+    Code.OFFSETS_UNSEEN: Words(
+        "no joint offset is seen in these measurements beside frames and tool",
+        "Move every joint through most of its range, or hold the tool or the instrument's frame where you know them.",
+    ),
     # --- what was written ---
     Code.URDF_LACKS: Words(
         "calibrated.urdf cannot hold the fitted {names}, so by itself it is not the identified robot; the run folder is",

@@ -20,6 +20,11 @@ TABLE: dict[Code, Words] = {
         "cannot be told from {partners}: the sigma says by how much",
         "Measure where these differ, or hold all but one of them (--fix).",
     ),
+    Code.FOLLOWS_TURN: Words("its turn was held; the number follows the others of its rotation"),
+    Code.BELOW_THE_REST: Words(
+        "not seen above what joint offsets alone leave",
+        "Move the joint through more of its range, or measure more configurations.",
+    ),
     Code.AT_BOUND: Words(
         "stands at its bound",
         "Widen the bound, or look for what pushes the parameter against it.",

@@ -92,6 +92,17 @@ TABLE: dict[Code, Words] = {
         "left out is what lies beyond geometry: {groups}",
         "--format yaml holds it.",
     ),
+    Code.WORTH_ALONE: Words(
+        "{what}: {nominal:.3g~} to {alone:.3g}, the whole model {whole:.3g} (mean error on {data}, from the nominal robot)"
+    ),
+    Code.WORTH_UNKNOWN: Words(
+        "what {what} is worth could not be computed: {why}",
+        "robocal validate judges it on data.",
+    ),
+    Code.OFFSETS_MISSING: Words(
+        "{file} says nothing of {joints}: taken as 0",
+        "Add a row for each, or make sure that 0 is meant.",
+    ),
     Code.URDF_PLACEHOLDERS: Words(
         "effort and velocity limits are placeholders (0): a URDF must have them, a kinematic model has none",
         "Enter those of the robot where a program uses them.",

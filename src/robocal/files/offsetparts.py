@@ -1,0 +1,45 @@
+"""The part of result.json that holds the joint offsets fitted alone, with what they are worth."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from robocal.files.beyondparts import Gain
+from robocal.files.parts import Number, Part, Remark
+
+__all__ = ["JointOffset", "OffsetsAlone"]
+
+
+class JointOffset(Part):
+    """What to add to one joint's value before the nominal model; sigma and interval as fitted. Not seen: 0, and note (remarks are
+    the same as data) says what looks like it. fixed: the zero of this joint was not free."""
+
+    joint: str
+    unit: str
+    offset: Number
+    sigma: Number = None
+    interval: tuple[Number, Number] | None = None
+    status: Literal["identified", "dropped", "fixed"]
+    note: str = ""
+    remarks: list[Remark] = Field(default_factory=list)
+
+
+class OffsetsAlone(Part):
+    """Joint offsets fitted alone (with frames and tool, all else nominal), and mean errors on the unseen measurements of the
+    main proof: the nominal model (before), with these offsets (after), the whole identified model (whole).
+
+    status is improved when the 95 % interval of the gain, before minus after, lies above 0; only then they are exported.
+    """
+
+    status: Literal["improved", "not_improved"]
+    reason: Remark
+    unit: str
+    before: Number = None
+    after: Number = None
+    whole: Number = None
+    n: int = 0
+    gain: Gain | None = None
+    how: str = ""
+    parameters: list[JointOffset] = Field(default_factory=list)
