@@ -56,12 +56,12 @@ def explain(chain: Chain, data: DataSet, changes: Sequence[Change]) -> Explanati
         return None
     small = _taken(data, rows)
     stated = sights(chain, [small])
-    reach = reach_of(chain)
     if stated is None or not np.isfinite(stated.joints).all() or not np.isfinite(stated.place).all():
         return None
+    reach = reach_of(chain, stated)
     with np.errstate(all="ignore"):
         soft = Held.softly(chain, SOFT)
-        as_stated = float(fitted(chain, stated, soft).left[0])
+        as_stated = float(min(fitted(chain, stated, soft).left[0], fitted(chain, stated).left[0]))
         if as_stated <= ASKS * reach:
             return None
         lost = _lost(chain, stated, as_stated)

@@ -55,9 +55,11 @@ class Outcome:
     spread: Array
 
 
-def reach_of(chain: Chain) -> float:
-    """The sum of the arm's own lengths (m): how far it reaches at most, but for what slides."""
-    return max(sum(abs(p.value) for p in chain.table.rows if p.unit == "m" and p.name in chain.geometric), 0.05)
+def reach_of(chain: Chain, trials: Sights) -> float:
+    """How far the nominal tool is from the base at the farthest, in the first trial (m)."""
+    q = trials.joints[0]
+    places = chain.pose(q, trials.columns)[:, :3, 3]
+    return max(float(np.linalg.norm(places, axis=1).max()), 0.05)
 
 
 def fitted(chain: Chain, trials: Sights, held: Held | None = None, rounds: int = ROUNDS) -> Outcome:
@@ -87,7 +89,7 @@ class _State:
         self.theta = np.repeat(chain.table.values[None], b, axis=0)
         self.w = np.repeat(trials.frames[None], b, axis=0)
         self.x = np.repeat(trials.things[None], b, axis=0)
-        self.length = 0.5 * reach_of(chain)
+        self.length = 0.5 * reach_of(chain, trials)
         self.high = 6 if trials.turned.any() else 3
         self.index = np.zeros(0, dtype=np.int64)
         self.entries = None
