@@ -28,13 +28,13 @@ __all__ = ["Explanation", "explain"]
 
 Array = NDArray[np.float64]
 Trial = Change | Both
-ROWS = 60  # readings that are enough to tell
+ROWS = 40  # readings that are enough to tell
 FEWEST = 8  # different configurations: fewer are met by anything
 ASKS = 1e-3  # of the reach: less than this is no sign of anything wrong
 MAKING = 0.01  # of the reach: what an arm's making leaves
 CLEARLY = 5.0
 ALIKE = 1.5  # times the best misfit: not told apart
-BEST = 16  # how many of a batch are looked at again
+BEST = 10  # how many of a batch are looked at again
 SOFT, LOST = 0.03, 1.0  # rad: how far a joint's zero may be off as a matter of course, and when its mastering is lost
 QUARTER = math.radians(4.0)  # of a right angle: a zero that is off by so nearly one is no lost mastering
 WHOLE = (What.SHIFT, What.REVERSED, What.TURNS)  # these look at neighbouring rows, or at every row
