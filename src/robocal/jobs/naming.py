@@ -120,7 +120,7 @@ def _of_the_arm(change: Change, robot: Robot, speech: Spoken) -> _Told:
             return _Told(words, f"the axis of {joint} with the other sign", file, joint)
         return _Told(words, f"gain: {number(-gain)} for {joint}", file, joint)
     degrees = math.degrees(change.amount)
-    words = f"the zero of {joint} is off by {abs(degrees):.0f} deg"
+    words = f"the zero of {joint} is off by {degrees:+.0f} deg"
     rule = CONVENTIONS.get(robot.chain.convention)
     name = f"{joint}.{rule.revolute}" if rule is not None else ""
     if robot.format == "urdf" or name not in robot.chain.table:

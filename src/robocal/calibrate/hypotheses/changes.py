@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from itertools import combinations, permutations, product
 
@@ -51,7 +51,7 @@ class Change:
     amount: float = 0.0
     signs: tuple[int, ...] = ()
     sources: tuple[str, ...] = ()
-    turns: Array | None = None
+    turns: Array | None = field(default=None, compare=False)
     words: str = ""
 
     def apply(self, data: DataSet) -> DataSet:

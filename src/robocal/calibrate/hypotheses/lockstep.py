@@ -21,7 +21,7 @@ from robocal.geometry import so3
 __all__ = ["Held", "Outcome", "fitted", "reach_of"]
 
 Array = NDArray[np.float64]
-ROUNDS = 8
+ROUNDS = 10
 NOISE = 5e-4  # m: against which the soft hold is weighed
 LOOSE = 3.0  # expected errors: how softly the arm's own numbers are held
 BENT = 5.0  # times that: an arm that was bent so far is another arm, and explains nothing
@@ -118,25 +118,40 @@ class _State:
         return self.chain.program.run(self.theta, phi)
 
     def start(self) -> None:
-        """Closed forms of every frame from the rows of its most frequent thing; then every other thing's."""
+        """Of the closed forms the one that leaves least: hand-eye asks for orientations that differ, points for places."""
         t = self.poses()[0]
+        best = np.full(self.size[0], np.inf)
+        kept = self.w.copy(), self.x.copy()
+        for oriented in (True, False) if self.trials.turned.any() else (False,):
+            self.w, self.x = kept[0].copy(), kept[1].copy()
+            self._closed(t, oriented)
+            for _ in range(2):
+                self._things(t)
+            left = self.left()
+            better = (left < best) | ~np.isfinite(best)
+            if not np.isfinite(best).any():
+                won = self.w.copy(), self.x.copy()
+            else:
+                won[0][better], won[1][better] = self.w[better], self.x[better]
+            best = np.minimum(best, left)
+        self.w, self.x = won
+
+    def _closed(self, t: Array, oriented: bool) -> None:
+        """Every free frame, from the rows of its most frequent thing."""
         data = self.trials
         for f in range(len(data.frames)):
-            if not data.frames_free[f].any():
-                continue
             rows = np.flatnonzero(data.frame == f)
+            if not data.frames_free[f].any() or len(rows) < 4:
+                continue
             most = int(np.bincount(data.thing[0, rows]).argmax())
             mine = rows[data.thing[0, rows] == most]
             if len(mine) < 4:
                 continue
-            if data.turned[mine].all():
+            if oriented and data.turned[mine].all():
                 self.w[:, f] = _hand_eye(data.place[:, mine], data.turn[:, mine], t[:, mine])
             else:
                 offset = bool(data.things_free[most, :3].any())
-                held = t[:, mine] @ data.things[most]
-                self.w[:, f] = _points(data.place[:, mine], held, offset)
-        for _ in range(2):
-            self._things(t)
+                self.w[:, f] = _points(data.place[:, mine], t[:, mine] @ data.things[most], offset)
 
     def _things(self, t: Array) -> None:
         """Every free thing where the frames have it."""
