@@ -24,7 +24,7 @@ from robocal.calibrate.hypotheses.lockstep import Held, fitted, reach_of
 from robocal.calibrate.hypotheses.sights import Sights, sights, usable
 from robocal.measure.data import DataSet
 
-__all__ = ["Explanation", "explain"]
+__all__ = ["Explanation", "Trial", "explain", "rows_of", "taken"]
 
 Array = NDArray[np.float64]
 Trial = Change | Both
@@ -51,10 +51,10 @@ class Explanation:
 
 def explain(chain: Chain, data: DataSet, changes: Sequence[Change]) -> Explanation | None:
     """The changes that explain the data; None where nothing asks for one, or none does."""
-    rows = _rows(data)
+    rows = rows_of(data)
     if rows is None:
         return None
-    small = _taken(data, rows)
+    small = taken(data, rows)
     stated = sights(chain, [small])
     if stated is None or not np.isfinite(stated.joints).all() or not np.isfinite(stated.place).all():
         return None
@@ -95,7 +95,7 @@ def _best(
     if not trials:
         return None
     made = [
-        _taken(t.apply(data), rows) if any(p.what in WHOLE for p in t.parts) else t.apply(small) for t in trials
+        taken(t.apply(data), rows) if any(p.what in WHOLE for p in t.parts) else t.apply(small) for t in trials
     ]
     seen = sights(chain, made)
     assert seen is not None
@@ -108,7 +108,7 @@ def _best(
     return [int(i) for i in np.argsort(left, kind="stable") if np.isfinite(left[i])], left
 
 
-def _rows(data: DataSet) -> list[NDArray[np.int64]] | None:
+def rows_of(data: DataSet) -> list[NDArray[np.int64]] | None:
     """Some rows of every instrument that can be looked at; None where they are too few to tell."""
     q = data.configurations.joints
     seen = [i for i, o in enumerate(data.observations) if usable(o)]
@@ -124,7 +124,7 @@ def _rows(data: DataSet) -> list[NDArray[np.int64]] | None:
     return out if len(np.unique(np.round(q[used], 9), axis=0)) >= FEWEST else None
 
 
-def _taken(data: DataSet, rows: list[NDArray[np.int64]]) -> DataSet:
+def taken(data: DataSet, rows: list[NDArray[np.int64]]) -> DataSet:
     return DataSet(
         data.configurations,
         tuple(o.take(r) for o, r in zip(data.observations, rows, strict=True) if len(r)),
