@@ -265,13 +265,22 @@ def test_a_dropped_turn_does_not_turn():
     assert len(turns) >= 3 and max(abs(p.delta) for p in turns) < 2e-5 < max(abs(p.delta) for p in moved)
 
 
-def test_a_length_wrong_by_a_decimal_is_found_and_called_implausible():
-    """27 instead of 270 mm: two hundred times the expected error is no noise."""
+def test_a_length_wrong_by_a_decimal_is_refused_with_the_one_to_write():
+    """25 instead of 160 mm: no arm's making leaves that, and the data say what it is."""
     truth = true_arm()
     wrong = arm().with_values({"j3.d": 0.025})
     found = identify(wrong, measured(80, truth=truth))
-    assert found.verdict.status == "improved" and away(found, truth) < 1e-4
-    assert any(w.code is Code.IMPLAUSIBLE and "j3.d" in w.sentence for w in found.warnings)
+    assert found.verdict.status == "refused" and found.verdict.reasons[0].code == Code.UNMADE
+    (told,) = found.verdict.reasons[0].numbers["changes"]
+    assert told.startswith("j3.d: you wrote 25 mm, the data say ")
+    assert float(told.split()[-2]) == pytest.approx(1e3 * truth.table["j3.d"].value, abs=0.1)
+    assert away(found, truth) < 1e-4
+
+
+@pytest.mark.parametrize("joint", ["j2.theta", "j4.theta"])
+def test_a_joint_whose_mastering_is_lost_is_fitted(joint):
+    lost = arm().with_values({joint: arm().table[joint].value + 0.4})
+    assert identify(lost, measured(80)).verdict.status == "improved"
 
 
 def test_joints_in_the_wrong_order_are_refused():

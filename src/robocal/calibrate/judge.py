@@ -21,7 +21,7 @@ from robocal.calibrate.folds import Unseen
 from robocal.calibrate.gross import MOST, share
 from robocal.calibrate.identification import Fold, Options, Stages
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
-from robocal.calibrate.warn import common_scale, implausible
+from robocal.calibrate.warn import common_scale, implausible, unmade
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
@@ -132,24 +132,24 @@ def _first(proofs: Mapping[str, Proof]) -> Proof | None:
 
 
 def _constant(data: DataSet, proof: Proof | None, everything: bool = False) -> Array | None:
-    """What predicting the mean would miss of the rows that prove something, where positions were measured by one instrument;
-    None otherwise."""
-    found = [o for o in data.observations if o.kind in ("position", "pose")]
-    if (
-        len(found) != 1
-        or found[0].value.ndim != 2
-        or (found[0].target is not None and len(np.unique(found[0].target)) > 1)
-    ):
-        return None
+    """What predicting the mean would miss of the rows that prove something, of each target by each instrument that measured
+    positions; None where none did."""
+    found = [o for o in data.observations if o.kind in ("position", "pose") and o.value.ndim == 2]
     split = proof.split if proof is not None else leave_one_out_rounds(data)
-    if len(split) < 2 and proof is None:
+    if not found or (len(split) < 2 and proof is None):
         return None
-    told = np.ones(len(found[0]), dtype=bool)
-    if proof is not None and not everything:
+    parts = []
+    for obs in found:
+        target = np.zeros(len(obs), dtype=np.int64) if obs.target is None else obs.target
+        used = np.ones(len(obs), dtype=bool) if everything or obs.used is None else obs.used
+        for one in np.unique(target):
+            mine = target == one
+            missed = constant_errors(obs.value[mine, :3], obs.configuration[mine], split, used[mine])
+            parts.append((missed, used[mine]))
+    missed, told = (np.concatenate(p) for p in zip(*parts, strict=True))
+    if len(parts) == 1 and proof is not None and not everything:
+        # What neither model comes near proves nothing either; of several targets the rows come in another order.
         told = ~proof.aside["m"]
-    missed = constant_errors(
-        found[0].value[:, :3], found[0].configuration, split, None if everything else found[0].used
-    )
     return np.asarray(missed[told & ~np.isnan(missed)])
 
 
@@ -234,6 +234,8 @@ def _second_thoughts(model: Chain, base: Problem, part: Fit, proof: Proof, found
     left_over = max((g.rms for g in part.groups if g.unit == "m"), default=0.0)
     if bent and left_over > BENT:
         return Verdict("refused", (Remark.of(Code.BENT, left=Quantity(left_over)), *bent, *found.reasons))
+    if wrong := unmade(model, part):
+        return Verdict("refused", (*wrong, *found.reasons))
     if (scale := common_scale(model, part)) < SHRUNK:
         return Verdict("refused", (Remark.of(Code.SHRUNK, factor=scale), *found.reasons))
     for g in part.groups:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
+from robocal.arms.chain import Chain, Element
 from robocal.arms.conventions import CONVENTIONS, parallel_axes
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.outliers import Outlier
+from robocal.estimate.uncertainty import uncertainty
 from robocal.geometry import fits
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
@@ -20,10 +21,12 @@ from robocal.remarks.remark import Quantity, Remark
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
 
-__all__ = ["common_scale", "data_warnings", "few_numbers", "implausible", "input_remarks"]
+__all__ = ["common_scale", "data_warnings", "few_numbers", "implausible", "input_remarks", "unmade"]
 
 IMPLAUSIBLE = 20.0  # times what was expected: 20 mm, 6 deg
 UNLIKE, ALIKE = 5.0, 0.3  # a common scale: how many expected errors it is, and how much of the changes it may leave
+SURE = 5.0  # standard deviations: a change that is none of the fit's own uncertainty
+COMPUTED = 1e-6  # m: no arm repeats and no instrument reads so well
 LONG = 50.0  # expected errors: lengths that show a scale
 DRIFT = 6.0  # standard deviations
 FLAT = 0.02  # thickness of the measured points against their extent
@@ -38,6 +41,8 @@ def data_warnings(
         if g.stated is not None and g.tau > 3 * g.stated:
             left, stated = Quantity(g.rms, g.unit), Quantity(g.stated, g.unit)
             out.append(Remark.of(Code.ABOVE_STATED_NOISE, group=g.name, left=left, stated=stated))
+        if g.unit == "m" and g.rms < COMPUTED:
+            out.append(Remark.of(Code.COMPUTED, group=g.name, left=Quantity(g.rms)))
     rows_of = [fit.problem.table[n] for n in fit.problem.free]
     if estimator(method).blind and any(p.prior or np.isfinite([p.lower, p.upper]).any() for p in rows_of):
         out.append(Remark.of(Code.PRIORS_IGNORED, method=method))
@@ -123,6 +128,36 @@ def implausible(model: Chain, fit: Fit) -> list[Remark]:
         return []
     worst = tuple(words for _, words in sorted(found, reverse=True)[:3])
     return [Remark.of(Code.IMPLAUSIBLE, changes=worst)]
+
+
+def unmade(model: Chain, fit: Fit) -> list[Remark]:
+    """Lengths and angles between axes that changed, beyond doubt, as no arm's making leaves them: what was written and what
+    the data say. A joint's zero may be anywhere; and where parallel axes are written without Hayati's beta, a small tilt
+    moves lengths along them by metres."""
+    rule = CONVENTIONS.get(model.convention)
+    exempt = {name for e in model.elements for name in _zeros(e, model.joint_names)}
+    if rule is not None and not rule.complete:
+        loose = {joint for pair in parallel_axes(model) for joint in pair}
+        exempt |= {n for n in model.geometric if n.rpartition(".")[0] in loose}
+    x, table = fit.solution.x, fit.problem.table
+    names = [n for n in fit.problem.free if n in model.geometric and n not in exempt]
+    sigma = dict(zip(fit.problem.free, uncertainty(fit.problem, x).sigma, strict=True))
+    found = []
+    for n in names:
+        nominal, there = model.table[n].value, float(x[0, table.index[n]])
+        change = abs(there - nominal)
+        if change > IMPLAUSIBLE * model.table[n].scale and change > SURE * sigma[n]:
+            unit = table[n].unit
+            words = f"{n}: you wrote {Quantity(nominal, unit):.4g}, the data say {Quantity(there, unit):.4g}"
+            found.append((change / model.table[n].scale, words))
+    worst = tuple(words for _, words in sorted(found, reverse=True)[:3])
+    return [Remark.of(Code.UNMADE, changes=worst)] if worst else []
+
+
+def _zeros(element: Element, joints: Sequence[str]) -> list[str]:
+    """The parameters of an element that a joint drives: where the joint's zero is."""
+    driven = any(t.column in joints for t in element.terms)
+    return [t.parameter for t in element.terms if driven and t.column == "1"]
 
 
 def common_scale(model: Chain, fit: Fit) -> float:

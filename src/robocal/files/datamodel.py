@@ -19,6 +19,7 @@ __all__ = [
     "InstrumentModel",
     "JointsModel",
     "OrientationModel",
+    "PlaceValuesModel",
     "ScalarModel",
     "SecondModel",
     "Sigma",
@@ -101,6 +102,19 @@ def _joint_unit(value: Any) -> Any:
     if value is None or isinstance(value, str) or (isinstance(value, list) and all(isinstance(v, str) for v in value)):
         return value
     refuse("not a unit", found=value, expected="one unit, or a list with one for every joint")
+
+
+def _signs(value: Any) -> Any:
+    if value is not None and (not isinstance(value, list) or any(isinstance(v, bool) or v not in (1, -1) for v in value)):
+        refuse("not a list of signs", found=value, expected="one for each column, 1 or -1, such as [1, -1, 1]")
+    return value
+
+
+class PlaceValuesModel(ValueModel):
+    """Coordinates: one unit or one for each column, and the sign with which each column counts (1 or -1)."""
+
+    unit: Annotated[Any, BeforeValidator(_joint_unit)] = None
+    sign: Annotated[Any, BeforeValidator(_signs)] = None
 
 
 class JointsModel(Model):

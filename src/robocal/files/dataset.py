@@ -26,6 +26,7 @@ from robocal.files.kinds.base import Around, KindFile, Values
 from robocal.files.kinds.registry import READERS
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
+from robocal.files.spoken import Spoken, spoken
 from robocal.files.units import UNITS, Unit, Units
 from robocal.files.yamlio import Document, load
 from robocal.measure.data import DataSet, Frame, Observations
@@ -56,6 +57,7 @@ class Reading:
     suspicions: tuple[Suspicion, ...] = ()
     units: Units = field(default_factory=Units)
     alternatives: tuple[Suspicion, ...] = ()  # of units, to be tried when nothing fits
+    spoken: tuple[Spoken, ...] = ()  # how each table speaks
 
     def __add__(self, other: Reading) -> Reading:
         """Two readings as one; the units are the first one's."""
@@ -66,6 +68,7 @@ class Reading:
             warnings=self.warnings + other.warnings,
             suspicions=self.suspicions + other.suspicions,
             alternatives=self.alternatives + other.alternatives,
+            spoken=self.spoken + other.spoken,
         )
 
 
@@ -208,6 +211,7 @@ def _read_table(
         suspicions(first, places.joints, chain, places.angle, length),
         Units(values.length or units.length, places.angle),
         alternatives(first, places.joints, chain, places.angle, values.length, kind.lengths),
+        (spoken(model, table, chain, document, places.angle, values.length),),
     )
 
 

@@ -22,6 +22,7 @@ from robocal.files.text import read_text
 from robocal.files.units import parse_unit
 from robocal.files.yamlio import load
 from robocal.jobs.doubting import doubt_units
+from robocal.jobs.naming import refuse_wrong
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.parameters import Table
@@ -154,6 +155,7 @@ def read_inputs(
     _one_frame_per_name(reading)
     with computable(robot, *data):
         doubts = doubt_units(arm.chain, reading, watch)
+        refuse_wrong(arm, reading)
     return Inputs(arm, reading, (*robot_files(arm, robot), *reading.files), (*arm.warnings, *reading.warnings, *doubts))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import FramedModel, OrientationModel, ValueModel
+from robocal.files.datamodel import FramedModel, OrientationModel, PlaceValuesModel
 from robocal.files.kinds.base import KindFile, Values, Written, columns, quantity, section
 from robocal.files.units import Unit, Units
 from robocal.files.yamlio import Document, Path_
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 class PositionModel(FramedModel):
     """Positions; an orientation that is stated as well is left aside (a 3x4 matrix may hold the position)."""
 
-    position: ValueModel | None = None
+    position: PlaceValuesModel | None = None
     orientation: OrientationModel | None = None
 
 
@@ -42,15 +42,18 @@ def matrix_columns(model: OrientationModel, table: CsvTable) -> list[str | int]:
 
 
 def position(model: Any, table: CsvTable, document: Document) -> tuple[Array, Array | None, Unit]:
-    value = model.position or ValueModel()
+    value = model.position or PlaceValuesModel()
     at: Path_ = ("position",)
     if value.columns is None:
         matrix = matrix_columns(model.orientation, table) if model.orientation else []
         if len(matrix) not in TRANSLATION:
             document.fail("no columns for the position", at, expected="position: {columns: [x, y, z], unit: mm}")
         value = value.model_copy(update={"columns": [matrix[i] for i in TRANSLATION[len(matrix)]]})
+    for word, given in (("unit", value.unit), ("sign", value.sign)):
+        if isinstance(given, list) and len(given) != 3:
+            document.fail("wrong number of entries", (*at, word), found=len(given), expected="one for each column, 3")
     numbers, sigma, units = quantity(value, table, document, at, ("m",) * 3, XYZ)
-    return numbers, sigma, units[0]
+    return numbers if value.sign is None else numbers * np.array(value.sign), sigma, units[0]
 
 
 def read_position(model: PositionModel, table: CsvTable, document: Document) -> Values:

@@ -7,7 +7,7 @@ displacement    p(second) - p(first) in the axes of an instrument
 from __future__ import annotations
 
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import DataModel, FramedModel, OrientationModel, SecondModel, ValueModel
+from robocal.files.datamodel import DataModel, FramedModel, OrientationModel, PlaceValuesModel, SecondModel, ValueModel
 from robocal.files.kinds.base import KindFile, Values, Written, columns, quantity, section
 from robocal.files.kinds.pose import read_pose, write_pose
 from robocal.files.units import Units
@@ -23,7 +23,7 @@ STEP_SIGMA = ("sdx", "sdy", "sdz")
 class RelativePoseModel(DataModel):
     """Poses of the second configuration seen from the first: T_first_second."""
 
-    position: ValueModel | None = None
+    position: PlaceValuesModel | None = None
     orientation: OrientationModel
     second: SecondModel = SecondModel()
 

@@ -76,6 +76,12 @@ TABLE: dict[Code, Words] = {
         "the model had to be bent and still leaves {left:.3g} per axis",
         "Check the nominal model, and the order, signs and units of the joints.",
     ),
+    Code.UNMADE: Words(
+        "no arm's making leaves such changes: {changes}",
+        "If it is a number that was mistyped, write what the data say. If it is several, look for a joint that counts the other way "
+        "(gain: -1), a zero that is off by 90 or 180 deg, or exchanged columns: geometry was bent to meet them. If the arm truly "
+        "differs so much from its drawing, state how far it may be off (calibrate: prior).",
+    ),
     Code.SHRUNK: Words(
         "the free lengths all change by {factor:+.0%}: contacts and readings are met by an arm that shrinks to nothing",
         "State a length that gives the scale: a distance, a bar, the radius of a ball.",
@@ -134,6 +140,16 @@ TABLE: dict[Code, Words] = {
     Code.IMPLAUSIBLE: Words(
         "implausible changes ({changes}): a model that is bent to wrong data can fit well and still be wrong elsewhere",
         "Check the nominal model, and the order, signs and units of the joints.",
+    ),
+    Code.COMPUTED: Words(
+        "{group}: the model leaves {left:.2g} per axis, less than any arm repeats: joint values or readings were computed, not measured",
+        "Of a simulation this is as it should be. Of a real arm, give the joint values that were recorded, not those that follow "
+        "from the readings by inverse kinematics.",
+    ),
+    Code.REMOUNTED: Words(
+        "{target} sits otherwise on the tool in each of {files}: with a target of its own for every file the nominal model leaves "
+        "{apart:.3g} instead of {together:.3g}",
+        "Give each file a target of its own: another name under targets.",
     ),
     Code.SCALED: Words(
         "the free lengths all change by {factor:+.2%}: an arm errs in each on its own",

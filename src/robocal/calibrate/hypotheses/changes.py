@@ -1,0 +1,210 @@
+"""What may be wrong, each as a change of a data set that would undo it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from itertools import combinations, permutations, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.geometry import so3
+from robocal.measure.data import Configurations, DataSet, Observations
+
+__all__ = ["Both", "Change", "What", "changes", "pairs"]
+
+Array = NDArray[np.float64]
+SHIFTS = (1, -1, 2, -2)
+
+
+class What(StrEnum):
+    """What is changed."""
+
+    SIGN = "sign"
+    ZERO = "zero"
+    SWAP = "swap"
+    JOINT_UNIT = "joint-unit"
+    LENGTH_UNIT = "length-unit"
+    AXES = "axes"
+    SHIFT = "shift"
+    REVERSED = "reversed"
+    INVERSE = "inverse"
+    TRANSPOSED = "transposed"
+    TURNS = "turns"
+    TARGETS = "targets"
+
+
+@dataclass(frozen=True)
+class Change:
+    """One change: of joints or axes `at`, by an `amount` (rad, rows, a factor), in the files `sources` (all where empty).
+
+    `signs` go with axes: the reading becomes signs * reading[at]; `turns` (k, 3, 3) are the same rotations read in another
+    form, `words` what that form is called.
+    """
+
+    what: What
+    at: tuple[int, ...] = ()
+    amount: float = 0.0
+    signs: tuple[int, ...] = ()
+    sources: tuple[str, ...] = ()
+    turns: Array | None = field(default=None, compare=False)
+    words: str = ""
+
+    def apply(self, data: DataSet) -> DataSet:
+        """The data set as it would be."""
+        if self.what in (What.SIGN, What.ZERO, What.SWAP, What.JOINT_UNIT):
+            return DataSet(self._joints(data), data.observations)
+        return DataSet(data.configurations, tuple(self._read(o) if self._mine(o) else o for o in data.observations))
+
+    @property
+    def parts(self) -> tuple[Change, ...]:
+        """The single changes."""
+        return (self,)
+
+    def _mine(self, obs: Observations) -> bool:
+        return not self.sources or obs.source in self.sources
+
+    def _joints(self, data: DataSet) -> Configurations:
+        given = data.configurations
+        assert given.joints is not None
+        joints = given.joints.copy()
+        rows = np.arange(len(joints))
+        if self.sources:
+            touched = [
+                part
+                for o in data.observations
+                if self._mine(o)
+                for part in (o.configuration, o.second)
+                if part is not None
+            ]
+            rows = np.unique(np.concatenate(touched)) if touched else rows[:0]
+        first = self.at[0]
+        if self.what == What.SIGN:
+            joints[rows, first] *= -1.0
+        elif self.what == What.ZERO:
+            joints[rows, first] += self.amount
+        elif self.what == What.SWAP:
+            joints[np.ix_(rows, self.at)] = joints[np.ix_(rows, self.at[::-1])]
+        else:
+            joints[np.ix_(rows, self.at)] *= self.amount
+        return replace(given, joints=joints)
+
+    def _read(self, obs: Observations) -> Observations:
+        value = obs.value
+        if self.what in (What.SHIFT, What.REVERSED):
+            order = np.arange(len(obs))
+            order = order[::-1] if self.what == What.REVERSED else np.roll(order, int(self.amount))
+            return replace(obs, configuration=obs.configuration[order])
+        if self.what == What.TARGETS:
+            return replace(obs, targets=tuple(obs.targets[i] for i in self.at))
+        value = value.copy()
+        if self.what == What.LENGTH_UNIT:
+            value[:, list(self.at)] *= self.amount
+        elif self.what == What.AXES:
+            value[:, :3] = value[:, list(self.at)] * np.array(self.signs)
+        elif self.what == What.TURNS:
+            assert self.turns is not None
+            value[:, 3:6] = so3.log(self.turns)
+        else:
+            r = np.swapaxes(so3.exp(value[:, 3:6]), 1, 2)
+            if self.what == What.INVERSE:
+                value[:, :3] = -np.einsum("kij,kj->ki", r, value[:, :3])
+            value[:, 3:6] = -value[:, 3:6]
+        return replace(obs, value=value)
+
+
+@dataclass(frozen=True)
+class Both:
+    """Two changes at once."""
+
+    first: Change
+    second: Change
+
+    def apply(self, data: DataSet) -> DataSet:
+        """The data set as it would be."""
+        return self.second.apply(self.first.apply(data))
+
+    @property
+    def parts(self) -> tuple[Change, ...]:
+        """The single changes."""
+        return (self.first, self.second)
+
+
+def changes(chain: Chain, data: DataSet, angle_factors: dict[str, float], length_factors: tuple[float, ...]) -> list[Change]:
+    """Every single change worth a trial; `angle_factors` undo a wrong unit of a joint, by file, `length_factors` those of
+    readings."""
+    sources = list(dict.fromkeys(o.source for o in data.observations))[:4]
+    where: list[tuple[str, ...]] = [()] if len(sources) < 2 else [(), *((s,) for s in sources)]
+    out = [*_of_the_arm(chain)]
+    for files in where:
+        for change in (*_of_columns(chain, angle_factors), *_of_readings(data, files, length_factors)):
+            out.append(replace(change, sources=files))
+    return out
+
+
+def _of_the_arm(chain: Chain) -> Iterator[Change]:
+    """Signs and zeros: the arm's own, so in every file."""
+    for i, joint in enumerate(chain.joints):
+        yield Change(What.SIGN, (i,))
+        if joint.type != "prismatic":
+            for turn in (math.pi / 2, -math.pi / 2, math.pi):
+                yield Change(What.ZERO, (i,), turn)
+
+
+def _of_columns(chain: Chain, factors: dict[str, float]) -> Iterator[Change]:
+    turning = tuple(i for i, j in enumerate(chain.joints) if j.type != "prismatic")
+    for a, b in combinations(range(len(chain.joints)), 2):
+        if chain.joints[a].type == chain.joints[b].type:
+            yield Change(What.SWAP, (a, b))
+    for factor in sorted(set(factors.values())):
+        yield Change(What.JOINT_UNIT, turning, factor)
+        if len(turning) > 1:
+            for i in turning:
+                yield Change(What.JOINT_UNIT, (i,), factor)
+                yield Change(What.JOINT_UNIT, tuple(j for j in turning if j != i), factor)
+
+
+def _of_readings(data: DataSet, files: tuple[str, ...], lengths: tuple[float, ...]) -> Iterator[Change]:
+    mine = [o for o in data.observations if not files or o.source in files]
+    for shift in SHIFTS:
+        yield Change(What.SHIFT, amount=shift)
+    yield Change(What.REVERSED)
+    placed = [o for o in mine if o.kind in ("position", "pose")]
+    if not placed:
+        return
+    for factor in lengths:
+        yield Change(What.LENGTH_UNIT, (0, 1, 2), factor)
+        for i in range(3):
+            yield Change(What.LENGTH_UNIT, (i,), factor)
+            yield Change(What.LENGTH_UNIT, tuple(j for j in range(3) if j != i), factor)
+    # A turn of all axes is what a free frame is for, where no orientation was read beside them.
+    absorbed = all(o.kind == "position" and o.frame is not None and all(o.frame.free) for o in placed)
+    for order in permutations(range(3)):
+        for signs in product((1, -1), repeat=3):
+            odd = np.linalg.det(np.eye(3)[list(order)] * np.array(signs)[:, None]) < 0
+            if order == (0, 1, 2) and signs == (1, 1, 1):
+                continue
+            if absorbed and not (odd and order == (1, 0, 2) and signs == (1, 1, 1)):
+                continue
+            yield Change(What.AXES, tuple(order), signs=tuple(signs))
+    if all(o.kind == "pose" for o in placed):
+        yield Change(What.INVERSE)
+        yield Change(What.TRANSPOSED)
+    for o in placed:
+        known = [i for i, t in enumerate(o.targets) if not all(t.free[:3])]
+        for a, b in combinations(known, 2):
+            order = list(range(len(o.targets)))
+            order[a], order[b] = b, a
+            yield Change(What.TARGETS, tuple(order))
+
+
+def pairs(single: list[Change]) -> list[Both]:
+    """Two changes that go together: two signs, or sign and zero of one joint."""
+    signs = [c for c in single if c.what == What.SIGN]
+    zeros = [c for c in single if c.what == What.ZERO]
+    out = [Both(a, b) for a, b in combinations(signs, 2)]
+    return out + [Both(a, b) for a in signs for b in zeros if a.at == b.at]

@@ -1,0 +1,101 @@
+"""How a data file speaks: what it calls its columns and units, and what its orientations would be in other forms; for whoever
+must tell a person which line to change."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.files import orientation
+from robocal.files.csvtable import CsvTable
+from robocal.files.datamodel import DataModel, OrientationModel
+from robocal.files.headers import joint_columns
+from robocal.files.kinds.position import PositionModel, matrix_columns
+from robocal.files.units import UNITS, Unit
+from robocal.files.yamlio import Document
+from robocal.geometry import so3
+
+__all__ = ["Spoken", "spoken"]
+
+Array = NDArray[np.float64]
+LETTERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", "XYX", "XZX", "YXY", "YZY", "ZXZ", "ZYZ")
+
+
+@dataclass(frozen=True)
+class Spoken:
+    """Of one table `source`: the data file (the table itself where there is none), the joints' columns and units, the
+    coordinates' columns, unit and signs, the model of the orientation, and its other readings (words of the file,
+    rotations (k, 3, 3) of every row)."""
+
+    source: str
+    file: Path
+    joints: tuple[str, ...]
+    joint_units: tuple[str, ...]
+    headed: bool  # whether the header states the units of the joints
+    place: tuple[str, ...] = ()
+    length: Unit | None = None
+    signs: tuple[int, ...] = (1, 1, 1)
+    orientation: OrientationModel | None = None
+    turns: tuple[tuple[str, Array], ...] = ()
+
+
+def spoken(model: DataModel, table: CsvTable, chain: Chain, document: Document, angle: Unit, length: Unit | None) -> Spoken:
+    """How a table speaks that was read already."""
+    columns = model.joints.columns if model.joints.columns is not None else joint_columns(table, chain)
+    headers = [table.unit(c) for c in columns]
+    stated = model.joints.unit
+    units = [
+        h or (stated[i] if isinstance(stated, list) else stated) or angle.name for i, h in enumerate(headers)
+    ]
+    place: tuple[str, ...] = ()
+    signs: tuple[int, ...] = (1, 1, 1)
+    turn = None
+    others: tuple[tuple[str, Array], ...] = ()
+    if isinstance(model, PositionModel):
+        given = model.position.columns if model.position is not None else None
+        place = tuple(table.label(table.find(c)) for c in given) if given is not None else ()
+        if model.position is not None and model.position.sign is not None:
+            signs = tuple(model.position.sign)
+        turn = model.orientation if model.kind == "pose" else None
+    if turn is not None:
+        others = tuple(_others(turn, table))
+    return Spoken(
+        str(table.path), document.path if document.text else table.path,
+        tuple(table.label(table.find(c)) for c in columns), tuple(units), any(headers), place, length, signs, turn, others,
+    )  # fmt: skip
+
+
+def _others(model: OrientationModel, table: CsvTable) -> Iterator[tuple[str, Array]]:
+    """The rotations that the same numbers would be in other forms, each with the words that say so."""
+    columns = matrix_columns(model, table)
+    numbers = table.numbers(columns)
+    if model.form in ("quaternion_xyzw", "quaternion_wxyz"):
+        other = "quaternion_wxyz" if model.form == "quaternion_xyzw" else "quaternion_xyzw"
+        q = numbers if other == "quaternion_xyzw" else numbers[:, [1, 2, 3, 0]]
+        size = np.linalg.norm(q, axis=1)
+        if (size > 0).all():
+            yield f"form: {other}", orientation.quaternion(q / size[:, None])
+    if model.form not in ("euler", "rotation_vector"):
+        return
+    units = {h or model.unit for h in (table.unit(c) for c in columns)}
+    if len(units) != 1 or None in units:
+        return
+    unit = str(units.pop())
+    for name in dict.fromkeys((unit, "deg", "rad")):
+        if name not in UNITS or (name != unit and unit not in ("deg", "rad")):
+            continue
+        angles = numbers * UNITS[name].factor
+        more = "" if name == unit else f", unit: {name}"
+        if model.form != "rotation_vector" or more:
+            yield f"form: rotation_vector{more}", so3.exp(angles)
+        for order, frame in product(LETTERS, ("intrinsic", "extrinsic")):
+            if (model.form, model.order, model.frame, more) == ("euler", order, frame, ""):
+                continue
+            turned = orientation.euler(angles, order, intrinsic=frame == "intrinsic")
+            yield f"form: euler, order: {order}, frame: {frame}{more}", turned
