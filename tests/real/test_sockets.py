@@ -6,6 +6,7 @@ Each placement is held out in turn. The distance between its sockets is told to 
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -114,3 +115,16 @@ def test_from_the_command_line(shared_data, tmp_path, monkeypatch):
     result = json.loads((tmp_path / "run" / "result.json").read_text())
     assert all(f["after"] <= 1.0 and f["profiled"] for f in result["residuals"]["folds"])
     assert result["split"]["how"] == "3 folds of groups"
+
+
+@pytest.mark.parametrize("wrong", [0.0, 0.05, -0.05, 1, -1, 5, -5, 20, -20])
+def test_a_wrong_bar_is_no_improvement(case, wrong):
+    """The distance of the sockets is all that says how long the arm is: off by 2 % and more it is refused, before any gain."""
+    arm, robot, data = case
+    off = [replace(o, value=o.value + 1e-3 * wrong) if o.kind == "distance" else o for o in data.observations]
+    found = identify(robot, replace(data, observations=tuple(off)), Options(hold_out="group", folds=3))
+    print(f"\n{arm}, {wrong:+} mm: {found.verdict.status}, scale {found.scale.factor:+.2%} +- {found.scale.sigma:.2%}")
+    if abs(wrong) < 1:
+        assert (found.verdict.status, found.verdict.region) == ("improved", "working")
+    else:
+        assert found.verdict.status == "refused" and found.verdict.reasons[0].code == "scale-wrong"

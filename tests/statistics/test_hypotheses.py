@@ -58,7 +58,11 @@ def every(chain, data):
     """All changes, whichever of the units is stated."""
     return [
         *changes(chain, data, {"a.csv": RIGHT}, (1e-3,)),
-        *(c for c in changes(chain, data, {"a.csv": 1 / RIGHT}, (1e3,)) if c.what in (What.JOINT_UNIT, What.LENGTH_UNIT)),
+        *(
+            c
+            for c in changes(chain, data, {"a.csv": 1 / RIGHT}, (1e3,))
+            if c.what in (What.JOINT_UNIT, What.LENGTH_UNIT)
+        ),
     ]
 
 

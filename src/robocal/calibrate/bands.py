@@ -25,6 +25,8 @@ from robocal.estimate.uncertainty import LEVEL, Total, quantile, total, uncertai
 from robocal.measure.base import Machine
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
@@ -34,6 +36,7 @@ __all__ = [
     "Coverage",
     "coverage",
     "coverage_of",
+    "coverage_remarks",
     "dense",
     "mean_conditions",
     "measured_bands",
@@ -41,6 +44,7 @@ __all__ = [
     "noise_dof",
     "row_bands",
     "total_of",
+    "unmet",
 ]
 
 Array = NDArray[np.float64]
@@ -179,6 +183,20 @@ def coverage_of(found: Fit, held: Ints) -> tuple[Coverage, ...]:
     if not len(held):
         return ()
     off = total_of(found)
-    # A frame that only held-out rows see (a new marker) was fitted to nothing: its rows have no band worth the name.
-    blind = [c.name for c in found.identifiability.combinations if not c.partners]
-    return coverage(row_bands(found.problem, found.solution.x, off, held, blind), off.dof)
+    return coverage(row_bands(found.problem, found.solution.x, off, held, unmet(found)), off.dof)
+
+
+def unmet(found: Fit) -> tuple[str, ...]:
+    """Parameters that no fitted row depends on: a frame that only held-out rows see (a new marker) was fitted to nothing,
+    and its rows have no band worth the name. What is nearly unseen is as uncertain as expected, and that is a band."""
+    alone = tuple(c.name for c in found.identifiability.combinations if not c.partners)
+    some = found.problem.with_free(alone)
+    seen = np.diag(some.normal(found.solution.x).a[0]) if some.n else np.zeros(0)
+    return tuple(n for n, s in zip(some.free, seen, strict=True) if s == 0)
+
+
+def coverage_remarks(found: Fit, held: Ints, checked: Sequence[Coverage]) -> tuple[Remark, ...]:
+    """Why the bands were not checked, where they were not."""
+    if checked:
+        return ()
+    return (Remark.of(Code.BAND_BLIND, names=unmet(found)[:6]) if len(held) else Remark.of(Code.BAND_UNCHECKED),)

@@ -59,10 +59,11 @@ class Statistic:
 
 @dataclass(frozen=True)
 class Verdict:
-    """improved, not_improved or refused, with the reasons."""
+    """improved, not_improved or refused, with the reasons; `region` says where an improvement holds: working or measured."""
 
     status: str
     reasons: tuple[Remark, ...]
+    region: str | None = None
 
 
 def errors(residuals: Sequence[Residuals], unit: str) -> tuple[Array, Ints]:

@@ -14,6 +14,7 @@ from robocal.calibrate.bands import Coverage
 from robocal.calibrate.evidence import Statistic, Verdict
 from robocal.calibrate.noise import Group
 from robocal.calibrate.outliers import Outlier
+from robocal.calibrate.workspace import Region
 from robocal.estimate.identifiability import Identifiability
 from robocal.estimate.least_squares import Reason
 from robocal.estimate.uncertainty import Total
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from robocal.calibrate.bootstrap import Resampled
     from robocal.calibrate.linear import Linearity
     from robocal.calibrate.offsets import OffsetsAlone
+    from robocal.calibrate.region import Holds
+    from robocal.calibrate.scale import Scale
 
 __all__ = ["Band", "Fold", "Identification", "Options", "ParameterResult", "RowTable", "Stages"]
 
@@ -44,7 +47,8 @@ class Options:
 
     `keep_all` frees every parameter that says so, without dropping what cannot be seen (the blind methods do so by
     themselves). `particles` is how many the particle filter takes, `bootstrap` how many times the places are drawn
-    again to see how far the parameters scatter.
+    again to see how far the parameters scatter. `region` is the working range in which the correction should hold (the box
+    of the measured joints), `measured` says that it need not hold farther than it was measured.
     """
 
     method: str = "lm"
@@ -61,6 +65,8 @@ class Options:
     reselect: bool = False
     particles: int = 1000
     bootstrap: int | None = None
+    region: Region | None = None
+    measured: bool = False
 
 
 @dataclass(frozen=True)
@@ -124,13 +130,14 @@ class Stages:
 @dataclass(frozen=True)
 class Band:
     """Predicted error of the identified model away from the data: one standard deviation over sampled joint
-    configurations (m)."""
+    configurations (m), `left` (m) of it at every pose: what the model does not describe."""
 
     mean: float
     p95: float
     max: float
     n: int
     region: str
+    left: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -187,3 +194,5 @@ class Identification:
     conditions: Mapping[str, float] = field(default_factory=dict)  # mean of every other recorded column
     resampled: Resampled | None = None  # the bootstrap, where it was asked for
     offsets: OffsetsAlone | None = None  # the joint offsets alone; None where no joint's zero may move
+    holds: Holds | None = None  # over the working range
+    scale: Scale | None = None  # of the fitted lengths, all together

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.bands import coverage_of, mean_conditions, measured_range, total_of
+from robocal.calibrate.bands import coverage_of, coverage_remarks, mean_conditions, measured_range, total_of
 from robocal.calibrate.baseline import baseline, frame_names, known_baseline
 from robocal.calibrate.bootstrap import bootstrap_words, resample
-from robocal.calibrate.estimators import batched
+from robocal.calibrate.estimators import batched, estimator
 from robocal.calibrate.fit import Fit, fit
 from robocal.calibrate.gross import set_aside
 from robocal.calibrate.identification import Identification, Options
@@ -30,7 +30,9 @@ from robocal.calibrate.linear import linearity, linearity_words
 from robocal.calibrate.offsets import offsets_alone
 from robocal.calibrate.outliers import find_outliers
 from robocal.calibrate.prove import FEW, Proven, prove
+from robocal.calibrate.region import qualified, where_it_holds
 from robocal.calibrate.results import parameter_results, prediction_band, row_table
+from robocal.calibrate.scale import scale_of, scaled
 from robocal.calibrate.split import SHARE, make_split, places
 from robocal.calibrate.warn import data_warnings
 from robocal.errors import ModelError
@@ -95,6 +97,10 @@ def _handed_back(
     known = all(obs.sigma is not None for obs in data.observations)
     off, strange = total_of(whole), find_outliers(data, whole, best.aside if best else None)
     bent = linearity(whole, start, u, told)
+    scale = scale_of(model, whole, off)
+    holds = where_it_holds(model, data, whole, off, (base, base_x), options.region, scale)
+    judged = verdict(model, data, base, part, whole, proven.proofs, options, started)
+    checked = coverage_of(part, held)
     results = parameter_results(model, whole, u, off, uncertainty(stated, whole.solution.x) if known else None)
     drawn = None if options.bootstrap is None else resample(whole, u.sigma, options.bootstrap, options.seed, watch)
     ids = data.configurations.ids
@@ -107,7 +113,7 @@ def _handed_back(
         whole.identifiability,
         tuple(stages(data, base, base_x, part, proven.fit_units, proven.proofs, unit) for unit in told),
         whole.groups,
-        verdict(model, data, base, part, whole, proven.proofs, options, started),
+        qualified(scaled(judged, scale), holds),
         row_table(data, base, base_x, part, held, best.after.value if best else {}),
         tuple(ids[i] for i in proven.fit_units),
         tuple(ids[i] for i in held),
@@ -119,23 +125,27 @@ def _handed_back(
         whole.problem.free,
         u.correlation,
         u.covariance * u.factor**2,
-        prediction_band(model, data, whole, off),
+        prediction_band(model, data, whole, off, options.region),
         (
             *data_warnings(model, data, whole, proven.fit_units, options.method, strange),
             *linearity_words(bent),
             *bootstrap_words(drawn),
+            *(scale.remarks if scale and not (scale.stated and scale.beyond) else ()),
+            *(() if estimator(options.method).blind else coverage_remarks(part, held, checked)),
             *proven.left_out,
         ),
         tuple(ids[i] for i in proven.embargoed),
         best.split.how if best else "",
         total=off,
         baseline=base.table.with_values(base_x[0, : len(base.table)]),
-        coverage=coverage_of(part, held),
+        coverage=checked,
         joints=measured_range(data.configurations),
         linearity=bent,
         outliers=strange,
         conditions=mean_conditions(data.configurations),
         resampled=drawn,
+        holds=holds,
+        scale=scale,
     )
 
 

@@ -21,7 +21,7 @@ from robocal.calibrate.folds import Unseen
 from robocal.calibrate.gross import MOST, share
 from robocal.calibrate.identification import Fold, Options, Stages
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
-from robocal.calibrate.warn import common_scale, implausible, unmade
+from robocal.calibrate.warn import implausible, unmade
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
@@ -32,7 +32,6 @@ __all__ = ["Proof", "drawn", "stages", "units_of", "verdict"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 UNITS = ("m", "rad", "px")  # in which errors are told; the verdict takes the first that was measured
-SHRUNK = -0.5  # of all lengths: what gives no scale is met by an arm without lengths
 TURNED = 0.05  # rad per axis: angles that were measured and are not explained
 BENT = 3e-3  # m per axis: what implausible changes may leave; an arm that is merely bad is explained better
 
@@ -236,8 +235,6 @@ def _second_thoughts(model: Chain, base: Problem, part: Fit, proof: Proof, found
         return Verdict("refused", (Remark.of(Code.BENT, left=Quantity(left_over)), *bent, *found.reasons))
     if wrong := unmade(model, part):
         return Verdict("refused", (*wrong, *found.reasons))
-    if (scale := common_scale(model, part)) < SHRUNK:
-        return Verdict("refused", (Remark.of(Code.SHRUNK, factor=scale), *found.reasons))
     for g in part.groups:
         if g.unit == "rad" and g.rms > max(TURNED, 3 * (g.stated or 0.0)):
             told = Remark.of(Code.ANGLES_UNEXPLAINED, group=g.name, left=Quantity(g.rms, "rad"))

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.bands import mean_conditions, measured_range
+from robocal.calibrate.bands import mean_conditions
 from robocal.calibrate.identification import Band, ParameterResult, RowTable
-from robocal.calibrate.workspace import sample_joints
+from robocal.calibrate.region import limited
+from robocal.calibrate.workspace import Region
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Residuals
 from robocal.estimate.uncertainty import Total, Uncertainty, band, quantile
@@ -35,7 +36,6 @@ Ints = NDArray[np.int64]
 # A parameter is claimed when the data, with everything else unknown too, narrow it to half of what was expected: share
 # 1 - 1/4.
 CLAIM = 0.75
-SAMPLES = 500
 # From here on the hidden partners, not the data, decide how well a parameter is known, and it is said.
 WIDER = 1.5
 NAMED = 6  # partners that are named
@@ -191,38 +191,41 @@ def _told(r: Residuals) -> Array:
     return out
 
 
-def prediction_band(model: Chain, data: DataSet, fit: Fit, off: Total) -> Band | None:
-    """One standard deviation of the predicted position over joint space, with hidden parameters as uncertain as
-    expected.
+def prediction_band(model: Chain, data: DataSet, fit: Fit, off: Total, region: Region | None = None) -> Band | None:
+    """One standard deviation of the error of the predicted position over joint space: of the model, with hidden
+    parameters as uncertain as expected, and of what it leaves at every pose.
 
-    Configurations are drawn within the joint limits (the measured range where a limit is infinite); positions are
+        sigma^2 = tr(J C J^T) + 3 tau^2
+
+    tau is what the model left per axis beyond the stated noise (all that it left where none is stated). Configurations are
+    those of the region, else drawn within the joint limits (the measured range where a limit is infinite); positions are
     those of the first position or pose instrument.
     """
-    q = data.configurations.joints
     found = [o for o in data.observations if o.kind in ("position", "pose")]
-    if q is None or not found or not fit.identifiability.names:
+    if data.configurations.joints is None or not found or not fit.identifiability.names:
         return None
-    sample, region = sample_joints(model, measured_range(data.configurations), SAMPLES)
-    obs = found[0]
+    region = region or limited(model, data)
+    count = len(region.joints)
     template = replace(
-        obs,
+        found[0],
         kind="position",
-        configuration=np.arange(SAMPLES),
-        value=np.zeros((SAMPLES, 3)),
-        sigma=np.ones((SAMPLES, 3)),
-        target=None if obs.target is None else np.zeros(SAMPLES, dtype=np.int64),
+        configuration=np.arange(count),
+        value=np.zeros((count, 3)),
+        sigma=np.ones((count, 3)),
+        target=None if found[0].target is None else np.zeros(count, dtype=np.int64),
         extra={},
         rows=None,
         used=None,
     )
-    columns = {k: np.full(SAMPLES, v) for k, v in mean_conditions(data.configurations).items()}
-    away = DataSet(Configurations(tuple(map(str, range(SAMPLES))), sample, columns), (template,))
-    names = off.names
+    columns = {k: np.full(count, v) for k, v in mean_conditions(data.configurations).items()}
+    away = DataSet(Configurations(tuple(map(str, range(count))), region.joints, columns), (template,))
     made = build(model, away)
     known = {n: fit.solution.x[0, fit.problem.table.index[n]] for n in made.table.names}
-    made = build(model, away, values=known, free=[n for n in names if n in made.table])
-    lin = made.linearize(made.start)
-    jac = lin.j.reshape(SAMPLES, 3, -1)
-    where = [names.index(n) for n in made.free]
-    sigma = band(jac, off.covariance[np.ix_(where, where)])
-    return Band(float(sigma.mean()), float(np.percentile(sigma, 95)), float(sigma.max()), SAMPLES, region)
+    made = build(model, away, values=known, free=[n for n in off.names if n in made.table])
+    jac = made.linearize(made.start).j.reshape(count, 3, -1)
+    where = [off.names.index(n) for n in made.free]
+    tau = next((g.tau for g in fit.groups if g.name == found[0].label and g.unit == "m"), 0.0)
+    left = float(np.sqrt(3)) * tau
+    sigma = np.hypot(band(jac, off.covariance[np.ix_(where, where)]), left)
+    mean, p95, most = float(sigma.mean()), float(np.percentile(sigma, 95)), float(sigma.max())
+    return Band(mean, p95, most, count, region.name, left)

@@ -21,13 +21,11 @@ from robocal.remarks.remark import Quantity, Remark
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
 
-__all__ = ["common_scale", "data_warnings", "few_numbers", "implausible", "input_remarks", "unmade"]
+__all__ = ["data_warnings", "few_numbers", "implausible", "input_remarks", "unmade"]
 
 IMPLAUSIBLE = 20.0  # times what was expected: 20 mm, 6 deg
-UNLIKE, ALIKE = 5.0, 0.3  # a common scale: how many expected errors it is, and how much of the changes it may leave
 SURE = 5.0  # standard deviations: a change that is none of the fit's own uncertainty
 COMPUTED = 1e-6  # m: no arm repeats and no instrument reads so well
-LONG = 50.0  # expected errors: lengths that show a scale
 DRIFT = 6.0  # standard deviations
 FLAT = 0.02  # thickness of the measured points against their extent
 
@@ -48,7 +46,6 @@ def data_warnings(
         out.append(Remark.of(Code.PRIORS_IGNORED, method=method))
     out.extend(fit.notes)
     out.extend(implausible(model, fit))
-    out.extend(_scaled(model, fit))
     out.extend(_outliers(strange, fit))
     out.extend(_drift(fit))
     if fit.restarted:
@@ -158,32 +155,6 @@ def _zeros(element: Element, joints: Sequence[str]) -> list[str]:
     """The parameters of an element that a joint drives: where the joint's zero is."""
     driven = any(t.column in joints for t in element.terms)
     return [t.parameter for t in element.terms if driven and t.column == "1"]
-
-
-def common_scale(model: Chain, fit: Fit) -> float:
-    """By how much all long free lengths grew together, 0 where they did not: an arm errs in each on its own."""
-    table, x = fit.problem.table, fit.solution.x[0]
-    names = [n for n in fit.problem.free if n in model.geometric and model.table[n].unit == "m"]
-    nominal = np.array([model.table[n].value for n in names])
-    change = np.array([x[table.index[n]] for n in names]) - nominal
-    expected = np.array([model.table[n].scale for n in names])
-    long = np.abs(nominal) > LONG * expected
-    if long.sum() < 2:
-        return 0.0
-    a, b = nominal[long] / expected[long], change[long] / expected[long]
-    factor = float(a @ b / (a @ a))
-    # How far one factor is from none, in expected errors of the lengths, and how much of the changes it leaves.
-    if abs(factor) * np.linalg.norm(a) < UNLIKE or np.linalg.norm(b - factor * a) > ALIKE * np.linalg.norm(b):
-        return 0.0
-    return factor
-
-
-def _scaled(model: Chain, fit: Fit) -> list[Remark]:
-    """All lengths longer or shorter by one factor: that is no arm, but the length that gave the scale."""
-    factor = common_scale(model, fit)
-    if not factor:
-        return []
-    return [Remark.of(Code.SCALED, factor=factor)]
 
 
 def _drift(fit: Fit) -> list[Remark]:

@@ -21,10 +21,18 @@ from robocal.arms.chain import Chain
 from robocal.estimate.uncertainty import Total
 from robocal.geometry import so3
 
-__all__ = ["Predicted", "base_motion", "motion_field", "predict", "sample_joints"]
+__all__ = ["Predicted", "Region", "base_motion", "between", "motion_field", "predict", "sample_joints"]
 
 Array = NDArray[np.float64]
 TURN = np.pi  # to either side, where nothing bounds a joint
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """Joint configurations (m, n) that stand for a part of joint space, and its name."""
+
+    joints: Array
+    name: str
 
 
 @dataclass(frozen=True)
@@ -53,7 +61,12 @@ def sample_joints(chain: Chain, measured: Array | None, count: int, seed: int = 
     finite = np.isfinite(low) & np.isfinite(high)
     low, high = np.where(np.isfinite(low), low, fallback[:, 0]), np.where(np.isfinite(high), high, fallback[:, 1])
     region = "joint limits" if finite.all() else "joint limits, or the measured range where there are none"
-    return np.random.default_rng(seed).uniform(low, high, (count, len(low))), region
+    return between(np.stack([low, high], axis=1), count, seed), region
+
+
+def between(ranges: Array, count: int, seed: int = 0) -> Array:
+    """Joint values (count, n) drawn within ranges (n, 2)."""
+    return np.random.default_rng(seed).uniform(ranges[:, 0], ranges[:, 1], (count, len(ranges)))
 
 
 def motion_field(points: Array) -> Array:

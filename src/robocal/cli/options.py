@@ -147,6 +147,16 @@ LayerOption = Annotated[
     bool, typer.Option("--layer", help="Try a residual layer on top; used only if unseen blocks of rows get better.")
 ]
 
+WorkingRange = Annotated[
+    str | None,
+    option(
+        "--region",
+        metavar="FILE",
+        text="Where the robot works: a list of poses, or ranges of joints; measured: where it was measured will do  "
+        "[default: the joint limits of your robot file, else where it was measured]",
+    ),
+]
+
 # validate, export
 Against = Annotated[str | None, option("--against", metavar="ROBOT", text="Compare with this robot, say the nominal.")]
 OffsetsFile = Annotated[

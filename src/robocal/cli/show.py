@@ -21,7 +21,12 @@ if TYPE_CHECKING:
 
 __all__ = ["errors_table", "figure", "indented", "show_outcome", "show_paths", "show_warnings", "table", "verdict_line"]
 
-COLOURS = {"improved": "bold green", "not_improved": "bold yellow", "refused": "bold red"}
+COLOURS = {
+    "improved": "bold green",
+    "improved where measured": "bold yellow",
+    "not_improved": "bold yellow",
+    "refused": "bold red",
+}
 MOST = 40
 TEN = 10
 STAGES = (
@@ -85,9 +90,14 @@ def verdict_line(status: str, reasons: Sequence[str]) -> Text:
 
 def advised(verdict: Any) -> list[Any]:
     """What to do next where the gain is not proven, each advice once."""
-    if verdict.status == "improved":
+    if verdict.status == "improved" and verdict.region != "measured":
         return []
     return indented(*dict.fromkeys(r.advice for r in verdict.remarks if r.advice), style="dim")
+
+
+def qualified(verdict: Any) -> str:
+    """The status of a verdict, with its region where that is not the whole working range."""
+    return f"{verdict.status} where measured" if verdict.region == "measured" else str(verdict.status)
 
 
 def errors_table(residuals: Any, title: str) -> Table | None:
@@ -143,7 +153,7 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
     if split.embargoed:
         facts += f", {len(split.embargoed)} left out because they share a place with those"
     terminal.show(Text.assemble((result.robot.name, "bold"), f"   {result.method}; {facts}; {result.fit.reason}"))
-    terminal.show(verdict_line(result.verdict.status, result.verdict.reasons), *advised(result.verdict), Text(""))
+    terminal.show(verdict_line(qualified(result.verdict), result.verdict.reasons), *advised(result.verdict), Text(""))
     for residuals, title in ((result.residuals, "error"), (result.residuals.angle, "angle")):
         made = errors_table(residuals, title) if residuals is not None else None
         if made is not None:
@@ -156,7 +166,9 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
             f"of {c.n} held-out measurements ({c.quantity}), {c.whole:.0%} lie in their {c.level:.0%} region as fitted"
         )
         terminal.show(Text(words, style="dim"))
-    terminal.show(*([Text("")] if shares else []), *parameters(result), *hidden(result))
+    parts = (result.working_range, result.scale)
+    told = [Text(p.text, style="dim") for p in parts if p is not None and p.text]
+    terminal.show(*told, *([Text("")] if shares or told else []), *parameters(result), *hidden(result))
     terminal.show(*show_beyond.groups(result.groups_tried, figure, table), *show_beyond.layer(result.layer, figure))
     terminal.show(*linear(result.linearity, figure), *comparison(result.comparison, figure, table))
     terminal.show(*strange(result))

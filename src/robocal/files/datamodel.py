@@ -105,7 +105,9 @@ def _joint_unit(value: Any) -> Any:
 
 
 def _signs(value: Any) -> Any:
-    if value is not None and (not isinstance(value, list) or any(isinstance(v, bool) or v not in (1, -1) for v in value)):
+    if value is not None and (
+        not isinstance(value, list) or any(isinstance(v, bool) or v not in (1, -1) for v in value)
+    ):
         refuse("not a list of signs", found=value, expected="one for each column, 1 or -1, such as [1, -1, 1]")
     return value
 

@@ -19,6 +19,7 @@ from robocal.files.offsetparts import OffsetsAlone
 from robocal.files.parts import Number, Part, Remark, finite
 from robocal.files.schema import validate
 from robocal.files.text import read_text
+from robocal.files.trustparts import Coverage, Prediction, Scale, WorkingRange
 from robocal.files.yamlio import Document
 
 __all__ = [
@@ -40,9 +41,11 @@ __all__ = [
     "Residuals",
     "Result",
     "RobotSummary",
+    "Scale",
     "Split",
     "Statistic",
     "Verdict",
+    "WorkingRange",
     "read_result",
     "schema",
 ]
@@ -58,9 +61,11 @@ class RobotSummary(Part):
 
 
 class Verdict(Part):
-    """Whether the corrected model is better on data that it has not seen; `remarks` are the reasons as data."""
+    """Whether the corrected model is better on data that it has not seen; `region` is where: in the whole working range, or
+    near what was measured; `remarks` are the reasons as data."""
 
     status: Literal["improved", "not_improved", "refused"]
+    region: Literal["measured", "working"] | None = None
     reasons: list[str] = Field(default_factory=list)
     remarks: list[Remark] = Field(default_factory=list)
 
@@ -234,16 +239,6 @@ class Provenance(Part):
     options: dict[str, Any] = Field(default_factory=dict)
 
 
-class Coverage(Part):
-    """How many of n held-out measurements lay in their bands of this level: component by component, and as a whole."""
-
-    quantity: str
-    level: float
-    components: Number
-    whole: Number
-    n: int
-
-
 class Outlier(Part):
     """A row that does not belong to the others: distance in standard deviations from a fit without it, corrected for
     its leverage; p_value is the chance that the farthest of all rows would be, without any outlier."""
@@ -259,19 +254,6 @@ class Outlier(Part):
     leverage: Number = None
 
 
-class Prediction(Part):
-    """Error predicted away from the data: one standard deviation over sampled joint configurations; coverage says
-    whether held-out measurements lay in their bands as fitted."""
-
-    unit: str
-    mean: Number
-    p95: Number
-    max: Number
-    n: int
-    region: str
-    coverage: list[Coverage] = Field(default_factory=list)
-
-
 class Result(Part):
     """result.json."""
 
@@ -283,6 +265,8 @@ class Result(Part):
     identifiability: Identifiability
     residuals: Residuals
     prediction: Prediction | None = None
+    working_range: WorkingRange | None = None
+    scale: Scale | None = None
     linearity: Linearity | None = None
     comparison: Comparison | None = None
     outliers: list[Outlier] = Field(default_factory=list)

@@ -45,14 +45,14 @@ class Spoken:
     turns: tuple[tuple[str, Array], ...] = ()
 
 
-def spoken(model: DataModel, table: CsvTable, chain: Chain, document: Document, angle: Unit, length: Unit | None) -> Spoken:
+def spoken(
+    model: DataModel, table: CsvTable, chain: Chain, document: Document, angle: Unit, length: Unit | None
+) -> Spoken:
     """How a table speaks that was read already."""
     columns = model.joints.columns if model.joints.columns is not None else joint_columns(table, chain)
     headers = [table.unit(c) for c in columns]
     stated = model.joints.unit
-    units = [
-        h or (stated[i] if isinstance(stated, list) else stated) or angle.name for i, h in enumerate(headers)
-    ]
+    units = [h or (stated[i] if isinstance(stated, list) else stated) or angle.name for i, h in enumerate(headers)]
     place: tuple[str, ...] = ()
     signs: tuple[int, ...] = (1, 1, 1)
     turn = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from robocal.jobs.beside import compared, methods_of
 from robocal.jobs.beyond import group_results, guard_layer, layer_result, select_groups
 from robocal.jobs.inputs import Inputs, Watch, choose, computable, read_inputs
 from robocal.jobs.outcome import Outcome, provenance, residual_columns, save, to_result
+from robocal.jobs.region import MEASURED, working_range
 
 __all__ = ["Choices", "identify", "identify_inputs"]
 
@@ -49,6 +50,7 @@ class Choices:
     compare: str | None = None
     groups: tuple[str, ...] = ()
     layer: bool = False
+    region: str | None = None
 
     @property
     def options(self) -> Options:
@@ -87,12 +89,13 @@ class Choices:
             keep_all=self.keep_all,
             particles=self.particles,
             bootstrap=self.bootstrap,
+            measured=self.region == MEASURED,
         )
 
     @property
     def record(self) -> dict[str, Any]:
         """Every choice, for the recipe; links of a URDF when they were given."""
-        return {k: v for k, v in asdict(self).items() if k not in ("base", "tip", "compare") or v is not None}
+        return {k: v for k, v in asdict(self).items() if k not in ("base", "tip", "compare", "region") or v is not None}
 
 
 def share(given: float | str | None) -> float | str | None:
@@ -141,13 +144,15 @@ def identify_inputs(
     choices = choices or Choices()
     started, clock = datetime.datetime.now(datetime.UTC), time.perf_counter()
     robot, data = choose(inputs.robot, inputs.data, free=choices.free, fix=choices.fix, prior=choices.prior)
-    with computable(*(i.file for i in inputs.files)):
-        robot, tried = select_groups(robot, data, choices.groups, choices.options, watch)
-        found = solve(robot.chain, data, choices.options, watch)
+    region, read = working_range(robot, data, choices.region)
+    options, every = replace(choices.options, region=region), (*inputs.files, *read)
+    with computable(*(i.file for i in every)):
+        robot, tried = select_groups(robot, data, choices.groups, options, watch)
+        found = solve(robot.chain, data, options, watch)
         seconds = time.perf_counter() - clock
         methods = methods_of(choices.compare, choices.method)
         known = (found, seconds)
-        others = compared(robot.chain, data, methods, choices.options, known, watch) if methods else None
+        others = compared(robot.chain, data, methods, options, known, watch) if methods else None
         guarded = guard_layer(found, data, watch) if choices.layer else None
     stamp = started.isoformat(timespec="seconds")
     # What was left to us is recorded as it was decided.
@@ -155,9 +160,7 @@ def identify_inputs(
         "hold_out": found.options.hold_out,
         "leave_one_out": any(s.leave_one_out is not None for s in found.stages),
     }
-    recipe = provenance(
-        command, inputs.files, choices.seed, stamp, time.perf_counter() - clock, choices.record | decided
-    )
+    recipe = provenance(command, every, choices.seed, stamp, time.perf_counter() - clock, choices.record | decided)
     more = {"comparison": others, "layer": layer_result(guarded)} | group_results(robot, tried)
     result = to_result(found, robot, recipe, inputs.warnings).model_copy(update=more)
     outcome = Outcome(result, residual_columns(found), found, robot, layer=guarded.layer if guarded else None)

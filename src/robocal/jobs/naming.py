@@ -93,7 +93,9 @@ class _Told:
         parts = [_one(c, robot, reading) for c in trial.parts]
         if len(parts) == 1:
             return parts[0]
-        return cls(" and ".join(p.words for p in parts), " and ".join(p.line for p in parts), parts[0].file, parts[0].key)
+        return cls(
+            " and ".join(p.words for p in parts), " and ".join(p.line for p in parts), parts[0].file, parts[0].key
+        )
 
 
 def _one(change: Change, robot: Robot, reading: Reading) -> _Told:
@@ -142,7 +144,10 @@ def _swap(change: Change, robot: Robot, speech: Spoken) -> _Told:
     names[a], names[b] = names[b], names[a]
     first, second = (robot.chain.joints[i].name for i in (a, b))
     return _Told(
-        f"the columns of {first} and {second} are exchanged", f"joints: {{columns: [{', '.join(names)}]}}", "", "joints.columns"
+        f"the columns of {first} and {second} are exchanged",
+        f"joints: {{columns: [{', '.join(names)}]}}",
+        "",
+        "joints.columns",
     )
 
 
@@ -193,13 +198,18 @@ def _shift(change: Change, robot: Robot, speech: Spoken) -> _Told:
 
 def _reversed(change: Change, robot: Robot, speech: Spoken) -> _Told:
     return _Told(
-        "the readings stand in the reverse order of the joint values", "one of the two turned round, last row first", "", "file"
+        "the readings stand in the reverse order of the joint values",
+        "one of the two turned round, last row first",
+        "",
+        "file",
     )
 
 
 def _inverse(change: Change, robot: Robot, speech: Spoken) -> _Told:
     words = "the poses are those of the instrument seen from the thing that it measures"
-    return _Told(words, "frame: {mount: tool} and targets: {board: {mount: base}}, or the other way round", "", "orientation")
+    return _Told(
+        words, "frame: {mount: tool} and targets: {board: {mount: base}}, or the other way round", "", "orientation"
+    )
 
 
 def _transposed(change: Change, robot: Robot, speech: Spoken) -> _Told:

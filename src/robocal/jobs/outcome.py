@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from robocal import __version__
 from robocal.calibrate import evidence
@@ -32,14 +31,14 @@ from robocal.files.units import UNITS, Unit
 from robocal.jobs.alone import offset_result
 from robocal.jobs.beside import linear
 from robocal.jobs.knowledge import knowledge_files, map_columns
+from robocal.jobs.trusted import band_remarks, prediction_part, range_part, scale_part
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark, documents, sentences
+from robocal.remarks.remark import Remark, documents, sentences
 
 __all__ = ["Outcome", "provenance", "residual_columns", "save", "to_result"]
 
 Array = NDArray[np.float64]
 MM, DEG = UNITS["mm"], UNITS["deg"]
-WHOLE = {"m": "positions", "rad": "orientations"}
 
 
 @dataclass(frozen=True)
@@ -57,8 +56,9 @@ class Outcome:
 
     @property
     def improved(self) -> bool:
-        """Whether the verdict is `improved`."""
-        return self.result.verdict.status == "improved"
+        """Whether the verdict is `improved`, in the whole working range unless that was not wanted."""
+        verdict = self.result.verdict
+        return verdict.status == "improved" and (verdict.region != "measured" or self.identification.options.measured)
 
 
 def provenance(
@@ -81,7 +81,7 @@ def to_result(
     found: Identification, robot: Robot, recipe: files.Provenance, warnings: Sequence[Remark] = ()
 ) -> files.Result:
     """result.json of an identification."""
-    said = tuple(dict.fromkeys((*warnings, *found.warnings, *_band_remarks(found))))
+    said = tuple(dict.fromkeys((*warnings, *found.warnings, *band_remarks(found))))
     chain = found.nominal
     held = len(found.held_ids)
     count = held + len(found.fit_ids) + len(found.embargoed_ids)
@@ -93,6 +93,7 @@ def to_result(
         + ("" if found.options.loss == "none" else f", {found.options.loss} loss"),
         verdict=files.Verdict(
             status=found.verdict.status,  # type: ignore[arg-type]
+            region=found.verdict.region,  # type: ignore[arg-type]
             reasons=sentences(found.verdict.reasons),
             remarks=_documents(found.verdict.reasons),
         ),
@@ -108,7 +109,9 @@ def to_result(
             embargoed=list(found.embargoed_ids),
             how=found.how,
         ),
-        prediction=_prediction(found),
+        prediction=prediction_part(found),
+        working_range=range_part(found),
+        scale=scale_part(found),
         linearity=linear(found.linearity),
         outliers=[
             files.Outlier(**{k: v for k, v in asdict(o).items() if k != "source"}, source=Path(o.source).name)
@@ -234,39 +237,6 @@ def _fit(found: Identification) -> files.Fit:
         history=list(found.history), chi2=found.chi2, dof=found.dof, groups=groups,
         sigma_source=", ".join(sources),
     )  # fmt: skip
-
-
-def _prediction(found: Identification) -> files.Prediction | None:
-    """The prediction band in mm."""
-    if found.band is None or estimator(found.options.method).blind:
-        return None
-    b = found.band
-    quantity = {"m": "position", "rad": "orientation", "px": "pixels"}
-    shares = [
-        files.Coverage(
-            quantity=quantity.get(c.unit, c.unit), level=c.level, components=c.components, whole=c.whole, n=c.n
-        )
-        for c in found.coverage
-    ]
-    return files.Prediction(
-        unit="mm", mean=b.mean * 1e3, p95=b.p95 * 1e3, max=b.max * 1e3, n=b.n, region=b.region, coverage=shares
-    )
-
-
-def _band_remarks(found: Identification) -> tuple[Remark, ...]:
-    """The predicted error away from the data; a method that fits what cannot be seen has no honest one."""
-    if found.band is None or estimator(found.options.method).blind:
-        return ()
-    b = found.band
-    return (
-        *(
-            Remark.of(Code.BAND_TOO_NARROW, whole=c.whole, n=c.n, quantity=WHOLE[c.unit])
-            for c in found.coverage
-            # Fewer than one honest band in a thousand would miss so many.
-            if c.unit in WHOLE and special.bdtr(round(c.whole * c.n), c.n, c.level) < 1e-3
-        ),
-        Remark.of(Code.ELSEWHERE, region=b.region, mean=Quantity(b.mean), p95=Quantity(b.p95)),
-    )
 
 
 def residual_columns(found: Identification) -> dict[str, list[Any]]:

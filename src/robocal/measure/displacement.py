@@ -36,4 +36,4 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     ]
 
 
-DISPLACEMENT = register(Kind("displacement", 3, terms))
+DISPLACEMENT = register(Kind("displacement", 3, terms, metric=True))

@@ -65,4 +65,4 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     ]
 
 
-LENGTHS = register(Kind("lengths", 1, terms, parts=((0, 1, "m"),)))
+LENGTHS = register(Kind("lengths", 1, terms, parts=((0, 1, "m"),), metric=True))

@@ -55,4 +55,6 @@ def disturb(value: Array, noise: Array) -> Array:
     return np.concatenate([value[..., :3] + noise[..., :3], so3.log(r)], axis=-1)
 
 
-POSE = register(Kind("pose", 6, terms, parts=((0, 3, "m"), (3, 6, "rad")), disturb=disturb, positional=True))
+POSE = register(
+    Kind("pose", 6, terms, parts=((0, 3, "m"), (3, 6, "rad")), disturb=disturb, positional=True, metric=True)
+)

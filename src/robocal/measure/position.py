@@ -33,4 +33,4 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     return [PositionRows(builder.view(obs, t, index), obs, index, UNSTATED) for t, index in builder.split(obs)]
 
 
-POSITION = register(Kind("position", 3, terms, positional=True))
+POSITION = register(Kind("position", 3, terms, positional=True, metric=True))

@@ -27,4 +27,6 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     return out
 
 
-RELATIVE_POSE = register(Kind("relative_pose", 6, terms, parts=((0, 3, "m"), (3, 6, "rad")), disturb=disturb))
+RELATIVE_POSE = register(
+    Kind("relative_pose", 6, terms, parts=((0, 3, "m"), (3, 6, "rad")), disturb=disturb, metric=True)
+)

@@ -222,6 +222,9 @@ class Kind:
     disturb: Callable[[Array, Array], Array] = lambda value, noise: value + noise
     frames: Callable[[Observations], Sequence[Frame]] = lambda obs: ()
     positional: bool = False  # whether its first three numbers say where the target is, in the instrument's frame
+    metric: bool = (
+        False  # whether readings are lengths themselves; else only a stated length says how long the machine is
+    )
     contact: bool = False  # the machine has to touch something, so not every configuration can be measured
 
 

@@ -46,4 +46,4 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     return [SphericalRows(builder.view(obs, t, index), obs, index, UNSTATED) for t, index in builder.split(obs)]
 
 
-SPHERICAL = register(Kind("spherical", 3, terms, parts=((0, 1, "m"), (1, 3, "rad"))))
+SPHERICAL = register(Kind("spherical", 3, terms, parts=((0, 1, "m"), (1, 3, "rad")), metric=True))

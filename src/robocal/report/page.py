@@ -263,7 +263,7 @@ def _trust(result: Result, accuracy: Columns | None) -> dict[str, Any]:
     prediction = section(result, "prediction")
     return {
         "heat": heat(accuracy) if accuracy else "",
-        "coverage": tables.coverage(prediction),
+        "coverage": [*tables.coverage(prediction), *words.trust(result)],
         "outliers": tables.outliers(result),
     }
 

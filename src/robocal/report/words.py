@@ -8,7 +8,18 @@ from dataclasses import dataclass
 
 from robocal.report.numbers import entries, finite, section, significant, with_unit
 
-__all__ = ["Verdict", "advised", "chi2_word", "dropped_names", "hints", "proof", "reasons", "times_smaller", "verdict"]
+__all__ = [
+    "Verdict",
+    "advised",
+    "chi2_word",
+    "dropped_names",
+    "hints",
+    "proof",
+    "reasons",
+    "times_smaller",
+    "trust",
+    "verdict",
+]
 
 
 @dataclass(frozen=True)
@@ -33,6 +44,11 @@ _VERDICTS = {
         "The model does not explain these measurements. Do not use the identified parameters; they are listed for diagnosis only.",
     ),
 }
+_MEASURED = Verdict(
+    "not-improved",
+    "Improved where it was measured",
+    "The gain is proven on measurements that the model had not seen, near the others; for the rest of the working range it is not.",
+)
 _UNKNOWN = Verdict(
     "unknown", "No verdict", "The result carries no verdict, so nothing can be concluded from the numbers below."
 )
@@ -40,7 +56,10 @@ _UNKNOWN = Verdict(
 
 def verdict(result: Mapping[str, object]) -> Verdict:
     """The verdict of a result."""
-    return _VERDICTS.get(str(section(result, "verdict").get("status")), _UNKNOWN)
+    told = section(result, "verdict")
+    if (told.get("status"), told.get("region")) == ("improved", "measured"):
+        return _MEASURED
+    return _VERDICTS.get(str(told.get("status")), _UNKNOWN)
 
 
 def reasons(result: Mapping[str, object]) -> list[str]:
@@ -61,6 +80,12 @@ def advised(found: Mapping[str, object], word: str = "warnings") -> list[tuple[s
     known = [r for r in entries(found.get("remarks")) if isinstance(r, Mapping)]
     advice = {str(r.get("sentence")): str(r.get("advice") or "") for r in known}
     return [(said, advice.get(said, "")) for said in dict.fromkeys(str(w) for w in entries(found.get(word)))]
+
+
+def trust(result: Mapping[str, object]) -> list[str]:
+    """What the working range and the scale of the arm say, as sentences."""
+    told = [str(section(result, name).get("text") or "") for name in ("working_range", "scale")]
+    return [t[0].upper() + t[1:] + "." for t in told if t]
 
 
 def times_smaller(before: float | None, after: float | None) -> str:

@@ -134,7 +134,9 @@ class Both:
         return (self.first, self.second)
 
 
-def changes(chain: Chain, data: DataSet, angle_factors: dict[str, float], length_factors: tuple[float, ...]) -> list[Change]:
+def changes(
+    chain: Chain, data: DataSet, angle_factors: dict[str, float], length_factors: tuple[float, ...]
+) -> list[Change]:
     """Every single change worth a trial; `angle_factors` undo a wrong unit of a joint, by file, `length_factors` those of
     readings."""
     sources = list(dict.fromkeys(o.source for o in data.observations))[:4]

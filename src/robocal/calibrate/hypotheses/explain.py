@@ -94,9 +94,7 @@ def _best(
     """The few best of a batch in order, and what each of the batch leaves; inf where it was not looked at again."""
     if not trials:
         return None
-    made = [
-        taken(t.apply(data), rows) if any(p.what in WHOLE for p in t.parts) else t.apply(small) for t in trials
-    ]
+    made = [taken(t.apply(data), rows) if any(p.what in WHOLE for p in t.parts) else t.apply(small) for t in trials]
     seen = sights(chain, made)
     assert seen is not None
     rough = fitted(chain, seen, rounds=3).left

@@ -45,6 +45,7 @@ def identify(
     prior: o.Prior = [],  # noqa: B006
     groups: o.Groups = [],  # noqa: B006
     layer: o.LayerOption = False,
+    region: o.WorkingRange = None,
     method: o.Method = "lm",
     compare: o.Compare = None,
     loss: o.Loss = "none",
@@ -73,7 +74,7 @@ def identify(
     robocal identify robot.yaml data.yaml --compare
     robocal identify robot.yaml data.yaml --groups eccentricity,ripple,compliance --layer
 
-    Exit status 0 when the verdict is improved, 3 when it is not.
+    Exit status 0 when the verdict is improved, 3 when it is not, or only where it was measured (see --region).
     """
     return task("identify", locals())
 

@@ -82,9 +82,16 @@ TABLE: dict[Code, Words] = {
         "(gain: -1), a zero that is off by 90 or 180 deg, or exchanged columns: geometry was bent to meet them. If the arm truly "
         "differs so much from its drawing, state how far it may be off (calibrate: prior).",
     ),
-    Code.SHRUNK: Words(
-        "the free lengths all change by {factor:+.0%}: contacts and readings are met by an arm that shrinks to nothing",
-        "State a length that gives the scale: a distance, a bar, the radius of a ball.",
+    Code.SCALE_WRONG: Words(
+        "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): an arm errs in each on its own, so the length that "
+        "gives the scale, or the nominal lengths, must be wrong",
+        "Check the distance, bar, radius, camera or speed that gives the scale, and its unit; or state one, where nothing does.",
+    ),
+    Code.HOLDS_WHERE_MEASURED: Words(
+        "it holds where it was measured, not in the whole {region}: there the model may be off by {band:.3g} rms where it differs "
+        "from the nominal one by {moved:.3g}, and is the worse of the two with a chance of {chance:.0%}",
+        "Measure in the whole range in which the robot works; name that range (limits in the robot file, --region FILE); or, where "
+        "it works only near what was measured, say so (--region measured).",
     ),
     Code.ANGLES_UNEXPLAINED: Words(
         "the angles of {group} are not explained: {left:.3g} per axis are left",
@@ -152,8 +159,16 @@ TABLE: dict[Code, Words] = {
         "Give each file a target of its own: another name under targets.",
     ),
     Code.SCALED: Words(
-        "the free lengths all change by {factor:+.2%}: an arm errs in each on its own",
-        "Check the distance, bar, radius or speed that gives the scale, and its unit.",
+        "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): an arm errs in each on its own",
+        "Check the scale of the instrument, its unit and its temperature.",
+    ),
+    Code.SCALE_DOUBTED: Words(
+        "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}), more than making mostly leaves",
+        "Check the distance, bar, radius, camera or speed that gives the scale, and its unit.",
+    ),
+    Code.SCALE_OPEN: Words(
+        "these data hardly say how long the arm is (sigma of the scale {sigma:.2%}): the nominal lengths do",
+        "State a length that gives the scale: a distance, a bar, the radius of a ball.",
     ),
     Code.ERRORS_FOLLOW: Words(
         "{group}: errors follow those measured just before (z = {z:.0f}): a target that slipped, an instrument or arm that warmed up, "
@@ -195,9 +210,24 @@ TABLE: dict[Code, Words] = {
         "only {whole:.0%} of {n} held-out {quantity} lie in their 95 % region",
         "Trust the held-out errors, not the bars.",
     ),
+    Code.BAND_UNCHECKED: Words(
+        "the bands were not checked: no set was held out as a whole",
+        "Hold out a part of the configurations (--hold-out 0.2).",
+    ),
+    Code.BAND_BLIND: Words(
+        "the bands were not checked: all that was held out depends on {names}, which nothing that was fitted has seen",
+        "Hold out configurations whose places and targets are also met by others.",
+    ),
     Code.ELSEWHERE: Words(
         "elsewhere in the {region}, the predicted error is {mean:.3g} on average and {p95:.3g} at the 95th percentile (one standard "
-        "deviation; what was not seen is as uncertain as expected)"
+        "deviation; what was not seen is as uncertain as expected[, and {left:.3g} is left at every pose])"
+    ),
+    Code.OVER_THE_RANGE: Words(
+        "over the {region}, the model may be off by {band:.3g} rms and differs from the nominal one by {moved:.3g}; the nominal "
+        "one is the better of the two there with a chance of {chance:.2g}"
+    ),
+    Code.SCALE_SEEN: Words(
+        "against the stated length, the free lengths all together change by {factor:+.3%} (sigma {sigma:.3%})"
     ),
     # --- the joint offsets alone ---
     Code.OFFSETS_PROVEN: Words(

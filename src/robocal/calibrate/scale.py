@@ -1,0 +1,101 @@
+"""The scale of an arm: one factor on all free lengths, which contacts and cameras see only through a stated length.
+
+    delta = s a + noise + R m,    R = I + B (rows of what was fitted),    a = R n
+    s = (a^T V^-1 delta) / (a^T V^-1 a),    V = C + R S^2 R^T,    sigma^2 = 1 / (a^T V^-1 a) = fit^2 + making^2
+
+delta are the changes of the fitted lengths, n the nominal lengths, C the noise of the fit (that of a stated bar included),
+B the estimate's answer to the truth (`Total`: a length that was not fitted shows in its partners), S the errors that
+making leaves. An arm errs in each of its lengths on its own; all of them together by a factor that making does not leave
+is the length that was stated, not the arm. Generalised least squares: Aitken (1935).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robocal.arms.chain import Chain
+from robocal.calibrate.evidence import Verdict
+from robocal.estimate.uncertainty import Total
+from robocal.measure.base import KINDS, Rows
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+
+if TYPE_CHECKING:
+    from robocal.calibrate.fit import Fit
+
+__all__ = ["Scale", "scale_of", "scaled"]
+
+REFUSED, REMARKED = 3.0, 2.0  # of its own sigma
+OPEN = 0.1  # a scale that is known no better is that of the nominal model
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The lengths are 1 + `factor` times the nominal ones, within `sigma`; its parts: what the fit and a stated length leave
+    open, and what making leaves. `stated` says that the data have no other scale than a stated length."""
+
+    factor: float
+    sigma: float
+    fit: float
+    making: float
+    stated: bool
+
+    @property
+    def seen(self) -> bool:
+        """Whether the data know it at all."""
+        return self.sigma <= OPEN
+
+    @property
+    def beyond(self) -> bool:
+        """Whether no arm's making leaves that."""
+        return abs(self.factor) > REFUSED * self.sigma
+
+    @property
+    def remarks(self) -> tuple[Remark, ...]:
+        """What is said of it: nothing of a scale that is as expected."""
+        numbers = {"factor": self.factor, "sigma": self.sigma}
+        if self.stated and not self.seen and not self.beyond:
+            return (Remark.of(Code.SCALE_OPEN, sigma=self.sigma),)
+        if abs(self.factor) <= REMARKED * self.sigma:
+            return ()
+        if self.stated and self.beyond:
+            return (Remark.of(Code.SCALE_WRONG, **numbers),)
+        return (Remark.of(Code.SCALE_DOUBTED if self.stated else Code.SCALED, **numbers),)
+
+
+def scale_of(model: Chain, fit: Fit, off: Total) -> Scale | None:
+    """The common scale of the fitted lengths; None where none was fitted. `off` is what the parameters may be off by."""
+    table, x = fit.problem.table, fit.solution.x[0]
+    fitted = set(fit.problem.free)
+    long = [n for n in off.names if n in model.geometric and model.table[n].unit == "m"]
+    kept = [off.names.index(n) for n in long if n in fitted]
+    if not kept:
+        return None
+    nominal = np.array([model.table[n].value if n in long else 0.0 for n in off.names])
+    change = np.array([x[table.index[off.names[i]]] for i in kept]) - nominal[kept]
+    shows = (np.eye(len(off.names)) + off.response)[kept]
+    size = off.expected[kept]
+    a, delta = shows @ nominal / size, change / size
+    made = shows * off.expected / size[:, None]
+    making, noise = made @ made.T, off.noise[np.ix_(kept, kept)] / np.outer(size, size)
+    values, vectors = np.linalg.eigh(making + noise)
+    known = values > 1e-12 * values[-1]
+    root = vectors[:, known] / np.sqrt(values[known])
+    along = root.T @ a
+    information = float(along @ along)
+    if not information > 0:
+        return None
+    weight = root @ along / information
+    fitted_part, making_part = (float(np.sqrt(max(weight @ c @ weight, 0.0))) for c in (noise, making))
+    stated = not any(KINDS[t.kind].metric for t in fit.problem.terms if isinstance(t, Rows))
+    return Scale(float(weight @ delta), information**-0.5, fitted_part, making_part, stated)
+
+
+def scaled(found: Verdict, scale: Scale | None) -> Verdict:
+    """The verdict, unless the length that gives the scale is wrong: then no gain counts."""
+    if scale is None or not (scale.stated and scale.beyond):
+        return found
+    return Verdict("refused", (*scale.remarks, *(found.reasons if found.status == "refused" else ())))

@@ -1,0 +1,76 @@
+"""Where an identification can be trusted, for result.json: the predicted error, the check of its bands, the working range,
+the scale; and what is remarked on them."""
+
+from __future__ import annotations
+
+from scipy import special
+
+from robocal.calibrate.estimators import estimator
+from robocal.calibrate.identification import Identification
+from robocal.files import trustparts as files
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+
+__all__ = ["band_remarks", "prediction_part", "range_part", "scale_part"]
+
+WHOLE = {"m": "positions", "rad": "orientations"}
+QUANTITY = {"m": "position", "rad": "orientation", "px": "pixels"}
+
+
+def prediction_part(found: Identification) -> files.Prediction | None:
+    """The predicted error in mm with the check of the bands; a method that fits what cannot be seen has no honest one."""
+    if estimator(found.options.method).blind:
+        return None
+    shares = [
+        files.Coverage(
+            quantity=QUANTITY.get(c.unit, c.unit), level=c.level, components=c.components, whole=c.whole, n=c.n
+        )
+        for c in found.coverage
+    ]
+    b = found.band
+    if b is None:
+        return files.Prediction(unit="mm", n=0, region="", coverage=shares) if shares else None
+    sizes = {"mean": b.mean * 1e3, "p95": b.p95 * 1e3, "max": b.max * 1e3, "left": b.left * 1e3}
+    return files.Prediction(unit="mm", **sizes, n=b.n, region=b.region, coverage=shares)
+
+
+def band_remarks(found: Identification) -> tuple[Remark, ...]:
+    """Bands that are too narrow, and the predicted error away from the data."""
+    if estimator(found.options.method).blind:
+        return ()
+    narrow = [
+        Remark.of(Code.BAND_TOO_NARROW, whole=c.whole, n=c.n, quantity=WHOLE[c.unit])
+        for c in found.coverage
+        # Fewer than one honest band in a thousand would miss so many.
+        if c.unit in WHOLE and special.bdtr(round(c.whole * c.n), c.n, c.level) < 1e-3
+    ]
+    b = found.band
+    if b is None:
+        return tuple(narrow)
+    left = Quantity(b.left) if b.left > 0 else None
+    away = Remark.of(Code.ELSEWHERE, region=b.region, mean=Quantity(b.mean), p95=Quantity(b.p95), left=left)
+    return (*narrow, away)
+
+
+def range_part(found: Identification) -> files.WorkingRange | None:
+    """The working range in mm, and in words."""
+    h = found.holds
+    if h is None:
+        return None
+    said = Remark.of(
+        Code.OVER_THE_RANGE, region=h.name, band=Quantity(h.band), moved=Quantity(h.moved), chance=h.chance
+    )
+    sizes = {"band": h.band * 1e3, "moved": h.moved * 1e3, "chance": h.chance}
+    return files.WorkingRange(name=h.name, unit="mm", **sizes, n=h.n, text=said.sentence)
+
+
+def scale_part(found: Identification) -> files.Scale | None:
+    """The common scale, and in words where a stated length is all that gives it."""
+    s = found.scale
+    if s is None:
+        return None
+    told = s.seen or s.beyond
+    said = Remark.of(Code.SCALE_SEEN, factor=s.factor, sigma=s.sigma).sentence if s.stated and told else ""
+    return files.Scale(
+        factor=s.factor if told else None, sigma=s.sigma, fit=s.fit, making=s.making, stated=s.stated, text=said
+    )
