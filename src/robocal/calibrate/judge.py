@@ -20,6 +20,7 @@ from robocal.calibrate.fit import Fit
 from robocal.calibrate.folds import Unseen
 from robocal.calibrate.gross import MOST, share
 from robocal.calibrate.identification import Fold, Options, Stages
+from robocal.calibrate.noise import owners
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
 from robocal.calibrate.warn import common_scale, implausible
 from robocal.estimate.problem import Problem
@@ -98,7 +99,7 @@ def _stages(
             turned = bool(proof.after.profiled.any())
             seen[f"{name}_before"] = Statistic.of(first[told], turned)
             seen[name] = Statistic.of(second[told], turned)
-    constant = _constant(data, _first(proofs), everything) if unit == "m" else None
+    constant = _constant(data, base, _first(proofs), everything) if unit == "m" else None
     return Stages(
         unit,
         Statistic.of(before[inside]),
@@ -131,7 +132,7 @@ def _first(proofs: Mapping[str, Proof]) -> Proof | None:
     return next((proofs[n] for n in ("held_out", "k_fold", "leave_one_out") if n in proofs), None)
 
 
-def _constant(data: DataSet, proof: Proof | None, everything: bool = False) -> Array | None:
+def _constant(data: DataSet, base: Problem, proof: Proof | None, everything: bool = False) -> Array | None:
     """What predicting the mean would miss of the rows that prove something, where positions were measured by one instrument;
     None otherwise."""
     found = [o for o in data.observations if o.kind in ("position", "pose")]
@@ -146,7 +147,9 @@ def _constant(data: DataSet, proof: Proof | None, everything: bool = False) -> A
         return None
     told = np.ones(len(found[0]), dtype=bool)
     if proof is not None and not everything:
-        told = ~proof.aside["m"]
+        own = [np.full(len(t.index), data.observations[i] is found[0]) for i, t in owners(data, base)]
+        mine = by_unit(base.terms, own, "m")
+        told = ~proof.aside["m"][mine]
     missed = constant_errors(
         found[0].value[:, :3], found[0].configuration, split, None if everything else found[0].used
     )
@@ -177,7 +180,7 @@ def verdict(
     before, after, told = proof.errors(unit)
     if not told.any():
         return Verdict("not_improved", (Remark.of(Code.NOTHING_MEASURED_THERE),))
-    constant = _constant(data, proof) if unit == "m" else None
+    constant = _constant(data, base, proof) if unit == "m" else None
     at = np.concatenate([r.unit for r in base.residuals(base.start) for *_, u in r.parts if u == unit])
     stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
     found = judge(

@@ -198,6 +198,7 @@ def prediction_band(model: Chain, data: DataSet, fit: Fit, off: Total) -> Band |
         target=None if obs.target is None else np.zeros(SAMPLES, dtype=np.int64),
         extra={},
         rows=None,
+        used=None,
     )
     columns = {k: np.full(SAMPLES, v) for k, v in mean_conditions(data.configurations).items()}
     away = DataSet(Configurations(tuple(map(str, range(SAMPLES))), sample, columns), (template,))
