@@ -74,7 +74,11 @@ def observed(template: Template, q: Array, ids: tuple[str, ...], columns: Mappin
         k = len(obs)
         rows = np.tile(np.arange(k), m)
         made = obs.take(rows)
-        out.append(replace(made, configuration=np.repeat(np.arange(m), k), value=np.zeros_like(made.value), rows=None))
+        out.append(
+            replace(
+                made, configuration=np.repeat(np.arange(m), k), value=np.zeros_like(made.value), rows=None, used=None
+            )
+        )
     held = {k: np.full(m, float(np.nanmedian(v))) for k, v in columns.items() if np.isfinite(v).any()}
     return DataSet(Configurations(ids, q, held), tuple(out))
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ __all__ = ["PROOF", "Statistic", "Verdict", "bootstrap_gain", "by_unit", "consta
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Number = TypeVar("Number", bound=np.generic)
 # Far outside the stated noise, in standard deviations.
 FAR = 3.0
 # A bootstrap of n gains that all have one sign never doubts them; by chance that happens once in 2^n.
@@ -80,10 +82,10 @@ def errors(residuals: Sequence[Residuals], unit: str) -> tuple[Array, Ints]:
     return np.concatenate(values, axis=-1), np.concatenate(units)
 
 
-def by_unit(terms: Sequence[Term | Residuals], values: Sequence[NDArray[np.bool_]], unit: str) -> NDArray[np.bool_]:
+def by_unit(terms: Sequence[Term | Residuals], values: Sequence[NDArray[Number]], unit: str) -> NDArray[Number]:
     """What is known of the rows of every term, (m,) each, in the order of `errors`, (N,)."""
     out = [v for t, v in zip(terms, values, strict=True) for *_, u in t.parts if u == unit]
-    return np.concatenate(out) if out else np.zeros(0, dtype=bool)
+    return np.concatenate(out) if out else np.zeros(0, dtype=values[0].dtype if values else bool)
 
 
 def constant_errors(values: Array, units: Ints, split: Split, used: NDArray[np.bool_] | None = None) -> Array:

@@ -20,6 +20,7 @@ from robocal.calibrate.fit import Fit
 from robocal.calibrate.folds import Unseen
 from robocal.calibrate.gross import MOST, share
 from robocal.calibrate.identification import Fold, Options, Stages
+from robocal.calibrate.noise import owners
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
 from robocal.calibrate.warn import implausible, unmade
 from robocal.estimate.problem import Problem
@@ -97,7 +98,7 @@ def _stages(
             turned = bool(proof.after.profiled.any())
             seen[f"{name}_before"] = Statistic.of(first[told], turned)
             seen[name] = Statistic.of(second[told], turned)
-    constant = _constant(data, _first(proofs), everything) if unit == "m" else None
+    constant = _constant(data, base, _first(proofs), everything) if unit == "m" else None
     return Stages(
         unit,
         Statistic.of(before[inside]),
@@ -130,26 +131,32 @@ def _first(proofs: Mapping[str, Proof]) -> Proof | None:
     return next((proofs[n] for n in ("held_out", "k_fold", "leave_one_out") if n in proofs), None)
 
 
-def _constant(data: DataSet, proof: Proof | None, everything: bool = False) -> Array | None:
+def _constant(data: DataSet, base: Problem, proof: Proof | None, everything: bool = False) -> Array | None:
     """What predicting the mean would miss of the rows that prove something, of each target by each instrument that measured
     positions; None where none did."""
-    found = [o for o in data.observations if o.kind in ("position", "pose") and o.value.ndim == 2]
+    found = [i for i, o in enumerate(data.observations) if o.kind in ("position", "pose") and o.value.ndim == 2]
     split = proof.split if proof is not None else leave_one_out_rounds(data)
     if not found or (len(split) < 2 and proof is None):
         return None
-    parts = []
-    for obs in found:
+    owned = list(owners(data, base))
+    owner = by_unit(base.terms, [np.full(len(t.index), i) for i, t in owned], "m")
+    row = by_unit(base.terms, [t.index for _, t in owned], "m")
+    out = []
+    for i in found:
+        obs = data.observations[i]
+        told = np.ones(len(obs), dtype=bool)
+        if proof is not None and not everything:
+            told[row[owner == i]] = ~proof.aside["m"][owner == i]
         target = np.zeros(len(obs), dtype=np.int64) if obs.target is None else obs.target
-        used = np.ones(len(obs), dtype=bool) if everything or obs.used is None else obs.used
+        used = None if everything else obs.used
         for one in np.unique(target):
             mine = target == one
-            missed = constant_errors(obs.value[mine, :3], obs.configuration[mine], split, used[mine])
-            parts.append((missed, used[mine]))
-    missed, told = (np.concatenate(p) for p in zip(*parts, strict=True))
-    if len(parts) == 1 and proof is not None and not everything:
-        # What neither model comes near proves nothing either; of several targets the rows come in another order.
-        told = ~proof.aside["m"]
-    return np.asarray(missed[told & ~np.isnan(missed)])
+            missed = constant_errors(
+                obs.value[mine, :3], obs.configuration[mine], split, None if used is None else used[mine]
+            )
+            out.append(missed[told[mine]])
+    missed = np.concatenate(out)
+    return np.asarray(missed[~np.isnan(missed)])
 
 
 def verdict(
@@ -176,7 +183,7 @@ def verdict(
     before, after, told = proof.errors(unit)
     if not told.any():
         return Verdict("not_improved", (Remark.of(Code.NOTHING_MEASURED_THERE),))
-    constant = _constant(data, proof) if unit == "m" else None
+    constant = _constant(data, base, proof) if unit == "m" else None
     at = np.concatenate([r.unit for r in base.residuals(base.start) for *_, u in r.parts if u == unit])
     stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
     found = judge(

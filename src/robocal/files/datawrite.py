@@ -162,6 +162,7 @@ def _one(dataset: DataSet) -> tuple[Observations, tuple[Frame, ...]]:
         target=None if first.target is None else np.concatenate([o.target for o in same if o.target is not None]),
         extra={k: np.concatenate([o.extra[k] for o in same]) for k in first.extra} | {"place of row": which},
         rows=None,
+        used=None,
     )
     return joined, tuple(places)
 
