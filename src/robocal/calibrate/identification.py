@@ -22,6 +22,7 @@ from robocal.remarks.remark import Remark
 if TYPE_CHECKING:
     from robocal.calibrate.bootstrap import Resampled
     from robocal.calibrate.linear import Linearity
+    from robocal.calibrate.scatter import Kept
 
 __all__ = ["Band", "Fold", "Identification", "Options", "ParameterResult", "RowTable", "Stages"]
 
@@ -178,3 +179,4 @@ class Identification:
     outliers: tuple[Outlier, ...] = ()
     conditions: Mapping[str, float] = field(default_factory=dict)  # mean of every other recorded column
     resampled: Resampled | None = None  # the bootstrap, where it was asked for
+    kept: Kept | None = None  # the rows at the solution, for a comparison with another run

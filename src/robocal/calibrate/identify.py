@@ -27,6 +27,7 @@ from robocal.calibrate.linear import linearity, linearity_words
 from robocal.calibrate.outliers import find_outliers
 from robocal.calibrate.prove import FEW, Proven, prove
 from robocal.calibrate.results import parameter_results, prediction_band, row_table
+from robocal.calibrate.scatter import kept_rows
 from robocal.calibrate.split import SHARE, make_split, places
 from robocal.calibrate.warn import data_warnings
 from robocal.errors import ModelError
@@ -122,6 +123,7 @@ def _handed_back(
         outliers=strange,
         conditions=mean_conditions(data.configurations),
         resampled=drawn,
+        kept=kept_rows(whole, off),
     )
 
 
