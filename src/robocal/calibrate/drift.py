@@ -1,39 +1,43 @@
-"""Has a robot changed between two calibrations? The difference of two estimates against what both may be off by.
+"""Has a robot changed between two calibrations? How far in millimetres, and is that more than matters?
 
-    d = x_2 - x_1,   cov(d) = C_1 + C_2 + (B_2 - B_1) S^2 (B_2 - B_1)^T + (frames of each run's own)
+    d = x_2 - x_1,   cov(d) = f (C_1 + C_2) + (B_2 - B_1) S^2 (B_2 - B_1)^T + (frames of each run's own)
 
 C is noise, B answers to the truth (`Total`), S the errors expected without data. Both runs met the same robot: what the
-selection did alike to both cancels, and a hidden partner counts only as far as the two runs hid it differently. A test
-of single parameters would miss what only sums show, so the joint test is in the space that both saw: the directions in
-which d / S is known to better than half, eigenvalues of S^-1 cov(d) S^-1 below SEEN.
+selection did alike to both cancels, and a hidden partner counts only as far as the two runs hid it differently. f is the
+scatter of both runs' rows, block by block, over what even noise would give (`scatter`): what a model cannot describe is no
+noise.
+
+The verdict is of millimetres (`apart`): *unchanged* where the interval of the change lies below what matters, *drifted*
+where it lies above and chance alone would show as much once in a hundred, *possible* else. Beside it stands a joint test of
+the parameters, in the space that both runs saw: the directions in which d / S is known to better than half, eigenvalues
+of S^-1 cov(d) S^-1 below SEEN.
 
     Q = sum_k (v_k^T d)^2 / lambda_k  ~  r F(r, nu)   without a change
-
-In the workspace: how far the two models' predictions are apart once the base (and a new tool) is placed best, against
-the distribution of that distance without a change.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.workspace import motion_field
-from robocal.estimate.uncertainty import LEVEL, Total
-from robocal.geometry import fits, so3
+from robocal.calibrate.apart import Apart, apart, shows
+from robocal.calibrate.scatter import Kept, Scatter, scatter
+from robocal.estimate.uncertainty import Total
+from robocal.geometry import so3
 
-__all__ = ["Apart", "Change", "Drift", "Single", "compare", "differs"]
+__all__ = ["MATTERS", "Change", "Drift", "Single", "compare", "differs"]
 
 Array = NDArray[np.float64]
 SEEN = 0.25  # of the expected variance: known to half of what was expected
 ROUNDING = 1e-14
-DRAWS = 20_000
 FEW = 5
+MATTERS = 1e-4  # m: below that no change is worth an alarm, unless somebody says otherwise
+SURE = 0.01  # the chance below which a robot is accused
 
 
 @dataclass(frozen=True)
@@ -64,37 +68,27 @@ class Single:
 
 
 @dataclass(frozen=True)
-class Apart:
-    """Distance of the two models' predictions over the workspace (m): rms and largest, the rms expected without a drift
-    and its 95 % limit, the chance of as much, and the rms that a drift adds (0 when nothing is left)."""
-
-    rms: float
-    largest: float
-    expected: float
-    limit: float
-    p_value: float
-    drift: float
-    place: tuple[float, float, float]
-    joints: tuple[float, ...]
-    n: int
-
-
-@dataclass(frozen=True)
 class Drift:
-    """The comparison: joint statistic Q / r with r and nu degrees of freedom, its chance, changes and distance."""
+    """The comparison: how far the robot has changed, against what matters (m); joint statistic Q / r with r and nu degrees of
+    freedom and its chance; changes, single causes (the best explanation first), and how far the runs scatter (None where a run
+    did not keep its rows)."""
 
+    apart: Apart
+    matters: float
     statistic: float
     rank: int
     dof: float
     p_value: float
     changes: tuple[Change, ...]
-    apart: Apart
-    singles: tuple[Single, ...]  # the best explanation first
+    singles: tuple[Single, ...]
+    scatter: Scatter | None = None
 
     @property
-    def drifted(self) -> bool:
-        """Whether chance alone would show as much in fewer than one comparison in twenty."""
-        return self.p_value < 1 - LEVEL
+    def status(self) -> str:
+        """unchanged, possible or drifted."""
+        if self.apart.low > self.matters and self.apart.p_value < SURE:
+            return "drifted"
+        return "unchanged" if self.apart.high <= self.matters else "possible"
 
 
 def differs(first: Chain, second: Chain, names: Sequence[str]) -> Array:
@@ -132,34 +126,42 @@ def compare(
     conditions: Mapping[str, float],
     *,
     new_tool: bool = False,
+    rows: tuple[Kept | None, Kept | None] = (None, None),
+    matters: float = MATTERS,
 ) -> Drift:
-    """Compares two corrected models of one nominal robot; `joints` (m, n) sample the workspace. With `new_tool` the tool
-    was mounted anew, so it may differ."""
+    """Compares two corrected models of one nominal robot at joint values (m, n); `rows` are those that the fits left. With
+    `new_tool` the tool was mounted anew, so it may differ."""
     a, b = known
     apart_names = {n for n in first.table.names if new_tool and n.startswith("tool.")}
     names = tuple(n for n in first.table.names if (n in a.names or n in b.names) and n not in apart_names)
     parts = [_split(t, names, [n for n in t.names if n not in names]) for t in known]
     expected = np.maximum(parts[0][3], parts[1][3])
     shared = (parts[1][1] - parts[0][1]) * expected
-    covariance = (
-        parts[0][0] + parts[1][0] + shared @ shared.T + parts[0][2] @ parts[0][2].T + parts[1][2] @ parts[1][2].T
-    )
-    step = differs(first, second, names)
+    seen = shows(first, second, names, joints, conditions, new_tool=new_tool)
+    noise = parts[0][0] + parts[1][0]
     dof = _together(a, b, parts[0][0], parts[1][0])
-    scaled = covariance / np.outer(expected, expected)
-    values, vectors = np.linalg.eigh(scaled)
-    seen = (values > ROUNDING) & (values < SEEN)
-    rank = int(seen.sum())
-    q = float(np.sum((vectors[:, seen].T @ (step / expected)) ** 2 / values[seen]))
+    spread = None
+    if rows[0] is not None and rows[1] is not None and (seen.x @ noise).any():
+        spread = scatter((rows[0], rows[1]), known, names, seen.x)
+        noise, dof = spread.factor * noise, min(dof, spread.dof)
+    hidden = shared @ shared.T + parts[0][2] @ parts[0][2].T + parts[1][2] @ parts[1][2].T
+    covariance = noise + hidden
+    step = differs(first, second, names)
+    values, vectors = np.linalg.eigh(covariance / np.outer(expected, expected))
+    able = (values > ROUNDING) & (values < SEEN)
+    rank = int(able.sum())
+    q = float(np.sum((vectors[:, able].T @ (step / expected)) ** 2 / values[able]))
     chance = 1.0 if not rank else float(_tail(q / rank, rank, dof))
     return Drift(
+        apart(seen, noise, hidden, dof, joints, matters),
+        matters,
         q / max(rank, 1),
         rank,
         dof,
         chance,
         _changes(first, second, names, step, covariance, dof),
-        _apart(first, second, names, covariance, joints, conditions, dof, new_tool),
-        _singles(first, names, expected, (vectors[:, seen], values[seen]), step, parts[1][1], q, dof),
+        _singles(first, names, expected, (vectors[:, able], values[able]), step, parts[1][1], q, dof),
+        spread,
     )
 
 
@@ -229,48 +231,3 @@ def _changes(
         )
         for i, n in enumerate(names) if tested[i]
     )  # fmt: skip
-
-
-def _apart(
-    first: Chain, second: Chain, names: Sequence[str], covariance: Array, joints: Array, conditions: Mapping[str, float],
-    dof: float, new_tool: bool,
-) -> Apart:  # fmt: skip
-    """How far the predictions are apart over the workspace."""
-    if new_tool:
-        tool = {n: first.table[n].value for n in first.table.names if n.startswith("tool.")}
-        second = replace(second, table=second.table.with_values(tool))
-    pose = first.pose(joints, conditions)
-    here, there = pose[:, :3, 3], second.pose(joints, conditions)[:, :3, 3]
-    t = fits.rigid(there, here)
-    gap = there @ t[:3, :3].T + t[:3, 3] - here
-    field = motion_field(here)[:, :3]
-    if new_tool:
-        field = np.concatenate([field, pose[:, :3, :3]], axis=2)
-    flat = field.reshape(-1, field.shape[2])
-    jac = first.parameter_jacobian(joints, names, conditions)[:, :3].reshape(len(flat), -1)
-    both = np.column_stack([gap.ravel(), jac])
-    both = both - flat @ np.linalg.lstsq(flat, both, rcond=None)[0]
-    gap, jac = both[:, 0].reshape(-1, 3), both[:, 1:]
-    size = np.linalg.norm(gap, axis=1)
-    square = float(np.mean(size**2))
-    # d^T (J^T J / m) d with d ~ N(0, cov): a sum of chi squared with these weights.
-    values, vectors = np.linalg.eigh(covariance)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    weights = np.linalg.svd(jac @ root / np.sqrt(len(gap)), compute_uv=False) ** 2
-    rng = np.random.default_rng(0)
-    draws = rng.standard_normal((DRAWS, len(weights))) ** 2 @ weights
-    if np.isfinite(dof):
-        draws = draws * dof / rng.chisquare(dof, DRAWS)
-    expected = float(weights.sum())
-    worst = int(np.argmax(size))
-    return Apart(
-        float(np.sqrt(square)),
-        float(size[worst]),
-        float(np.sqrt(expected)),
-        float(np.sqrt(np.percentile(draws, 100 * LEVEL))),
-        float((1 + np.sum(draws >= square)) / (1 + DRAWS)),
-        float(np.sqrt(max(square - expected, 0.0))),
-        (float(here[worst, 0]), float(here[worst, 1]), float(here[worst, 2])),
-        tuple(float(v) for v in joints[worst]),
-        len(gap),
-    )

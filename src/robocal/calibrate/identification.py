@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from robocal.calibrate.offsets import OffsetsAlone
     from robocal.calibrate.region import Holds
     from robocal.calibrate.scale import Scale
+    from robocal.calibrate.scatter import Kept
 
 __all__ = ["Band", "Fold", "Identification", "Options", "ParameterResult", "RowTable", "Stages"]
 
@@ -196,3 +197,4 @@ class Identification:
     offsets: OffsetsAlone | None = None  # the joint offsets alone; None where no joint's zero may move
     holds: Holds | None = None  # over the working range
     scale: Scale | None = None  # of the fitted lengths, all together
+    kept: Kept | None = None  # the rows at the solution, for a comparison with another run

@@ -33,6 +33,7 @@ from robocal.calibrate.prove import FEW, Proven, prove
 from robocal.calibrate.region import qualified, where_it_holds
 from robocal.calibrate.results import parameter_results, prediction_band, row_table
 from robocal.calibrate.scale import scale_of, scaled
+from robocal.calibrate.scatter import kept_rows
 from robocal.calibrate.split import SHARE, make_split, places
 from robocal.calibrate.warn import data_warnings
 from robocal.errors import ModelError
@@ -146,6 +147,7 @@ def _handed_back(
         resampled=drawn,
         holds=holds,
         scale=scale,
+        kept=kept_rows(whole, off),
     )
 
 

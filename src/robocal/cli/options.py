@@ -269,6 +269,12 @@ Absolute = Annotated[bool, typer.Option("--absolute", help="Include what is not 
 FirstRun = Annotated[str, _argument("RUN1", "The earlier run folder.")]
 SecondRun = Annotated[str, _argument("RUN2", "The later run folder, identified from the same robot file.")]
 NewTool = Annotated[bool, typer.Option("--new-tool", help="The tool was mounted anew and may differ.")]
+Matters = Annotated[
+    str,
+    option(
+        "--matters", metavar="LENGTH", text="The change worth an alarm, with its unit: mean over the poses measured."
+    ),
+]
 DriftFolder = Annotated[str | None, option("-o", "--output", metavar="DIR", text="Write drift.json here.")]
 
 # cable

@@ -17,6 +17,7 @@ __all__ = ["show_drift", "show_prediction"]
 
 MOST = 40
 TEN = 10
+COLOURS = {"unchanged": "bold green", "possible": "bold yellow", "drifted": "bold red"}
 BLIND = 30.0  # deg: from here on nothing was known of a turn
 
 
@@ -63,13 +64,15 @@ def show_drift(terminal: Terminal, found: Comparison) -> None:
     """The verdict, how far predictions are apart, and the parameters that changed most."""
     if terminal.json:
         for warning in found.warnings:
-            terminal.warn(warning)
+            terminal.warn(str(warning))
         return
     document = found.document
-    drifted = document["verdict"]["status"] == "drifted"
+    status, change = document["verdict"]["status"], document["change"]
     terminal.show(Text.assemble((found.robot.name, "bold"), f"   {found.runs[0]} and {found.runs[1]}"))
-    terminal.show(Text("DRIFTED", style="bold yellow") if drifted else Text("NO SIGNIFICANT DRIFT", style="bold green"))
-    terminal.show(*indented(*found.reasons), Text(""))
+    size = f"change {figure(change['change'], 2)} mm, 95 %: {figure(change['low'], 2)} to {figure(change['high'], 2)} mm"
+    word = Text(status.upper(), style=COLOURS[status])
+    terminal.show(word if found.void else Text.assemble(word, "   ", (size, "bold")))
+    terminal.show(*indented(*document["verdict"]["reasons"]), Text(""))
     made = table(
         "parameter", "first", "second", "change", "± 95 %", "unit", "chance", "of all", right=(1, 2, 3, 4, 6, 7)
     )
@@ -87,5 +90,5 @@ def show_drift(terminal: Terminal, found: Comparison) -> None:
     terminal.show(
         Text("chance: of such a change by noise alone; of all: after looking at every parameter", style="dim"), Text("")
     )
-    show_warnings(terminal, found.warnings)
+    show_warnings(terminal, [str(w) for w in found.warnings])
     show_paths(terminal, found.written)

@@ -36,6 +36,7 @@ __all__ = [
     "effective_columns",
     "quantile",
     "radius",
+    "reweighted",
     "total",
     "uncertainty",
     "uneven",
@@ -78,7 +79,7 @@ class Uncertainty:
 def uncertainty(problem: Problem, x: Array, *, estimated: bool = False) -> Uncertainty:
     """Of the free columns at a solution x; `estimated` says that sigma was not stated, so chi2 / dof also scales bars
     down."""
-    lin = _reweighted(problem.linearize(x), problem)
+    lin = reweighted(problem.linearize(x), problem)
     n = problem.n
     r = triangle(eliminate(lin, problem.block_size))
     _, info = problem.prior
@@ -97,7 +98,7 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False) -> Uncer
     return Uncertainty(inverse @ inverse.T, chi2, dof, float(factor if free_scale else max(factor, 1.0)))
 
 
-def _reweighted(lin: Linear, problem: Problem) -> Linear:
+def reweighted(lin: Linear, problem: Problem) -> Linear:
     """Columns times the root of the robust weight, residuals times the weight: what the fit set aside neither informs
     nor enlarges."""
     if problem.loss == "none" or not len(lin.r):
@@ -161,7 +162,7 @@ def total(problem: Problem, kept: tuple[str, ...], x: Array, *, factor: float = 
 
     `factor` multiplies the bars of the noise (`Uncertainty.factor`), `dof` are the degrees of freedom of its estimate.
     """
-    lin = _reweighted(problem.linearize(x), problem)
+    lin = reweighted(problem.linearize(x), problem)
     n, scale = problem.n, problem.scales
     scaled = triangle(eliminate(lin, problem.block_size)) * scale
     hold = np.sqrt(problem.prior[1]) * scale
@@ -201,7 +202,7 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None) -> float:
     When that is exceeded by three standard deviations, the jackknife's variance (exponent -1) over its value for even
     noise is returned. Sources: Bell and McCaffrey, Bias reduction in standard errors (2002); MacKinnon and White (1985).
     """
-    lin = _reweighted(problem.linearize(x), problem)
+    lin = reweighted(problem.linearize(x), problem)
     n = problem.n
     if not n or problem.block_size or len(lin.r) <= n:
         return 1.0

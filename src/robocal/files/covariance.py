@@ -4,7 +4,9 @@
 response^T (what the fit makes of parameters that were not seen). Components of rotation vectors are turns about the
 axes of the parent frame. `joints` is the range in which each joint was measured, `conditions` the mean of the other
 recorded columns, `measurement` the standard deviation of a new measurement as fitted. `placed` says that no instrument
-frame was free, so that the base itself was measured.
+frame was free, so that the base itself was measured. `rows` are those of the fit at its solution, whitened, over the
+names that were fitted: residuals, Jacobian, and of each the place (an index into its joint values); `drift` asks them how
+far errors follow places and time. They are absent where rows have unknowns of their own.
 """
 
 from __future__ import annotations
@@ -14,12 +16,13 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import FiniteFloat
 
+from robocal.calibrate.scatter import Kept
 from robocal.errors import FormatError
 from robocal.estimate.uncertainty import Total
 from robocal.files.schema import Model, validate
@@ -36,7 +39,8 @@ COVARIANCE = "covariance.json"
 class Knowledge:
     """What a run knows of its parameters: how far they may be off, their values and nominal values (SI), the measured
     range of every joint (n, 2), where joints were measured, the mean of every other recorded column, and the standard
-    deviation of a new measurement as fitted, by SI unit. `placed`: the base stood still in the instrument's frame."""
+    deviation of a new measurement as fitted, by SI unit. `placed`: the base stood still in the instrument's frame. `rows`:
+    those of the fit, for a comparison with another run."""
 
     total: Total
     values: Mapping[str, float]
@@ -45,6 +49,20 @@ class Knowledge:
     conditions: Mapping[str, float] = field(default_factory=dict)
     noise: Mapping[str, float] = field(default_factory=dict)
     placed: bool = False
+    rows: Kept | None = None
+
+
+class RowsModel(Model):
+    """The rows of the fit as they are written."""
+
+    names: list[str]
+    spread: FiniteFloat
+    enlarged: FiniteFloat
+    thinned: FiniteFloat
+    joints: list[list[FiniteFloat]]
+    place: list[int]
+    residual: list[FiniteFloat]
+    jacobian: list[list[FiniteFloat]]
 
 
 class CovarianceModel(Model):
@@ -64,6 +82,7 @@ class CovarianceModel(Model):
     covariance: list[list[FiniteFloat]]
     noise: list[list[FiniteFloat]]
     response: list[list[FiniteFloat]]
+    rows: RowsModel | None = None
 
 
 def covariance_text(known: Knowledge, units: Mapping[str, str]) -> str:
@@ -85,12 +104,42 @@ def covariance_text(known: Knowledge, units: Mapping[str, str]) -> str:
         "noise": total.noise.tolist(),
         "response": total.response.tolist(),
     }
+    if known.rows is not None:
+        parts["rows"] = _rows(known.rows)
+    return _object(parts) + "\n"
+
+
+def _rows(kept: Kept) -> dict[str, object]:
+    return {
+        "names": list(kept.names),
+        "spread": kept.spread,
+        "enlarged": kept.enlarged,
+        "thinned": kept.thinned,
+        "joints": kept.joints.tolist(),
+        "place": kept.place.tolist(),
+        "residual": _short(kept.residual),
+        "jacobian": _short(kept.jacobian),
+    }
+
+
+def _short(values: Array) -> list[Any]:
+    """Six digits: a comparison of scatter needs no more."""
+    flat = [float(f"{v:.6g}") for v in values.ravel().tolist()]
+    return list(np.array(flat).reshape(values.shape).tolist())
+
+
+def _object(parts: Mapping[str, object]) -> str:
     # One row of a matrix per line: short to read, and lines differ where numbers do.
-    lines = [
-        f' "{k}": ' + ("[\n  " + ",\n  ".join(_plain(row) for row in v) + "\n ]" if _matrix(v) else _plain(v))
-        for k, v in parts.items()
-    ]
-    return "{\n" + ",\n".join(lines) + "\n}\n"
+    lines = [f' "{k}": ' + _text(v) for k, v in parts.items()]
+    return "{\n" + ",\n".join(lines) + "\n}"
+
+
+def _text(value: object) -> str:
+    if isinstance(value, dict) and any(_matrix(v) for v in value.values()):
+        return _object(value)
+    if isinstance(value, list) and _matrix(value):
+        return "[\n  " + ",\n  ".join(_plain(row) for row in value) + "\n ]"
+    return _plain(value)
 
 
 def _matrix(value: object) -> bool:
@@ -131,7 +180,28 @@ def read_covariance(path: str | os.PathLike[str]) -> Knowledge:
         _length(source.path, "joints", len(pair), 2)
     joints = None if model.joints is None else np.array(model.joints, dtype=float).reshape(-1, 2)
     values, nominal = (dict(zip(model.names, v, strict=True)) for v in (model.values, model.nominal))
-    return Knowledge(total, values, nominal, joints, model.conditions, model.measurement, model.placed)
+    rows = None if model.rows is None else _kept(source.path, model.rows, model.names)
+    return Knowledge(total, values, nominal, joints, model.conditions, model.measurement, model.placed, rows)
+
+
+def _kept(path: Path, rows: RowsModel, names: list[str]) -> Kept:
+    count, wide = len(rows.residual), len(rows.joints[0]) if rows.joints else 0
+    _length(path, "rows.place", len(rows.place), count)
+    _length(path, "rows.jacobian", len(rows.jacobian), count)
+    for row in rows.jacobian:
+        _length(path, "rows.jacobian", len(row), len(rows.names))
+    for place in rows.joints:
+        _length(path, "rows.joints", len(place), wide)
+    unknown = [n for n in rows.names if n not in names]
+    if unknown or not all(0 <= p < len(rows.joints) for p in rows.place) or not min(rows.spread, rows.enlarged) > 0:
+        raise FormatError(
+            "rows that do not belong to these names", file=path, key="rows", found=unknown[:3] or "a place"
+        )
+    return Kept(
+        tuple(rows.names), np.array(rows.joints, dtype=float), np.array(rows.place, dtype=np.int64),
+        np.array(rows.jacobian, dtype=float), np.array(rows.residual, dtype=float), rows.spread, rows.enlarged,
+        rows.thinned,
+    )  # fmt: skip
 
 
 def _length(path: Path, key: str, found: int, expected: int) -> None:

@@ -7,6 +7,7 @@ word after one divides.
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from robocal.errors import FormatError, nearest
 
-__all__ = ["UNITS", "Unit", "Units", "number", "parse_unit"]
+__all__ = ["UNITS", "Unit", "Units", "number", "parse_quantity", "parse_unit"]
 
 Value = TypeVar("Value", float, NDArray[np.float64])
 
@@ -55,6 +56,7 @@ WHAT = {
     "K": "a temperature",
     "1": "no unit",
 }
+EXAMPLES = {"m": "0.1mm", "rad": "0.1deg"}
 UNITS = {
     unit.name: unit
     for unit in (
@@ -161,6 +163,18 @@ def parse_unit(
             **where,  # type: ignore[arg-type]
         )
     return unit
+
+
+def parse_quantity(text: str, si: str, *, key: str) -> float:
+    """A number with its unit ("0.1mm", "0.1 mm"), above zero, in SI. Raises FormatError saying what was expected."""
+    found = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", text)
+    example = f"{WHAT.get(si, si)} with its unit, such as {EXAMPLES.get(si, '1 ' + si)}"
+    if found is None or not found[2]:
+        raise FormatError("not a quantity", key=key, found=text, expected=example)
+    value = parse_unit(found[2], si, key=key).to_si(float(found[1]))
+    if not 0 < value < math.inf:
+        raise FormatError("not a quantity above zero", key=key, found=text, expected=example)
+    return value
 
 
 def _lookup(name: str) -> Unit | None:

@@ -11,16 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal import __version__
-from robocal.calibrate.drift import Change, Drift, Single, compare
+from robocal.calibrate.drift import MATTERS, Change, Drift, Single, compare
 from robocal.calibrate.workspace import sample_joints
 from robocal.errors import ModelError
 from robocal.files.covariance import Knowledge
-from robocal.files.result import Result, read_result
+from robocal.files.result import read_result
 from robocal.files.robot import Robot
 from robocal.files.text import write_files
+from robocal.jobs.drifting import doubts, reasons, void
 from robocal.jobs.inputs import Watch, open_arm
 from robocal.jobs.plain import json_text
 from robocal.jobs.predict import known_of
+from robocal.remarks.remark import Remark
 
 __all__ = ["Comparison", "drift"]
 
@@ -31,39 +33,58 @@ SAME = 1e-9  # of a nominal value, in m or rad
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two runs compared: the drift with its verdict in words."""
+    """Two runs compared: the drift, its verdict (unchanged, possible, drifted) with its reasons, and remarks. `void` are
+    reasons for which nothing can be concluded."""
 
     robot: Robot
     found: Drift
     region: str
-    reasons: tuple[str, ...]
-    warnings: tuple[str, ...]
+    reasons: tuple[Remark, ...]
+    void: tuple[Remark, ...]
+    warnings: tuple[str | Remark, ...]
     runs: tuple[str, str]
     command: str = ""
     written: tuple[Path, ...] = ()
 
     @property
+    def status(self) -> str:
+        """unchanged, possible or drifted; where nothing can be concluded, a change stays possible."""
+        return "possible" if self.void else self.found.status
+
+    @property
     def document(self) -> dict[str, Any]:
         """drift.json: lengths in mm, angles in deg, parameters in the units of the robot file."""
-        apart = self.found.apart
-        mm = {k: 1e3 * getattr(apart, k) for k in ("rms", "largest", "expected", "limit", "drift")}
+        apart, seen = self.found.apart, self.found.scatter
+        told = self.void or self.reasons
+        mm = {k: 1e3 * getattr(apart, k) for k in ("rms", "largest", "expected", "limit")}
+        size = {k: 1e3 * getattr(apart, k) for k in ("change", "low", "high")}
         place = {"place": [1e3 * v for v in apart.place], "joints": [float(v) for v in np.degrees(apart.joints)]}
         return {
             "robocal": 1,
             "version": __version__,
             "robot": self.robot.name,
             "runs": list(self.runs),
-            "verdict": {"status": "drifted" if self.found.drifted else "no_significant_drift", "reasons": list(self.reasons)},
-            "joint_test": {
-                "statistic": self.found.statistic, "rank": self.found.rank,
-                "dof": self.found.dof if math.isfinite(self.found.dof) else None, "p_value": self.found.p_value,
+            "verdict": {
+                "status": self.status, "reasons": [str(r) for r in told], "remarks": [r.document for r in told],
+            },
+            "change": {
+                "unit": "mm", **size, "matters": 1e3 * self.found.matters, "p_value": apart.p_value, "region": self.region,
+                "n": apart.n,
             },
             "workspace": {
                 "unit": "mm", "region": self.region, "n": apart.n, **mm, "p_value": apart.p_value, "worst": place,
             },
+            "scatter": None if seen is None else {
+                "factor": seen.factor, "by": seen.by, "same_poses": seen.same, "dof": _finite(seen.dof),
+            },
+            "joint_test": {
+                "statistic": self.found.statistic, "rank": self.found.rank, "dof": _finite(self.found.dof),
+                "p_value": self.found.p_value,
+            },
             "changes": [self._change(c) for c in self.found.changes],
             "single_causes": [self._single(c) for c in self.found.singles],
-            "warnings": list(self.warnings),
+            "warnings": [str(w) for w in self.warnings],
+            "remarks": [w.document for w in self.warnings if isinstance(w, Remark)],
             "command": self.command,
         }  # fmt: skip
 
@@ -80,16 +101,22 @@ class Comparison:
         return {"name": c.name, "unit": unit.name, **values, **size, **chances}
 
 
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
 def drift(
     first: Path,
     second: Path,
     *,
     new_tool: bool = False,
+    matters: float = MATTERS,
     output: Path | None = None,
     command: str = "",
     watch: Watch | None = None,
 ) -> Comparison:
-    """Compares two run folders of one robot; `output` gets drift.json. Raises InputError when they cannot be compared."""
+    """Compares two run folders of one robot; `matters` (m) is the change worth an alarm, `output` gets drift.json. Raises
+    InputError when they cannot be compared."""
     if watch:
         watch({"stage": "read"})
     runs = (first, second)
@@ -105,15 +132,17 @@ def drift(
         joints,
         known[0].conditions,
         new_tool=new_tool,
+        rows=(known[0].rows, known[1].rows),
+        matters=matters,
     )
-    warnings = tuple(
-        dict.fromkeys([*map(str, robots[0].warnings), *map(str, robots[1].warnings), *_doubts(runs, results, known)])
-    )
+    said: list[str | Remark] = [*robots[0].warnings, *robots[1].warnings, *doubts(runs, results, known)]
+    warnings = tuple(dict.fromkeys(said))
     made = Comparison(
         robots[1],
         found,
         region,
-        tuple(_words(robots[0], found, known, region)),
+        reasons(robots[0], found, known, region),
+        void(runs, results),
         warnings,
         (str(first), str(second)),
         command,
@@ -125,7 +154,11 @@ def drift(
 
 
 def _shared(robot: Robot, known: tuple[Knowledge, Knowledge]) -> tuple[Array, str]:
-    """Joint values drawn where both runs measured; within the limits where a run does not say, or the two never met."""
+    """Joint values at which the two are compared: where they were measured; drawn from the range that both measured where a
+    run does not keep its places, or within the limits where the two never met."""
+    rows = [k.rows.joints for k in known if k.rows is not None]
+    if len(rows) == 2 and min(len(r) for r in rows):
+        return np.concatenate(rows), "poses measured in either run"
     ranges = [k.joints for k in known if k.joints is not None]
     if len(ranges) == 2:
         low, high = np.maximum(ranges[0][:, 0], ranges[1][:, 0]), np.minimum(ranges[0][:, 1], ranges[1][:, 1])
@@ -150,52 +183,3 @@ def _comparable(runs: tuple[Path, Path], robots: tuple[Robot, Robot], known: tup
                     "the two runs started from different nominal models: identify both from the same robot file",
                     key=name, found=two, expected=one,
                 )  # fmt: skip
-
-
-def _doubts(runs: tuple[Path, Path], results: tuple[Result, Result], known: tuple[Knowledge, Knowledge]) -> list[str]:
-    out = []
-    used = [{i.sha256 for i in r.provenance.inputs if i.file.lower().endswith(".csv")} for r in results]
-    if used[0] & used[1]:
-        out.append("both runs were fitted to the same measurements: that shows no drift, whatever happened")
-    for run, result in zip(runs, results, strict=True):
-        if result.verdict.status != "improved":
-            out.append(f"{run}: the verdict of this run was {result.verdict.status.replace('_', ' ')}")
-        if any("model error" in g.sigma_source for g in result.fit.groups):
-            out.append(
-                f"{run}: the model leaves more than the stated noise; what it cannot describe differs from place to place, so compare "
-                "runs measured at like configurations"
-            )
-    names = [{n for n in k.total.names if n in known[0].nominal and n in known[1].nominal} for k in known]
-    only = sorted((set(known[0].total.names) ^ set(known[1].total.names)) - names[0] - names[1])
-    only = [n for n in only if n.rpartition(".")[0].startswith("j")]
-    if only:
-        out.append(f"free in one run only: {', '.join(only[:8])}; held at its nominal value in the other")
-    return out
-
-
-def _words(robot: Robot, found: Drift, known: tuple[Knowledge, Knowledge], region: str) -> list[str]:
-    """The verdict in words: the joint test, the distance in mm, the parameters that show it."""
-    apart = found.apart
-    chance = "less than 1e-6" if found.p_value < 1e-6 else f"{found.p_value:.2g}"
-    out = [
-        f"without a change, parameters would differ as much with a chance of {chance} ({found.rank} combinations that both runs saw)"
-    ]
-    size = f"predictions differ by {1e3 * apart.rms:.3g} mm rms over the {region}, at most {1e3 * apart.largest:.3g} mm"
-    limit = f"without a change they would by {1e3 * apart.expected:.3g} mm, rarely more than {1e3 * apart.limit:.3g} mm"
-    out.append(f"{size}; {limit}")
-    sure = [c for c in sorted(found.changes, key=lambda c: c.p_value) if c.p_of_all < 0.05]
-    if found.drifted and sure:
-        out.append("the change shows in " + ", ".join(c.name for c in sure[:6]) + (", ..." if len(sure) > 6 else ""))
-    elif found.drifted:
-        out.append("no parameter by itself changed significantly, only combinations of them")
-    alone = [c for c in found.singles if c.p_rest > 0.05][:3] if found.drifted else []
-    if alone:
-        told = []
-        for c in alone:
-            unit = robot.units.of(c.unit)
-            told.append(f"{c.name} by {c.change / unit.factor:+.3g} ± {1.96 * c.sigma / unit.factor:.2g} {unit.name}")
-        out.append("a change of one parameter alone would explain it: " + ", or ".join(told))
-    left = max((k.noise.get("m", 0.0) for k in known), default=0.0)
-    if found.drifted and apart.rms < left:
-        out.append(f"that is less than the {1e3 * left:.3g} mm per axis by which single measurements scatter")
-    return out

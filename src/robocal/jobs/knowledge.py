@@ -26,7 +26,7 @@ def knowledge(found: Identification) -> Knowledge:
     # The first instrument of a unit speaks for new measurements in it.
     noise = {g.unit: g.sigma for g in reversed(found.groups) if math.isfinite(g.sigma)}
     placed = all(n in found.nominal.table for n in found.total.names)
-    return Knowledge(found.total, values, nominal, found.joints, found.conditions, noise, placed)
+    return Knowledge(found.total, values, nominal, found.joints, found.conditions, noise, placed, found.kept)
 
 
 def map_columns(found: Identification) -> dict[str, list[Any]]:

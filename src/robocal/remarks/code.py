@@ -72,6 +72,25 @@ class Code(StrEnum):
     OFFSETS_NOT_PROVEN = "offsets-not-proven"
     OFFSETS_UNSEEN = "offsets-unseen"
 
+    # --- drift: two runs of one robot ---
+    CHANGE_BELOW = "change-below"
+    CHANGE_ABOVE = "change-above"
+    CHANGE_OPEN = "change-open"
+    CHANGE_SETTLED_BY = "change-settled-by"
+    PREDICTIONS_APART = "predictions-apart"
+    PARAMETERS_DIFFER = "parameters-differ"
+    SHOWS_IN = "shows-in"
+    SHOWS_IN_SUMS = "shows-in-sums"
+    ONE_CAUSE = "one-cause"
+    BELOW_SCATTER = "below-scatter"
+    ERRORS_SHARED = "errors-shared"
+    ERRORS_CANCEL = "errors-cancel"
+    SAME_MEASUREMENTS = "same-measurements"
+    RUN_REFUSED = "run-refused"
+    RUN_NOT_IMPROVED = "run-not-improved"
+    FREE_IN_ONE = "free-in-one"
+    ROWS_NOT_KEPT = "rows-not-kept"
+
     # --- what was written ---
     URDF_LACKS = "urdf-lacks"
     REPORT_LEFT_OUT = "report-left-out"

@@ -31,6 +31,7 @@ def drift(
     first: o.FirstRun,
     second: o.SecondRun,
     new_tool: o.NewTool = False,
+    matters: o.Matters = "0.1mm",
     output: o.DriftFolder = None,
     json: o.Json = False,
 ) -> Task:
@@ -40,8 +41,10 @@ def drift(
 
     \b
     robocal drift march/run june/run
+    robocal drift march/run june/run --matters 0.2mm
     robocal drift march/run june/run --new-tool --json
 
-    Exit status 0 when they could be compared; the verdict is in the document.
+    unchanged: the 95 % interval of the change lies below what matters; drifted: it lies above; possible: the runs do not tell.
+    Exit status 0 when they could be compared, whatever came of it; 3 when nothing follows from these runs.
     """
     return task("drift", locals())
