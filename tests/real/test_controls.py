@@ -14,21 +14,21 @@ from robocal.files.kinds.registry import READERS
 
 # Maker, exit status, verdict, region, mean error before and after on unseen poses; None where nothing was held out.
 CONTROLS = {
-    "UR10 C": (c.ur10("C"), 0, "improved", None, 0.91085, 0.4316),
-    "UR10 C, 150 rows": (c.ur10("C", 150), 0, "improved", None, 0.92655, 0.42451),
-    "UR10 D": (c.ur10("D"), 0, "improved", None, 0.73943, 0.39894),
-    "UR10 D, 150 rows": (c.ur10("D", 150), 0, "improved", None, 0.74036, 0.39633),
-    "FR3, position": (c.fr3("position"), 0, "improved", None, 2.6988, 0.86963),
-    "FR3, pose": (c.fr3("pose"), 0, "improved", None, 4.4036, 0.95968),
-    "sockets, panda": (c.sockets("panda"), 0, "improved", None, 8.8537, 0.71241),
-    "sockets, iiwa-14": (c.sockets("iiwa-14"), 0, "improved", None, 0.49632, 0.22313),
+    "UR10 C": (c.ur10("C"), 0, "improved", "working", 0.91085, 0.4316),
+    "UR10 C, 150 rows": (c.ur10("C", 150), 0, "improved", "working", 0.92655, 0.42451),
+    "UR10 D": (c.ur10("D"), 0, "improved", "working", 0.73943, 0.39894),
+    "UR10 D, 150 rows": (c.ur10("D", 150), 0, "improved", "working", 0.74036, 0.39633),
+    "FR3, position": (c.fr3("position"), 0, "improved", "working", 2.6988, 0.86963),
+    "FR3, pose": (c.fr3("pose"), 0, "improved", "working", 4.4036, 0.95968),
+    "sockets, panda": (c.sockets("panda"), 0, "improved", "working", 8.8537, 0.71241),
+    "sockets, iiwa-14": (c.sockets("iiwa-14"), 0, "improved", "working", 0.49632, 0.22313),
     "positioner": (c.positioner, 3, "not_improved", None, 0.41503, 0.38683),
-    "RV-2AJ": (c.example("rv-2aj"), 0, "improved", None, 3.0986, 0.023804),
-    "RV-2AJ, paper": (c.example("rv-2aj", 1), 0, "improved", None, 3.094, 5.1957e-13),
-    "RX-90": (c.example("rx-90"), 0, "improved", None, 4.5464, 0.188),
+    "RV-2AJ": (c.example("rv-2aj"), 0, "improved", "working", 3.0986, 0.023804),
+    "RV-2AJ, paper": (c.example("rv-2aj", 1), 0, "improved", "working", 3.094, 5.1957e-13),
+    "RX-90": (c.example("rx-90"), 0, "improved", "working", 4.5464, 0.188),
     "RX-90, lse": (c.example("rx-90", 1), 3, "not_improved", None, None, None),
     "small arm 1": (c.example("small-arm"), 3, "not_improved", None, None, None),
-    "small arm 3": (c.example("small-arm", 1), 0, "improved", None, 3.869, 0.7769),
+    "small arm 3": (c.example("small-arm", 1), 0, "improved", "working", 3.869, 0.7769),
     "camera": (c.example("arm-with-camera"), 3, "refused", None, 93.69, 93.293),
     "probe": (c.example("arm-with-probe"), 3, "refused", None, 287.37, 288.03),
 }
@@ -78,4 +78,4 @@ def test_control(name, shared_data, tmp_path):
 
 @pytest.mark.parametrize("kind", READERS)
 def test_instrument(kind, tmp_path):
-    check(c.example(f"instruments/{kind}")(tmp_path, None), 0, "improved", None, *INSTRUMENTS[kind])
+    check(c.example(f"instruments/{kind}")(tmp_path, None), 0, "improved", "working", *INSTRUMENTS[kind])
