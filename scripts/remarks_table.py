@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from robocal.remarks.english import cable, files, identify, parameters, verbs
+from robocal.remarks.english import cable, drift, files, identify, parameters, verbs
 
 PAGE = Path(__file__).parents[1] / "docs" / "verdicts.md"
 BEGIN, END = "<!-- every remark: made by scripts/remarks_table.py -->", "<!-- end of every remark -->"
@@ -14,6 +14,7 @@ TOPICS = (
     ("Single parameters, and what lies beyond geometry", parameters.TABLE),
     ("Files of arms and their data", files.TABLE),
     ("A model judged, used and handed on", verbs.TABLE),
+    ("Two runs of one robot", drift.TABLE),
     ("Cable robots", cable.TABLE),
 )
 

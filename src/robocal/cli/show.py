@@ -264,13 +264,13 @@ def hidden(result: Any) -> list[Any]:
     return [*lines, *indented("They stay at their nominal values.", style="dim"), Text("")]
 
 
-def show_warnings(terminal: Terminal, warnings: Sequence[Said | str]) -> None:
+def show_warnings(terminal: Terminal, warnings: Sequence[Said]) -> None:
     """Warnings, one per line, each with what to do about it."""
     if warnings and not terminal.json:
         terminal.show(Text("Worth knowing", style="bold"))
         for said in warnings:
-            terminal.show(*indented(said if isinstance(said, str) else said.sentence))
-            if not isinstance(said, str) and said.advice:
+            terminal.show(*indented(said.sentence))
+            if said.advice:
                 terminal.show(*indented(said.advice, style="dim", by=4))
         terminal.show(Text(""))
 

@@ -64,12 +64,14 @@ def show_drift(terminal: Terminal, found: Comparison) -> None:
     """The verdict, how far predictions are apart, and the parameters that changed most."""
     if terminal.json:
         for warning in found.warnings:
-            terminal.warn(str(warning))
+            terminal.warn(warning)
         return
     document = found.document
     status, change = document["verdict"]["status"], document["change"]
     terminal.show(Text.assemble((found.robot.name, "bold"), f"   {found.runs[0]} and {found.runs[1]}"))
-    size = f"change {figure(change['change'], 2)} mm, 95 %: {figure(change['low'], 2)} to {figure(change['high'], 2)} mm"
+    size = (
+        f"change {figure(change['change'], 2)} mm, 95 %: {figure(change['low'], 2)} to {figure(change['high'], 2)} mm"
+    )
     word = Text(status.upper(), style=COLOURS[status])
     terminal.show(word if found.void else Text.assemble(word, "   ", (size, "bold")))
     terminal.show(*indented(*document["verdict"]["reasons"]), Text(""))
@@ -90,5 +92,5 @@ def show_drift(terminal: Terminal, found: Comparison) -> None:
     terminal.show(
         Text("chance: of such a change by noise alone; of all: after looking at every parameter", style="dim"), Text("")
     )
-    show_warnings(terminal, [str(w) for w in found.warnings])
+    show_warnings(terminal, found.warnings)
     show_paths(terminal, found.written)

@@ -91,9 +91,9 @@ class Terminal:
         if not self.json:
             self.console.print(text)
 
-    def warn(self, said: Said | str) -> None:
+    def warn(self, said: Said) -> None:
         """A warning on stderr, with what to do about it."""
-        complain(said if isinstance(said, str) else spoken(said), kind="warning")
+        complain(spoken(said), kind="warning")
 
     def note(self, text: str) -> None:
         """What a person wants to know beside a list on stdout, on stderr."""

@@ -22,7 +22,7 @@ from robocal.jobs.drifting import doubts, reasons, void
 from robocal.jobs.inputs import Watch, open_arm
 from robocal.jobs.plain import json_text
 from robocal.jobs.predict import known_of
-from robocal.remarks.remark import Remark
+from robocal.remarks.remark import Remark, told
 
 __all__ = ["Comparison", "drift"]
 
@@ -41,7 +41,7 @@ class Comparison:
     region: str
     reasons: tuple[Remark, ...]
     void: tuple[Remark, ...]
-    warnings: tuple[str | Remark, ...]
+    warnings: tuple[Remark, ...]
     runs: tuple[str, str]
     command: str = ""
     written: tuple[Path, ...] = ()
@@ -55,7 +55,7 @@ class Comparison:
     def document(self) -> dict[str, Any]:
         """drift.json: lengths in mm, angles in deg, parameters in the units of the robot file."""
         apart, seen = self.found.apart, self.found.scatter
-        told = self.void or self.reasons
+        why = self.void or self.reasons
         mm = {k: 1e3 * getattr(apart, k) for k in ("rms", "largest", "expected", "limit")}
         size = {k: 1e3 * getattr(apart, k) for k in ("change", "low", "high")}
         place = {"place": [1e3 * v for v in apart.place], "joints": [float(v) for v in np.degrees(apart.joints)]}
@@ -65,7 +65,7 @@ class Comparison:
             "robot": self.robot.name,
             "runs": list(self.runs),
             "verdict": {
-                "status": self.status, "reasons": [str(r) for r in told], "remarks": [r.document for r in told],
+                "status": self.status, **told(why, "reasons"),
             },
             "change": {
                 "unit": "mm", **size, "matters": 1e3 * self.found.matters, "p_value": apart.p_value, "region": self.region,
@@ -83,8 +83,7 @@ class Comparison:
             },
             "changes": [self._change(c) for c in self.found.changes],
             "single_causes": [self._single(c) for c in self.found.singles],
-            "warnings": [str(w) for w in self.warnings],
-            "remarks": [w.document for w in self.warnings if isinstance(w, Remark)],
+            **told(self.warnings),
             "command": self.command,
         }  # fmt: skip
 
@@ -135,8 +134,7 @@ def drift(
         rows=(known[0].rows, known[1].rows),
         matters=matters,
     )
-    said: list[str | Remark] = [*robots[0].warnings, *robots[1].warnings, *doubts(runs, results, known)]
-    warnings = tuple(dict.fromkeys(said))
+    warnings = tuple(dict.fromkeys((*robots[0].warnings, *robots[1].warnings, *doubts(runs, results, known))))
     made = Comparison(
         robots[1],
         found,

@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 from robocal.remarks.code import Code
-from robocal.remarks.english import cable, files, identify, parameters, verbs
+from robocal.remarks.english import cable, drift, files, identify, parameters, verbs
 from robocal.remarks.words import Words
 
 __all__ = ["TABLE"]
 
-TABLE: dict[Code, Words] = {**identify.TABLE, **parameters.TABLE, **files.TABLE, **verbs.TABLE, **cable.TABLE}
+TABLE: dict[Code, Words] = {
+    **identify.TABLE,
+    **parameters.TABLE,
+    **files.TABLE,
+    **verbs.TABLE,
+    **drift.TABLE,
+    **cable.TABLE,
+}
