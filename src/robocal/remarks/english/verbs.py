@@ -96,7 +96,7 @@ TABLE: dict[Code, Words] = {
         "{what}: {nominal:.3g~} to {alone:.3g}, the whole model {whole:.3g} (mean error on {data}, from the nominal robot)"
     ),
     Code.WORTH_UNKNOWN: Words(
-        "what {what} is worth could not be computed: {why}",
+        "{what}: what that is worth could not be computed: {why}",
         "robocal validate judges it on data.",
     ),
     Code.OFFSETS_MISSING: Words(
