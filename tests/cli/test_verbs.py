@@ -218,10 +218,11 @@ def test_export_every_form(case: Path) -> None:
     q = np.random.default_rng(1).uniform(-1, 1, (20, 3))
     assert np.abs(read_robot("arm.urdf").chain.pose(q) - read_robot("run/calibrated.yaml").chain.pose(q)).max() < 1e-12
     robocal("export", "run", "--format", "urdf", "-o", "arm.urdf").assert_refused("arm.urdf")
-    offsets = robocal("export", "run", "--format", "offsets").out.splitlines()
-    by_joint = {line.split(",")[0]: float(line.split(",")[1]) for line in offsets[2:]}
-    nominal, found = read_robot("robot.yaml").chain.table, read_robot("run/calibrated.yaml").chain.table
-    assert by_joint["j2"] == pytest.approx(np.degrees(found["j2.theta"].value - nominal["j2.theta"].value))
+    ran = robocal("export", "run", "--format", "offsets")
+    rows = [line.split(",") for line in ran.out.splitlines() if not line.startswith("#")][1:]
+    alone = json.loads(Path("run/result.json").read_text(encoding="utf-8"))["offsets"]
+    assert {r[0]: float(r[1]) for r in rows} == pytest.approx({p["joint"]: p["offset"] for p in alone["parameters"]})
+    assert "offsets only: " in ran.err and "offsets only: " in ran.out
     robocal("export", "robot.yaml", "--format", "offsets").assert_refused("--nominal")
 
 

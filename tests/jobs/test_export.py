@@ -260,5 +260,6 @@ def test_offsets_for_ros(tmp_path: Path) -> None:
     assert {p.attrib["name"]: float(p.attrib["value"]) for p in root} == pytest.approx(
         {f"{k}_offset": v for k, v in want.items()}, abs=1e-15
     )
-    joint, offset, _, unit = robocal(*words, "offsets").out.splitlines()[3].split(",")
+    table = [line for line in robocal(*words, "offsets").out.splitlines() if not line.startswith("#")]
+    joint, offset, _, unit = table[2].split(",")
     assert (joint, unit) == ("j2", "deg") and float(offset) == pytest.approx(0.1, abs=1e-12)

@@ -56,6 +56,47 @@ def test_equal_columns_go_to_the_first(rng, order):
     assert combination.remark.sentence == f"b{twins[1] + 1} cannot be told from b{twins[0] + 1}"
 
 
+def preferring(a, preferences):
+    made = plain_problem(linear(a, np.zeros(len(a))), np.zeros(a.shape[1]), expected=[1.0] * a.shape[1])
+    return made.with_table(made.table.with_preferences(preferences))
+
+
+@pytest.mark.parametrize("wanted", ["b1", "b2", "b3"])
+def test_of_columns_that_say_the_same_the_preferred_one_is_kept(rng, wanted):
+    """However strong the others are: what one says in 30 sigma, the other may say in 3000."""
+    column, other = rng.normal(size=(2, 40))
+    a = np.column_stack([column * 1e3, column * 30, column * 1e2, other * 1e3])
+    assert analyse(preferring(a, {}), np.zeros(4)).kept == ("b1", "b4")
+    found = analyse(preferring(a, {wanted: 1}), np.zeros(4))
+    assert found.kept == (wanted, "b4")
+    assert {c.partners[0][0] for c in found.combinations} == {wanted}
+
+
+def test_a_preference_never_costs_what_was_seen(rng):
+    """b2 is told from b1 in 0.5 sigma, and b1 from b2 in 25: kept is b1 alone, for b2 alone would lose what was seen."""
+    u, v = np.linalg.qr(rng.normal(size=(40, 2)))[0].T
+    a = np.column_stack([100 * (0.97 * u + 0.25 * v), 2 * u])
+    for preferences in ({}, {"b2": 5}):
+        assert analyse(preferring(a, preferences), np.zeros(2)).kept == ("b1",)
+    # Nor does it take in what is not seen at all.
+    nothing = np.column_stack([100 * u, 0.5 * u])
+    assert analyse(preferring(nothing, {"b2": 5}), np.zeros(2)).kept == ("b1",)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_preferences_change_no_rank_and_leave_nothing_seen_out(seed):
+    """Random dependent columns with random preferences: as many are kept, and each one left out is explained by them to
+    within one sigma."""
+    rng = np.random.default_rng(seed)
+    a = 50 * rng.normal(size=(60, 6)) @ rng.normal(size=(6, 12)) + 0.01 * rng.normal(size=(60, 12))
+    plain = analyse(preferring(a, {}), np.zeros(12))
+    found = analyse(preferring(a, {f"b{i + 1}": int(v) for i, v in enumerate(rng.integers(-2, 3, 12))}), np.zeros(12))
+    assert len(found.kept) == len(plain.kept) and found.rank == plain.rank
+    kept = [int(n[1:]) - 1 for n in found.kept]
+    q = np.linalg.qr(a[:, kept])[0]
+    assert np.linalg.norm(a - q @ (q.T @ a), axis=0).max() <= SEEN
+
+
 def test_combinations_give_the_right_numbers(rng):
     """b4 = 2 b1 - 3 b2 in effect, in SI, whatever the expected errors are."""
     a = 1e4 * rng.normal(size=(30, 3))

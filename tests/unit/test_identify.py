@@ -13,6 +13,7 @@ from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import METHODS
+from robocal.geometry import so3
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Observations
 from robocal.remarks.code import Code
@@ -65,8 +66,12 @@ def test_every_parameter_has_a_status_that_its_numbers_bear_out():
     )
     assert by["base.x"].status == "fixed" and by["tracker.x"].status == "identified"
     assert set(found.correlation_names) == {p.name for p in found.parameters if p.sigma_conditional is not None}
+    # Of rotations the covariance speaks of turns, the table of components.
+    plain = [i for i, n in enumerate(found.correlation_names) if not found.table[n].turn]
     np.testing.assert_allclose(
-        np.sqrt(np.diag(found.covariance)), [by[n].sigma_conditional for n in found.correlation_names], rtol=1e-9
+        np.sqrt(np.diag(found.covariance))[plain],
+        [by[found.correlation_names[i]].sigma_conditional for i in plain],
+        rtol=1e-9,
     )
     np.testing.assert_allclose(np.diag(found.correlation), 1)
 
@@ -260,9 +265,45 @@ def test_a_dropped_turn_does_not_turn():
     q = rng.uniform(-1.5, 1.5, (80, 4))
     seen = Observations("position", np.arange(80), np.zeros((80, 3)), np.full((80, 3), 2e-5), TRACKER)
     found = identify(robot, synthesise(truth, DataSet(Configurations(tuple(map(str, range(80))), q), (seen,)), rng))
-    turns = [p for p in found.parameters if p.unit == "rad" and p.status == "dropped" and p.name in robot.table]
-    moved = [p for p in found.parameters if p.unit == "rad" and p.status == "identified" and p.name in robot.geometric]
-    assert len(turns) >= 3 and max(abs(p.delta) for p in turns) < 2e-5 < max(abs(p.delta) for p in moved)
+    by = {p.name: p for p in found.parameters}
+    turns: dict[str, list[float]] = {"dropped": [], "identified": []}
+    for t in found.table.turns:
+        names = found.table.names[t : t + 3]
+        nominal, after = (np.array([getattr(by[n], word) for n in names]) for word in ("nominal", "identified"))
+        turn = so3.log(so3.exp(after) @ so3.exp(nominal).T)
+        for n, v in zip(names, turn, strict=True):
+            if n in robot.table and by[n].status in turns:
+                turns[by[n].status].append(abs(float(v)))
+    assert len(turns["dropped"]) >= 3 and max(turns["dropped"]) < 2e-5 < max(turns["identified"])
+
+
+def test_change_sigma_and_interval_belong_to_the_number_that_is_shown():
+    """Over draws of noise the components of a joint frame's rotation scatter as their sigmas say, however it is turned."""
+    rows = [
+        {"xyz": (0, 0, 0.3), "rpy": (0.2, -0.4, 0.3), "axis": (0, 0, 1)},
+        {"xyz": (0.05, 0, 0.1), "rpy": (1.2, 0.1, 0.7), "axis": (0, 0, 1)},
+        {"xyz": (0.25, 0.02, 0), "rpy": (2.3, 1.1, -1.2), "axis": (0, 1, 0)},
+    ]
+    robot = chain("turned", "urdf", rows)
+    robot = replace(robot, table=robot.table.with_free([f"j3.{s}" for s in ("rx", "ry", "rz")]))
+    rng = np.random.default_rng(5)
+    truth = robot.with_values({n: robot.table[n].value + rng.normal(0, 2e-3) for n in robot.table.free})
+    q = rng.uniform(-1.5, 1.5, (40, 3))
+    sigma = np.tile((1e-4,) * 3 + (2e-4, 1e-3, 5e-3), (40, 1))
+    seen = Observations("pose", np.arange(40), np.zeros((40, 6)), sigma)
+    clean = DataSet(Configurations(tuple(map(str, range(40))), q), (seen,))
+    scores = []
+    for _ in range(60):
+        found = identify(robot, synthesise(truth, clean, rng), Options(leave_one_out=False))
+        by = {p.name: p for p in found.parameters}
+        for n in robot.table.free:
+            p = by[n]
+            assert p.delta == pytest.approx(p.identified - p.nominal, abs=1e-12)
+            assert sum(p.interval) / 2 == pytest.approx(p.identified, abs=1e-12)
+            scores.append((p.identified - truth.table[n].value) / p.sigma)
+    spread = np.sqrt(np.mean(np.reshape(scores, (60, 3)) ** 2, axis=0))
+    print(f"components off by {spread} sigma, Monte Carlo error {1 / np.sqrt(120):.2f}")
+    assert (abs(spread - 1) < 0.3).all()
 
 
 def test_a_length_wrong_by_a_decimal_is_refused_with_the_one_to_write():

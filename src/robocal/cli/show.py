@@ -169,6 +169,8 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
     parts = (result.working_range, result.scale)
     told = [Text(p.text, style="dim") for p in parts if p is not None and p.text]
     terminal.show(*told, *([Text("")] if shares or told else []), *parameters(result), *hidden(result))
+    if result.offsets is not None:
+        terminal.show(Text(result.offsets.reason.sentence, style="dim"), Text(""))
     terminal.show(*show_beyond.groups(result.groups_tried, figure, table), *show_beyond.layer(result.layer, figure))
     terminal.show(*linear(result.linearity, figure), *comparison(result.comparison, figure, table))
     terminal.show(*strange(result))

@@ -93,10 +93,11 @@ TABLE: dict[Code, Words] = {
         "--format yaml holds it.",
     ),
     Code.WORTH_ALONE: Words(
-        "{what}: {nominal:.3g~} to {alone:.3g}, the whole model {whole:.3g} (mean error on {data}, from the nominal robot)"
+        "{what}: {nominal:.3g~} to {alone:.3g}, the whole model {whole:.3g} (mean error on {data} from the nominal robot, "
+        "frames and tool fitted)"
     ),
     Code.WORTH_UNKNOWN: Words(
-        "what {what} is worth could not be computed: {why}",
+        "{what}: what that is worth could not be computed: {why}",
         "robocal validate judges it on data.",
     ),
     Code.OFFSETS_MISSING: Words(
