@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
-from unit.arm_data import arm, measured
+from unit.arm_data import FREE, arm, measured
 from unit.plain_terms import linear, plain_problem
 
 from robocal.calibrate.bands import coverage, measured_bands
@@ -13,6 +15,8 @@ from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
 from robocal.calibrate.workspace import base_motion, motion_field, sample_joints
 from robocal.estimate.uncertainty import quantile, radius, total, uneven
+from robocal.measure.data import Frame
+from robocal.parameters import Table
 
 
 @pytest.mark.parametrize("prior", [None, 0.3])
@@ -114,3 +118,30 @@ def test_noise_that_sits_where_the_leverage_is_enlarges_the_bars(rng):
     found = factors(loud, 200)
     print(f"variance {true / spread:.2f} times that of even noise, told {np.median(found):.2f}")
     assert np.median(found) == pytest.approx(true / spread, rel=0.25)
+
+
+def test_a_parameter_that_is_hardly_seen_does_not_hide_the_check_of_the_bands():
+    """It touches every row, and is as uncertain as expected: that is a band like any other."""
+    robot = arm()
+    rows = [replace(p, free=True, expected=1e-9) if p.name == "j2.r" else p for p in robot.table.rows]
+    robot = replace(robot, table=Table(tuple(rows)))
+    data = measured(60, seed=3)
+    found = identify(robot, data, Options(leave_one_out=False))
+    alone = [c.name for c in found.identifiability.combinations if not c.partners]
+    assert alone == ["j2.r"], "and no other parameter can be blamed"
+    assert found.coverage and found.coverage[0].n == len(found.held_ids)
+    unproven = identify(robot, data, Options(hold_out=0.0, leave_one_out=False))
+    assert not unproven.coverage and "band-unchecked" in {r.code for r in unproven.warnings}
+
+
+def test_bands_that_cannot_be_checked_are_told():
+    """Every group has a marker of its own: nothing that was fitted has met the one that is held out."""
+    free = (True, True, True, False, False, False)
+    markers = [Frame(f"m{i}", (0.03 * i, 0.02, 0.05, 0.0, 0.0, 0.0), free, "tool") for i in range(5)]
+    data = measured(60, targets=markers, target=np.repeat(np.arange(5), 12))
+    groups = tuple(f"g{i}" for i in np.repeat(np.arange(5), 12))
+    data = replace(data, configurations=replace(data.configurations, groups=groups))
+    found = identify(arm(free=FREE), data, Options(hold_out="group", leave_one_out=False))
+    assert found.held_ids and not found.coverage
+    (said,) = [r for r in found.warnings if r.code == "band-blind"]
+    assert "m" in said.sentence and all(n.startswith("m") for n in said.numbers["names"])

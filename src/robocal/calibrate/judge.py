@@ -107,7 +107,8 @@ def _stages(
         seen["held_out"],
         seen["leave_one_out_before"],
         seen["leave_one_out"],
-        Statistic.of(constant) if constant is not None else None,
+        # A target that only held-out rows show has no mean to predict.
+        Statistic.of(constant[np.isfinite(constant)]) if constant is not None else None,
         seen["k_fold_before"],
         seen["k_fold"],
         _folds(proofs["k_fold"], unit, at, everything) if "k_fold" in proofs else (),
