@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from robocal.arms.conventions import CONVENTIONS
 from robocal.calibrate.hypotheses.changes import Change, What, changes
 from robocal.calibrate.hypotheses.explain import Explanation, Trial, explain
+from robocal.calibrate.hypotheses.remounted import remounted
 from robocal.errors import FormatError
 from robocal.files.dataset import Reading
 from robocal.files.robot import Robot
 from robocal.files.spoken import Spoken
 from robocal.files.units import UNITS, number
-from robocal.measure.data import DataSet
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["refuse_wrong", "tried"]
 
@@ -48,21 +51,36 @@ def _other_factor(speech: Spoken) -> float:
     return UNITS[SWAPPED[name]].factor / UNITS[name].factor if name else 0.0
 
 
-def refuse_wrong(robot: Robot, reading: Reading, data: DataSet | None = None) -> None:
-    """Raises FormatError where a change explains what the nominal arm does not, with the line that makes it."""
-    found = explain(robot.chain, data or reading.dataset, tried(robot, reading))
+def refuse_wrong(robot: Robot, reading: Reading) -> tuple[Remark, ...]:
+    """Raises FormatError where a change explains what the nominal arm does not, with the line that makes it; remarks on a
+    target that was put on anew between files."""
+    found = explain(robot.chain, reading.dataset, tried(robot, reading))
     if found is None:
-        return
+        return _of_targets(robot, reading)
     told = [_Told.of(c, robot, reading) for c in _shown(found)]
     words = ", or ".join(dict.fromkeys(t.words for t in told))
-    alike = " (these data cannot tell them apart)" if len(told) > 1 else ""
-    lines = " or ".join(dict.fromkeys(t.line for t in told))
+    lines = list(dict.fromkeys(t.line for t in told))
+    alike = " (these data cannot tell them apart)" if len(lines) > 1 else ""
     raise FormatError(
         f"{words}{alike}: with that, what the nominal model leaves falls from {_mm(found.stated)} to {_mm(found.left)}",
         file=told[0].file,
         key=told[0].key or None,
-        expected=lines,
+        expected=" or ".join(lines),
     )
+
+
+def _of_targets(robot: Robot, reading: Reading) -> tuple[Remark, ...]:
+    found = remounted(robot.chain, reading.dataset)
+    if found is None:
+        return ()
+    files = tuple(Path(s).name for s in found.sources)
+    amounts = {"together": Quantity(found.together), "apart": Quantity(found.apart)}
+    told = Remark.of(Code.REMOUNTED, target=found.target, files=files, **amounts)
+    if found.alone:
+        raise FormatError(
+            told.sentence, file=", ".join(files), key="targets", expected="a target of its own in each file"
+        )
+    return (told,)
 
 
 def _shown(found: Explanation) -> Sequence[Trial]:
