@@ -177,7 +177,7 @@ def _joint_unit(change: Change, robot: Robot, speech: Spoken) -> _Told:
     if len(set(units)) == 1:
         line = f"joints: {{unit: {units[0]}}}"
     if speech.headed:
-        line = ", ".join(f"{speech.joints[i]} [{units[i]}]" for i in change.at)
+        line = ", ".join(f"{speech.joints[i]} [{units[i]}]" for i in change.at) + " in the header"
     return _Told(f"the values of {names} are in {other}", line, "", "joints.unit")
 
 
@@ -188,9 +188,12 @@ def _place_names(speech: Spoken) -> tuple[str, ...]:
 def _length_unit(change: Change, robot: Robot, speech: Spoken) -> _Told:
     assert speech.length is not None
     units = [METRIC[speech.length.name] if i in change.at else speech.length.name for i in range(3)]
-    names = ", ".join(_place_names(speech)[i] for i in change.at)
+    names = [_place_names(speech)[i] for i in change.at]
     line = f"position: {{unit: [{', '.join(units)}]}}" if len(set(units)) > 1 else f"position: {{unit: {units[0]}}}"
-    return _Told(f"the values of {names} are in {METRIC[speech.length.name]}", line, "", "position.unit")
+    if speech.place_headed:
+        line = ", ".join(f"{name} [{units[i]}]" for name, i in zip(names, change.at, strict=True)) + " in the header"
+    words = f"the values of {', '.join(names)} are in {METRIC[speech.length.name]}"
+    return _Told(words, line, "", "position.unit")
 
 
 def _axes(change: Change, robot: Robot, speech: Spoken) -> _Told:
