@@ -40,6 +40,7 @@ class Spoken:
     headed: bool  # whether the header states the units of the joints
     place: tuple[str, ...] = ()
     length: Unit | None = None
+    place_headed: bool = False  # whether the header states the unit of the coordinates
     signs: tuple[int, ...] = (1, 1, 1)
     orientation: OrientationModel | None = None
     turns: tuple[tuple[str, Array], ...] = ()
@@ -54,12 +55,14 @@ def spoken(
     stated = model.joints.unit
     units = [h or (stated[i] if isinstance(stated, list) else stated) or angle.name for i, h in enumerate(headers)]
     place: tuple[str, ...] = ()
+    place_headed = False
     signs: tuple[int, ...] = (1, 1, 1)
     turn = None
     others: tuple[tuple[str, Array], ...] = ()
     if isinstance(model, PositionModel):
         given = model.position.columns if model.position is not None else None
-        place = tuple(table.label(table.find(c)) for c in given) if given is not None else ()
+        place = tuple(str(table.label(table.find(c))) for c in given) if given is not None else ()
+        place_headed = given is not None and any(table.unit(c) for c in given)
         if model.position is not None and model.position.sign is not None:
             signs = tuple(model.position.sign)
         turn = model.orientation if model.kind == "pose" else None
@@ -67,7 +70,8 @@ def spoken(
         others = tuple(_others(turn, table))
     return Spoken(
         str(table.path), document.path if document.text else table.path,
-        tuple(table.label(table.find(c)) for c in columns), tuple(units), any(headers), place, length, signs, turn, others,
+        tuple(str(table.label(table.find(c))) for c in columns), tuple(units), any(headers), place, length,
+        place_headed, signs, turn, others,
     )  # fmt: skip
 
 

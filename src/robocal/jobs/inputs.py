@@ -155,7 +155,7 @@ def read_inputs(
     _one_frame_per_name(reading)
     with computable(robot, *data):
         doubts = doubt_units(arm.chain, reading, watch)
-        refuse_wrong(arm, reading)
+        doubts += refuse_wrong(arm, reading)
     return Inputs(arm, reading, (*robot_files(arm, robot), *reading.files), (*arm.warnings, *reading.warnings, *doubts))
 
 

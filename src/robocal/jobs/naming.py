@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from robocal.arms.conventions import CONVENTIONS
 from robocal.calibrate.hypotheses.changes import Change, What, changes
 from robocal.calibrate.hypotheses.explain import Explanation, Trial, explain
+from robocal.calibrate.hypotheses.remounted import remounted
 from robocal.errors import FormatError
 from robocal.files.dataset import Reading
 from robocal.files.robot import Robot
 from robocal.files.spoken import Spoken
 from robocal.files.units import UNITS, number
-from robocal.measure.data import DataSet
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["refuse_wrong", "tried"]
 
@@ -48,21 +51,36 @@ def _other_factor(speech: Spoken) -> float:
     return UNITS[SWAPPED[name]].factor / UNITS[name].factor if name else 0.0
 
 
-def refuse_wrong(robot: Robot, reading: Reading, data: DataSet | None = None) -> None:
-    """Raises FormatError where a change explains what the nominal arm does not, with the line that makes it."""
-    found = explain(robot.chain, data or reading.dataset, tried(robot, reading))
+def refuse_wrong(robot: Robot, reading: Reading) -> tuple[Remark, ...]:
+    """Raises FormatError where a change explains what the nominal arm does not, with the line that makes it; remarks on a
+    target that was put on anew between files."""
+    found = explain(robot.chain, reading.dataset, tried(robot, reading))
     if found is None:
-        return
+        return _of_targets(robot, reading)
     told = [_Told.of(c, robot, reading) for c in _shown(found)]
     words = ", or ".join(dict.fromkeys(t.words for t in told))
-    alike = " (these data cannot tell them apart)" if len(told) > 1 else ""
-    lines = " or ".join(dict.fromkeys(t.line for t in told))
+    lines = list(dict.fromkeys(t.line for t in told))
+    alike = " (these data cannot tell them apart)" if len(lines) > 1 else ""
     raise FormatError(
         f"{words}{alike}: with that, what the nominal model leaves falls from {_mm(found.stated)} to {_mm(found.left)}",
         file=told[0].file,
         key=told[0].key or None,
-        expected=lines,
+        expected=" or ".join(lines),
     )
+
+
+def _of_targets(robot: Robot, reading: Reading) -> tuple[Remark, ...]:
+    found = remounted(robot.chain, reading.dataset)
+    if found is None:
+        return ()
+    files = tuple(Path(s).name for s in found.sources)
+    amounts = {"together": Quantity(found.together), "apart": Quantity(found.apart)}
+    told = Remark.of(Code.REMOUNTED, target=found.target, files=files, **amounts)
+    if found.alone:
+        raise FormatError(
+            told.sentence, file=", ".join(files), key="targets", expected="a target of its own in each file"
+        )
+    return (told,)
 
 
 def _shown(found: Explanation) -> Sequence[Trial]:
@@ -159,7 +177,7 @@ def _joint_unit(change: Change, robot: Robot, speech: Spoken) -> _Told:
     if len(set(units)) == 1:
         line = f"joints: {{unit: {units[0]}}}"
     if speech.headed:
-        line = ", ".join(f"{speech.joints[i]} [{units[i]}]" for i in change.at)
+        line = ", ".join(f"{speech.joints[i]} [{units[i]}]" for i in change.at) + " in the header"
     return _Told(f"the values of {names} are in {other}", line, "", "joints.unit")
 
 
@@ -170,9 +188,12 @@ def _place_names(speech: Spoken) -> tuple[str, ...]:
 def _length_unit(change: Change, robot: Robot, speech: Spoken) -> _Told:
     assert speech.length is not None
     units = [METRIC[speech.length.name] if i in change.at else speech.length.name for i in range(3)]
-    names = ", ".join(_place_names(speech)[i] for i in change.at)
+    names = [_place_names(speech)[i] for i in change.at]
     line = f"position: {{unit: [{', '.join(units)}]}}" if len(set(units)) > 1 else f"position: {{unit: {units[0]}}}"
-    return _Told(f"the values of {names} are in {METRIC[speech.length.name]}", line, "", "position.unit")
+    if speech.place_headed:
+        line = ", ".join(f"{name} [{units[i]}]" for name, i in zip(names, change.at, strict=True)) + " in the header"
+    words = f"the values of {', '.join(names)} are in {METRIC[speech.length.name]}"
+    return _Told(words, line, "", "position.unit")
 
 
 def _axes(change: Change, robot: Robot, speech: Spoken) -> _Told:

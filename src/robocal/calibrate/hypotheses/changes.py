@@ -82,15 +82,15 @@ class Change:
                 if part is not None
             ]
             rows = np.unique(np.concatenate(touched)) if touched else rows[:0]
-        first = self.at[0]
+        first, at = self.at[0], np.array(self.at)
         if self.what == What.SIGN:
             joints[rows, first] *= -1.0
         elif self.what == What.ZERO:
             joints[rows, first] += self.amount
         elif self.what == What.SWAP:
-            joints[np.ix_(rows, self.at)] = joints[np.ix_(rows, self.at[::-1])]
+            joints[np.ix_(rows, at)] = joints[np.ix_(rows, at[::-1])]
         else:
-            joints[np.ix_(rows, self.at)] *= self.amount
+            joints[np.ix_(rows, at)] *= self.amount
         return replace(given, joints=joints)
 
     def _read(self, obs: Observations) -> Observations:
@@ -199,9 +199,9 @@ def _of_readings(data: DataSet, files: tuple[str, ...], lengths: tuple[float, ..
     for o in placed:
         known = [i for i, t in enumerate(o.targets) if not all(t.free[:3])]
         for a, b in combinations(known, 2):
-            order = list(range(len(o.targets)))
-            order[a], order[b] = b, a
-            yield Change(What.TARGETS, tuple(order))
+            swapped = list(range(len(o.targets)))
+            swapped[a], swapped[b] = b, a
+            yield Change(What.TARGETS, tuple(swapped))
 
 
 def pairs(single: list[Change]) -> list[Both]:

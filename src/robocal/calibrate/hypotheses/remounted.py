@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.hypotheses.explain import SOFT, rows_of, taken
-from robocal.calibrate.hypotheses.lockstep import Held, fitted
+from robocal.calibrate.hypotheses.explain import CLEARLY, MAKING, SOFT, rows_of, taken
+from robocal.calibrate.hypotheses.lockstep import Held, fitted, reach_of
 from robocal.calibrate.hypotheses.sights import Sights, sights, usable
 from robocal.measure.data import DataSet
 
@@ -24,12 +24,14 @@ LEAST = 2e-4  # m: less is nothing that anybody sees
 
 @dataclass(frozen=True)
 class Remounted:
-    """A target that sits otherwise in each of some files, and the median errors (m) with one place and with several."""
+    """A target that sits otherwise in each of some files, the median errors (m) with one place and with several, and
+    whether that alone explains what no arm's making leaves."""
 
     target: str
     sources: tuple[str, ...]
     together: float
     apart: float
+    alone: bool
 
 
 def remounted(chain: Chain, data: DataSet) -> Remounted | None:
@@ -58,7 +60,9 @@ def remounted(chain: Chain, data: DataSet) -> Remounted | None:
         together, apart = (_left(chain, s) for s in (one, several))
     if together <= WORTH * apart or together - apart <= LEAST:
         return None
-    return Remounted(names.pop(), sources, together, apart)
+    making = MAKING * reach_of(chain, one)
+    alone = apart <= making < together and CLEARLY * apart <= together
+    return Remounted(names.pop(), sources, together, apart, alone)
 
 
 def _left(chain: Chain, trial: Sights) -> float:

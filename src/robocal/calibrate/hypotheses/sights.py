@@ -82,15 +82,15 @@ def sights(chain: Chain, trials: Sequence[DataSet]) -> Sights | None:
             things |= {f.name: _start(f, True) for f in inner if f.name not in things}
     names = {n: i for i, n in enumerate(frames)}, {n: i for i, n in enumerate(things)}
     parts = [[_rows(data, data.observations[i], names, tool) for i in first] for data in trials]
-    obs = [trials[0].observations[i] for i in first]
-    at = np.concatenate([o.configuration for o in obs])
+    seen = [trials[0].observations[i] for i in first]
+    at = np.concatenate([o.configuration for o in seen])
     columns = {k: v[at] for k, v in trials[0].configurations.columns.items()}
     joints, place, turn, frame, thing = (
         np.stack([np.concatenate([p[j] for p in trial]) for trial in parts]) for j in range(5)
     )
     return Sights(
         joints, columns, place, turn,
-        np.concatenate([np.full(len(o), o.kind == "pose") for o in obs]), frame[0], thing,
+        np.concatenate([np.full(len(o), o.kind == "pose") for o in seen]), frame[0], thing,
         np.stack([v for v, _ in frames.values()]), np.stack([f for _, f in frames.values()]),
         np.stack([v for v, _ in things.values()]), np.stack([f for _, f in things.values()]),
     )  # fmt: skip
