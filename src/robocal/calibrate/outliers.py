@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.farness import far_from
+from robocal.calibrate.farness import Farness, far_from
 from robocal.calibrate.noise import owners
+from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.rows import kind_of
 from robocal.remarks.code import Code
@@ -19,7 +20,7 @@ from robocal.remarks.remark import Remark
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
 
-__all__ = ["Outlier", "find_outliers"]
+__all__ = ["Outlier", "find_outliers", "named"]
 
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
@@ -51,11 +52,17 @@ class Outlier:
 def find_outliers(data: DataSet, found: Fit, aside: Mapping[str, Bools] | None = None) -> tuple[Outlier, ...]:
     """Rows that are far from a fit to all others, the farthest first; `data` marks those that were set aside, `aside`
     are those that the verdict left out, by unit in the order of `evidence.errors`."""
-    everyone = np.arange(len(data.configurations))
-    away = far_from(data, found.problem, found.solution.x, everyone)
+    away = far_from(data, found.problem, found.solution.x, np.arange(len(data.configurations)))
+    return named(data, found.problem, away, aside)
+
+
+def named(
+    data: DataSet, problem: Problem, away: Farness, aside: Mapping[str, Bools] | None = None
+) -> tuple[Outlier, ...]:
+    """The rows of a problem that are far from its solution, or set aside, by name."""
     out = []
     seen = dict.fromkeys(aside or (), 0)
-    for t, (own, term) in enumerate(owners(data, found.problem)):
+    for t, (own, term) in enumerate(owners(data, problem)):
         left = np.zeros(len(term.index), dtype=bool)
         for *_, unit in term.parts:
             if aside is not None and unit in aside:
