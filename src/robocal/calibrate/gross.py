@@ -3,7 +3,7 @@
     1 nominal   frames, targets and tool are fitted to the nominal robot, robustly; rows beyond six robust sigma of what is left
                 do not pull at the next stage (a dropped beam, a wrong point: metres away)
     2 free      everything free is fitted robustly (Huber, then Tukey at six sigma), softly held as where the noise is assessed;
-                every row is then compared with a fit without it (`farness`), and those beyond six robust sigma of their sensor
+                every row is then compared with a fit without it (`farness`), and those that are far by the robust sigma of their sensor
                 group and unit are set aside; the fit is repeated without them until the same rows stay out
 
 A row that was set aside at one stage comes back at the next one where it fits. Constraints (a known distance between sockets)
@@ -95,7 +95,7 @@ def sift(model: Chain, data: DataSet, units: Ints, watch: Watch | None = None) -
         x, tau = _settled(search, start, x, tau, used, loss, tuning)
     for _ in range(ROUNDS):
         soft = softly(search.posed(tau, used, "none"), start)
-        away = farness(soft, x)
+        away = farness(soft, x, tau)
         far = _by_observation(data, soft, away.far)
         now = tuple(~(f & np.isin(o.configuration, units)) for f, o in zip(far, data.observations, strict=True))
         if all((a == b).all() for a, b in zip(now, used, strict=True)):
@@ -118,7 +118,7 @@ def _nominal(search: _Search, every: tuple[Bools, ...]) -> tuple[Array, Tau, tup
         if frames:
             x = least_squares(search.posed(tau, every, "huber").with_free(frames), x).x
     there = search.posed(tau, every, "none").with_free(frames)
-    far = _by_observation(search.data, there, farness(there, x).far)
+    far = _by_observation(search.data, there, farness(there, x, tau).far)
     return x, tau, tuple(~f for f in far)
 
 
@@ -147,7 +147,7 @@ def neither(model: Chain, data: DataSet, base: Baseline, found: Fit, units: Ints
     frames = frame_names(model, base.problem)
     one = far_from(data, base.problem.with_free(frames), base.x, units)
     other = far_from(data, found.problem, found.solution.x, units)
-    return tuple(a & b for a, b in zip(one.far, other.far, strict=True))
+    return tuple(a & b for a, b in zip(one.strange, other.far, strict=True))
 
 
 def marked(data: DataSet, used: Iterable[Bools]) -> DataSet:

@@ -70,7 +70,7 @@ def named(
                 seen[unit] += len(left)
         obs = data.observations[own]
         # What is far and was used all the same is no gross row, but it is told.
-        for i in np.flatnonzero(away.far[t] | ~term.used):
+        for i in np.flatnonzero(away.strange[t] | ~term.used):
             row = int(term.index[i])
             out.append(
                 Outlier(
