@@ -31,8 +31,8 @@ FEW = 0.5  # zeros in more of an instrument's rows are what it reads (a ball in 
 class Outlier:
     """An observation that does not belong to the others: where it stands and what was measured (SI), how many robust standard
     deviations it is away from a fit without it, the chance that the farthest of all rows would be, whether it was set aside,
-    whether its error is counted all the same where it was not used (one of the two models comes near it), and the likeliest
-    cause."""
+    whether the verdict counts its error (of a row that was set aside too, where one of the two models comes near it), and the
+    likeliest cause."""
 
     configuration: str
     group: str
@@ -49,25 +49,25 @@ class Outlier:
     cause: Remark | None = None
 
 
-def find_outliers(data: DataSet, found: Fit, aside: Mapping[str, Bools] | None = None) -> tuple[Outlier, ...]:
-    """Rows that are far from a fit to all others, the farthest first; `data` marks those that were set aside, `aside`
-    are those that the verdict left out, by unit in the order of `evidence.errors`."""
+def find_outliers(data: DataSet, found: Fit, counted: Mapping[str, Bools] | None = None) -> tuple[Outlier, ...]:
+    """Rows that are far from a fit to all others, the farthest first; `data` marks those that were set aside, `counted`
+    are those whose error the verdict counts, by unit in the order of `evidence.errors`."""
     away = far_from(data, found.problem, found.solution.x, np.arange(len(data.configurations)))
-    return named(data, found.problem, away, aside)
+    return named(data, found.problem, away, counted)
 
 
 def named(
-    data: DataSet, problem: Problem, away: Farness, aside: Mapping[str, Bools] | None = None
+    data: DataSet, problem: Problem, away: Farness, counted: Mapping[str, Bools] | None = None
 ) -> tuple[Outlier, ...]:
     """The rows of a problem that are far from its solution, or set aside, by name."""
     out = []
-    seen = dict.fromkeys(aside or (), 0)
+    seen = dict.fromkeys(counted or (), 0)
     for t, (own, term) in enumerate(owners(data, problem)):
-        left = np.zeros(len(term.index), dtype=bool)
+        told = np.zeros(len(term.index), dtype=bool)
         for *_, unit in term.parts:
-            if aside is not None and unit in aside:
-                left |= aside[unit][seen[unit] : seen[unit] + len(left)]
-                seen[unit] += len(left)
+            if counted is not None and unit in counted:
+                told |= counted[unit][seen[unit] : seen[unit] + len(told)]
+                seen[unit] += len(told)
         obs = data.observations[own]
         # What is far and was used all the same is no gross row, but it is told.
         for i in np.flatnonzero(away.strange[t] | ~term.used):
@@ -78,7 +78,7 @@ def named(
                     None if obs.rows is None else int(obs.rows[row]),
                     float(away.distance[t][i]), float(away.chance[t][i]), float(away.leverage[t][i]),
                     tuple(float(v) for v in obs.value[row]), not bool(term.used[i]),
-                    bool(term.used[i] or not left[i]), cause(obs, row),
+                    bool(told[i]), cause(obs, row),
                 )
             )  # fmt: skip
     return tuple(sorted(out, key=lambda o: -o.distance))

@@ -12,7 +12,8 @@ __all__ = ["Outlier"]
 class Outlier(Part):
     """A row that does not belong to the others: its value (mm, deg, px), distance in robust standard deviations from a fit
     without it, corrected for its leverage; p_value is the chance that the farthest of all rows would be, without any outlier.
-    set_aside: not fitted; counted: its error is counted all the same, because one of the two models comes near it."""
+    set_aside: not fitted; counted: the verdict counts its error, of a row that was set aside where one of the two models comes near
+    it."""
 
     configuration: str
     group: str
@@ -26,5 +27,5 @@ class Outlier(Part):
     value: list[Number] = Field(default_factory=list)
     units: list[str] = Field(default_factory=list)
     set_aside: bool = False
-    counted: bool = True
+    counted: bool = False
     cause: Remark | None = None
