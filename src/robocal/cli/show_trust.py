@@ -69,7 +69,9 @@ def show_drift(terminal: Terminal, found: Comparison) -> None:
     document = found.document
     status, change = document["verdict"]["status"], document["change"]
     terminal.show(Text.assemble((found.robot.name, "bold"), f"   {found.runs[0]} and {found.runs[1]}"))
-    size = f"change {figure(change['change'], 2)} mm, 95 %: {figure(change['low'], 2)} to {figure(change['high'], 2)} mm"
+    size = (
+        f"change {figure(change['change'], 2)} mm, 95 %: {figure(change['low'], 2)} to {figure(change['high'], 2)} mm"
+    )
     word = Text(status.upper(), style=COLOURS[status])
     terminal.show(word if found.void else Text.assemble(word, "   ", (size, "bold")))
     terminal.show(*indented(*document["verdict"]["reasons"]), Text(""))

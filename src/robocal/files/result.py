@@ -243,8 +243,6 @@ class Provenance(Part):
     options: dict[str, Any] = Field(default_factory=dict)
 
 
-
-
 class Result(Part):
     """result.json."""
 
