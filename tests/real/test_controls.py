@@ -51,6 +51,7 @@ INSTRUMENTS = {
 def told(document):
     """Mean errors on unseen poses, before and after, of all rows; None where nothing was held out."""
     residuals = document["residuals"]
+    residuals = residuals["all_rows"] or residuals
     for name in ("held_out", "k_fold", "leave_one_out"):
         if residuals[name] is not None:
             return residuals[f"{name}_before"]["mean"], residuals[name]["mean"]

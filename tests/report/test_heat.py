@@ -64,6 +64,11 @@ def test_outliers_and_coverage_in_words():
         "row": 7,
         "distance": 12.34,
         "p_value": 0.0,
+        "value": [1.0, 2.0],
+        "units": ["mm", "mm"],
+        "set_aside": True,
+        "counted": False,
+        "cause": {"code": "cause-zeros", "sentence": "exact zeros"},
     }
     assert outliers({"outliers": [row]})[0] == {
         "configuration": "p1",
@@ -72,6 +77,9 @@ def test_outliers_and_coverage_in_words():
         "row": "7",
         "distance": "12.3",
         "p": "< 1e-12",
+        "value": "1, 2 mm",
+        "told": "set aside",
+        "cause": "exact zeros",
     }
     assert outliers({}) == [] and coverage({}) == []
     said = coverage({"coverage": [{"quantity": "position", "level": 0.95, "components": 0.9, "whole": 0.925, "n": 40}]})

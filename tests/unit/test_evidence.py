@@ -27,7 +27,15 @@ def test_statistic():
 
 
 def residuals(value, parts, unit):
-    return Residuals(np.asarray(value, float), np.ones_like(value, dtype=float), np.asarray(unit), "g", "k", parts)
+    return Residuals(
+        np.asarray(value, float),
+        np.ones_like(value, dtype=float),
+        np.asarray(unit),
+        "g",
+        "k",
+        parts,
+        np.ones(len(unit), dtype=bool),
+    )
 
 
 def test_errors_are_lengths_by_unit():

@@ -6,13 +6,16 @@ Minus for a row that the fit used: a gross row bends the fit towards itself, and
 distance from the fit to all others. Plus for a row that the fit did not see: its prediction is uncertain too. The
 scale of a sensor group in one unit is the largest of three, each right for Gaussian noise: from the median and from the upper
 quartile of D, which a fifth of gross rows hardly moves, and the rms of the rows within reach, which says how heavy the tails
-of the others are (what geometry leaves of a real arm is not Gaussian). A row is far beyond six times that; where
-few rows had to tell the scale, as far as is as unlikely then. References: Cook and Weisberg, Residuals and influence in
+of the others are (what geometry leaves of a real arm is not Gaussian). A row is strange beyond six times that (where
+few rows had to tell the scale, as far as is as unlikely then), and far, so that it is set aside, there too where the stated noise
+stands. Where the scale is what a model leaves, nobody knows its tails, and far is twice that: poses at which a real arm errs most
+are told, and fitted. References: Cook and Weisberg, Residuals and influence in
 regression (1982); Huber, Robust statistics (1981), chapter 5.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +34,7 @@ Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 FAR = 6.0  # robust standard deviations
+TAILS = 2.0  # times that, where the scale is what a model leaves
 EFFICIENCY = 0.37  # of the median as a scale: so much of the degrees of freedom it knows
 ALONE = 1e-4  # 1 - leverage: a prediction from the others would be a hundred times less certain than the row
 CHUNK = 2000
@@ -41,9 +45,10 @@ RESOLUTION = 1e-7
 @dataclass(frozen=True)
 class Farness:
     """Of the rows of every term: distance (m,) in robust standard deviations, in the unit in which it is farthest relative
-    to its limit; whether it is `far`; leverage (m,); and the chance that the farthest of all rows is as far."""
+    to its limit; whether it is `strange`, and `far`; leverage (m,); and the chance that the farthest of all rows is as far."""
 
     distance: tuple[Array, ...]
+    strange: tuple[Bools, ...]
     far: tuple[Bools, ...]
     leverage: tuple[Array, ...]
     chance: tuple[Array, ...]
@@ -61,8 +66,9 @@ class _Part:
     error: Array
 
 
-def farness(problem: Problem, x: Array) -> Farness:
-    """Of all rows, at a solution x (1, P) of the problem; rows without weight or set aside were not seen by it."""
+def farness(problem: Problem, x: Array, modelled: Collection[tuple[str, str]] = ()) -> Farness:
+    """Of all rows, at a solution x (1, P) of the problem; rows without weight or set aside were not seen by it. `modelled` are
+    the sensor groups and units whose noise is what a model leaves."""
     x = np.atleast_2d(x)
     groups: dict[tuple[str, str], list[_Part]] = {}
     inverse = _inverse(problem, x)
@@ -74,30 +80,37 @@ def farness(problem: Problem, x: Array) -> Farness:
             groups.setdefault((term.group, part[1]), []).append(part[0])
     shape = [len(t.unit) for t in problem.terms]
     distance, leverage = [np.zeros(m) for m in shape], [np.zeros(m) for m in shape]
-    chance, far = [np.ones(m) for m in shape], [np.zeros(m, dtype=bool) for m in shape]
+    chance = [np.ones(m) for m in shape]
+    strange, far = ([np.zeros(m, dtype=bool) for m in shape] for _ in range(2))
     many = sum(shape)
-    for parts in groups.values():
+    for key, parts in groups.items():
         scale, known = _scale(parts)
         for p in parts:
             d = np.sqrt(p.square) / scale
-            odds = special.fdtrc(p.size, known, d**2 / p.size) if np.isfinite(known) else special.chdtrc(p.size, d**2)
+            odds = special.fdtrc(p.size, known, d**2 / p.size)
             odds = np.where(p.error, odds, 1.0)
             more = odds <= chance[p.term]
             distance[p.term][more], leverage[p.term][more] = d[more], p.leverage[more]
             chance[p.term][more] = odds[more]
             # As unlikely as six standard deviations are where the scale is known.
             if problem.terms[p.term].reading:
-                far[p.term] |= odds < special.chdtrc(p.size, FAR**2)
-    return Farness(tuple(distance), tuple(far), tuple(leverage), tuple(np.minimum(c * many, 1.0) for c in chance))
+                beyond = odds < special.chdtrc(p.size, FAR**2)
+                strange[p.term] |= beyond
+                limit = TAILS * np.sqrt(p.size * special.fdtri(p.size, known, 1 - special.chdtrc(p.size, FAR**2)))
+                far[p.term] |= beyond & (d > limit) if key in modelled else beyond
+    return Farness(
+        tuple(distance), tuple(strange), tuple(far), tuple(leverage), tuple(np.minimum(c * many, 1.0) for c in chance)
+    )
 
 
 def far_from(data: DataSet, problem: Problem, x: Array, units: Ints) -> Farness:
     """How far rows are from a model that was fitted to some units, by the robust noise of its own; `data` has the sigma that
     was stated."""
     noise = assess(data, problem.with_loss("huber"), x, units, float(problem.n))
-    noisy = apply_noise(data, {(g.name, g.unit): g.tau for g in noise if g.tau > 0})
+    tau = {(g.name, g.unit): g.tau for g in noise if g.tau > 0}
+    noisy = apply_noise(data, tau)
     own = [t.under(noisy.observations[i].sigma) for i, t in owners(data, problem)]
-    return farness(replace(problem, terms=tuple(own)), x)
+    return farness(replace(problem, terms=tuple(own)), x, tau)
 
 
 def _inverse(problem: Problem, x: Array) -> Array:
@@ -142,8 +155,7 @@ def _parts(
 
 
 def _scale(parts: list[_Part]) -> tuple[float, float]:
-    """The robust standard deviation of D, at least one, and the degrees of freedom that know it (infinite where what was
-    stated stands)."""
+    """The robust standard deviation of D, at least one, and the degrees of freedom that know it."""
     # Rows of different size share a scale: each D^2 is compared with its own quantiles.
     ratio = {
         level: np.concatenate([p.square[p.inside] / special.chdtri(p.size, 1 - level) for p in parts])
@@ -151,7 +163,7 @@ def _scale(parts: list[_Part]) -> tuple[float, float]:
     }
     own = np.concatenate([p.square[p.inside] / p.size for p in parts])
     if not len(own):
-        return 1.0, np.inf
+        return 1.0, 1.0
     robust = max(*(float(np.quantile(v, level)) for level, v in ratio.items()), 1.0)
     near = own[own < robust * FAR**2]
     square = max(robust, float(near.mean()) if len(near) else 1.0)

@@ -243,9 +243,13 @@ def trial(
     known = known_baseline(model, part.data, fit_units, *by)
     base, base_x = known.problem, known.x
     aside = neither(model, clean, known, part, fit_units)
-    aside = tuple(a & np.isin(t.unit, held) for a, t in zip(aside, base.terms, strict=True))
-    base, part = base.without(aside), replace(part, problem=part.problem.without(aside))
     local = local_names(model, base)
+    # Rows of a frame that nobody fitted (a new placement) are near nothing yet: they are profiled, and counted.
+    new = {n for names, rounds in _alike(base, one, local) if len(rounds) for n in names}
+    known_to_fit = np.asarray(~_sees(base, sorted(new))[0].any(axis=0))
+    judged = zip(aside, base.terms, known_to_fit, strict=True)
+    aside = tuple(a & np.isin(t.unit, held) & k for a, t, k in judged)
+    base, part = base.without(aside), replace(part, problem=part.problem.without(aside))
     x, solved = np.array(base_x), np.array(part.solution.x)
     for names, rounds in _alike(base, one, local):
         if not len(rounds) or not names:

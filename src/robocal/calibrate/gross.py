@@ -3,7 +3,7 @@
     1 nominal   frames, targets and tool are fitted to the nominal robot, robustly; rows beyond six robust sigma of what is left
                 do not pull at the next stage (a dropped beam, a wrong point: metres away)
     2 free      everything free is fitted robustly (Huber, then Tukey at six sigma), softly held as where the noise is assessed;
-                every row is then compared with a fit without it (`farness`), and those beyond six robust sigma of their sensor
+                every row is then compared with a fit without it (`farness`), and those that are far by the robust sigma of their sensor
                 group and unit are set aside; the fit is repeated without them until the same rows stay out
 
 A row that was set aside at one stage comes back at the next one where it fits. Constraints (a known distance between sockets)
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import Baseline, baseline, frame_names
-from robocal.calibrate.farness import FAR, far_from, farness
+from robocal.calibrate.farness import FAR, Farness, far_from, farness
 from robocal.calibrate.fit import Fit, softly, unit_weights
 from robocal.calibrate.noise import apply_noise, assess, owners
 from robocal.estimate.least_squares import least_squares
@@ -37,7 +37,7 @@ from robocal.estimate.uncertainty import effective_columns
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 
-__all__ = ["MOST", "neither", "set_aside", "share"]
+__all__ = ["MOST", "Sifted", "neither", "set_aside", "share", "sift"]
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -68,28 +68,41 @@ class _Search:
         return {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
 
 
+@dataclass(frozen=True)
+class Sifted:
+    """The data with gross rows marked, and how far every row is from a soft fit of everything free: the problem of that fit,
+    and the farness of its rows."""
+
+    data: DataSet
+    problem: Problem
+    away: Farness
+
+
 def set_aside(model: Chain, data: DataSet, units: Ints, watch: Watch | None = None) -> DataSet:
+    """The data with the gross rows among those of some units marked as not used."""
+    return sift(model, data, units, watch).data
+
+
+def sift(model: Chain, data: DataSet, units: Ints, watch: Watch | None = None) -> Sifted:
     """The data with the gross rows among those of some units marked as not used; see the module. Rows of other units are not
     judged."""
     if watch:
         watch({"stage": "gross"})
     search = _Search(model, data, units)
     start, tau, used = _nominal(search, tuple(np.ones(len(o), dtype=bool) for o in data.observations))
-    first = search.posed(tau, used, "none")
-    if not first.free:
-        return marked(data, used)
     x = start
     for loss, tuning in (("huber", None), ("tukey", FAR)):
         x, tau = _settled(search, start, x, tau, used, loss, tuning)
     for _ in range(ROUNDS):
         soft = softly(search.posed(tau, used, "none"), start)
-        far = _by_observation(data, soft, farness(soft, x).far)
+        away = farness(soft, x, tau)
+        far = _by_observation(data, soft, away.far)
         now = tuple(~(f & np.isin(o.configuration, units)) for f, o in zip(far, data.observations, strict=True))
         if all((a == b).all() for a, b in zip(now, used, strict=True)):
             break
         used = now
         x, tau = _settled(search, start, x, tau, used, "none", None)
-    return marked(data, used)
+    return Sifted(marked(data, used), soft, away)
 
 
 def _nominal(search: _Search, every: tuple[Bools, ...]) -> tuple[Array, Tau, tuple[Bools, ...]]:
@@ -105,7 +118,7 @@ def _nominal(search: _Search, every: tuple[Bools, ...]) -> tuple[Array, Tau, tup
         if frames:
             x = least_squares(search.posed(tau, every, "huber").with_free(frames), x).x
     there = search.posed(tau, every, "none").with_free(frames)
-    far = _by_observation(search.data, there, farness(there, x).far)
+    far = _by_observation(search.data, there, farness(there, x, tau).far)
     return x, tau, tuple(~f for f in far)
 
 
@@ -134,7 +147,7 @@ def neither(model: Chain, data: DataSet, base: Baseline, found: Fit, units: Ints
     frames = frame_names(model, base.problem)
     one = far_from(data, base.problem.with_free(frames), base.x, units)
     other = far_from(data, found.problem, found.solution.x, units)
-    return tuple(a & b for a, b in zip(one.far, other.far, strict=True))
+    return tuple(a & b for a, b in zip(one.strange, other.far, strict=True))
 
 
 def marked(data: DataSet, used: Iterable[Bools]) -> DataSet:

@@ -21,6 +21,7 @@ from robocal.arms.groups import GROUPS, add, held, released, without
 from robocal.calibrate.baseline import baseline
 from robocal.calibrate.evidence import bootstrap_gain
 from robocal.calibrate.fit import fit
+from robocal.calibrate.gross import set_aside
 from robocal.calibrate.identification import Options
 from robocal.calibrate.linearised import Linearised, linearised
 from robocal.calibrate.ripple import candidates, orders, seek
@@ -76,6 +77,7 @@ class _Race:
             wide, found = candidates(model, sought)
             self.labels = [(j, k) for j, each in found.items() for k in each]
         units = np.arange(len(data.configurations))
+        data = set_aside(held(model), data, units)
         start = baseline(held(model), data, units)[1]
         # Whatever is entered or not, the noise is that of the geometry, and only what is left of it is followed.
         part = fit(held(model), data, units, options, start)

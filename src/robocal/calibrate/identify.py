@@ -96,7 +96,7 @@ def _handed_back(
     # The instrument's own bars: the same columns, weighed with the stated noise alone.
     stated = build(model, data).with_weights(whole.problem.weights).with_free(whole.problem.free)
     known = all(obs.sigma is not None for obs in data.observations)
-    off, strange = total_of(whole), find_outliers(data, whole, best.aside if best else None)
+    off, strange = total_of(whole), find_outliers(data, whole, {u: best.errors(u)[2] for u in told} if best else None)
     bent = linearity(whole, start, u, told)
     scale = scale_of(model, whole, off)
     holds = where_it_holds(model, data, whole, off, (base, base_x), options.region, scale)

@@ -28,7 +28,7 @@ from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["Proof", "drawn", "stages", "units_of", "verdict"]
+__all__ = ["Proof", "best", "drawn", "stages", "units_of", "verdict"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -51,6 +51,12 @@ class Proof:
         before, after = self.before.value[unit], self.after.value[unit]
         told = ~(np.isnan(before) | np.isnan(after))
         return before, after, told if everything else told & ~self.aside[unit]
+
+    @property
+    def starved(self) -> bool:
+        """Whether enough rows were unseen, but too many of them are gross."""
+        some = [[int(self.errors(u, everything)[2].sum()) for everything in (False, True)] for u in self.aside]
+        return bool(some) and some[0][0] < PROOF <= some[0][1]
 
 
 def units_of(problem: Problem) -> tuple[str, ...]:
@@ -98,7 +104,7 @@ def _stages(
             turned = bool(proof.after.profiled.any())
             seen[f"{name}_before"] = Statistic.of(first[told], turned)
             seen[name] = Statistic.of(second[told], turned)
-    constant = _constant(data, base, _first(proofs), everything) if unit == "m" else None
+    constant = _constant(data, base, best(proofs), everything) if unit == "m" else None
     return Stages(
         unit,
         Statistic.of(before[inside]),
@@ -128,8 +134,10 @@ def _folds(proof: Proof, unit: str, at: Ints, everything: bool) -> tuple[Fold, .
     )
 
 
-def _first(proofs: Mapping[str, Proof]) -> Proof | None:
-    return next((proofs[n] for n in ("held_out", "k_fold", "leave_one_out") if n in proofs), None)
+def best(proofs: Mapping[str, Proof]) -> Proof | None:
+    """The proof that the verdict takes: the first that there is, unless gross rows left it too little to prove anything."""
+    known = [proofs[n] for n in ("held_out", "k_fold", "leave_one_out") if n in proofs]
+    return next((p for p in known if not p.starved), known[0] if known else None)
 
 
 def _constant(data: DataSet, base: Problem, proof: Proof | None, everything: bool = False) -> Array | None:
@@ -177,7 +185,7 @@ def verdict(
         return Verdict("refused", (Remark.of(Code.ONE_PLACE),))
     if (aside := share(data)) > MOST:
         return Verdict("refused", (Remark.of(Code.TOO_MANY_ASIDE, share=aside, most=MOST),))
-    proof = _first(proofs)
+    proof = best(proofs)
     if proof is None:
         return Verdict("not_improved", (Remark.of(Code.NOTHING_HELD_OUT),))
     unit = units_of(base)[0]

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.farness import far_from
+from robocal.calibrate.farness import Farness, far_from
 from robocal.calibrate.noise import owners
+from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.rows import kind_of
 from robocal.remarks.code import Code
@@ -19,7 +20,7 @@ from robocal.remarks.remark import Remark
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
 
-__all__ = ["Outlier", "find_outliers"]
+__all__ = ["Outlier", "find_outliers", "named"]
 
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
@@ -30,8 +31,8 @@ FEW = 0.5  # zeros in more of an instrument's rows are what it reads (a ball in 
 class Outlier:
     """An observation that does not belong to the others: where it stands and what was measured (SI), how many robust standard
     deviations it is away from a fit without it, the chance that the farthest of all rows would be, whether it was set aside,
-    whether its error is counted all the same where it was not used (one of the two models comes near it), and the likeliest
-    cause."""
+    whether the verdict counts its error (of a row that was set aside too, where one of the two models comes near it), and the
+    likeliest cause."""
 
     configuration: str
     group: str
@@ -48,22 +49,28 @@ class Outlier:
     cause: Remark | None = None
 
 
-def find_outliers(data: DataSet, found: Fit, aside: Mapping[str, Bools] | None = None) -> tuple[Outlier, ...]:
-    """Rows that are far from a fit to all others, the farthest first; `data` marks those that were set aside, `aside`
-    are those that the verdict left out, by unit in the order of `evidence.errors`."""
-    everyone = np.arange(len(data.configurations))
-    away = far_from(data, found.problem, found.solution.x, everyone)
+def find_outliers(data: DataSet, found: Fit, counted: Mapping[str, Bools] | None = None) -> tuple[Outlier, ...]:
+    """Rows that are far from a fit to all others, the farthest first; `data` marks those that were set aside, `counted`
+    are those whose error the verdict counts, by unit in the order of `evidence.errors`."""
+    away = far_from(data, found.problem, found.solution.x, np.arange(len(data.configurations)))
+    return named(data, found.problem, away, counted)
+
+
+def named(
+    data: DataSet, problem: Problem, away: Farness, counted: Mapping[str, Bools] | None = None
+) -> tuple[Outlier, ...]:
+    """The rows of a problem that are far from its solution, or set aside, by name."""
     out = []
-    seen = dict.fromkeys(aside or (), 0)
-    for t, (own, term) in enumerate(owners(data, found.problem)):
-        left = np.zeros(len(term.index), dtype=bool)
+    seen = dict.fromkeys(counted or (), 0)
+    for t, (own, term) in enumerate(owners(data, problem)):
+        told = np.zeros(len(term.index), dtype=bool)
         for *_, unit in term.parts:
-            if aside is not None and unit in aside:
-                left |= aside[unit][seen[unit] : seen[unit] + len(left)]
-                seen[unit] += len(left)
+            if counted is not None and unit in counted:
+                told |= counted[unit][seen[unit] : seen[unit] + len(told)]
+                seen[unit] += len(told)
         obs = data.observations[own]
         # What is far and was used all the same is no gross row, but it is told.
-        for i in np.flatnonzero(away.far[t] | ~term.used):
+        for i in np.flatnonzero(away.strange[t] | ~term.used):
             row = int(term.index[i])
             out.append(
                 Outlier(
@@ -71,7 +78,7 @@ def find_outliers(data: DataSet, found: Fit, aside: Mapping[str, Bools] | None =
                     None if obs.rows is None else int(obs.rows[row]),
                     float(away.distance[t][i]), float(away.chance[t][i]), float(away.leverage[t][i]),
                     tuple(float(v) for v in obs.value[row]), not bool(term.used[i]),
-                    bool(term.used[i] or not left[i]), cause(obs, row),
+                    bool(told[i]), cause(obs, row),
                 )
             )  # fmt: skip
     return tuple(sorted(out, key=lambda o: -o.distance))

@@ -16,7 +16,7 @@ from robocal.calibrate.fit import Fit
 from robocal.calibrate.folds import local_names, merge, trial, unseen
 from robocal.calibrate.gross import neither
 from robocal.calibrate.identification import Options
-from robocal.calibrate.judge import Proof, units_of
+from robocal.calibrate.judge import Proof, best, units_of
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
@@ -49,7 +49,7 @@ class Proven:
     @property
     def best(self) -> Proof | None:
         """The proof that the verdict takes."""
-        return next((self.proofs[n] for n in ("held_out", "k_fold", "leave_one_out") if n in self.proofs), None)
+        return best(self.proofs)
 
 
 def prove(

@@ -19,7 +19,17 @@ from robocal.remarks.remark import Said
 if TYPE_CHECKING:
     from robocal.jobs.outcome import Outcome
 
-__all__ = ["errors_table", "figure", "indented", "show_outcome", "show_paths", "show_warnings", "table", "verdict_line"]
+__all__ = [
+    "errors_table",
+    "figure",
+    "indented",
+    "show_outcome",
+    "show_paths",
+    "show_warnings",
+    "strange",
+    "table",
+    "verdict_line",
+]
 
 COLOURS = {
     "improved": "bold green",
@@ -103,12 +113,14 @@ def qualified(verdict: Any) -> str:
 def errors_table(residuals: Any, title: str) -> Table | None:
     """Errors at every stage in one unit; None when there are none."""
     rows = [
-        (label, getattr(residuals, name), note) for name, label, note in STAGES if getattr(residuals, name) is not None
+        (name, label, getattr(residuals, name), note)
+        for name, label, note in STAGES
+        if getattr(residuals, name) is not None
     ]
     if not rows:
         return None
     made = table(f"{title} [{residuals.unit}]", "mean", "rms", "95 %", "max", "n", "", right=(1, 2, 3, 4, 5))
-    for label, s, note in rows:
+    for name, label, s, note in rows:
         style = "bold" if label in PROOFS else "dim" if label == "predicting the mean" else ""
         words = ", ".join(w for w in (note, "profiled" if s.profiled else "") if w)
         made.add_row(
@@ -121,6 +133,10 @@ def errors_table(residuals: Any, title: str) -> Table | None:
             Text(words, style="dim"),
             style=style,
         )
+        every = getattr(residuals.all_rows, name, None) if residuals.all_rows is not None else None
+        if every is not None and every.n != s.n:
+            numbers = (figure(v) for v in (every.mean, every.rms, every.p95, every.max))
+            made.add_row("  with gross rows", *numbers, str(every.n), Text("all rows", style="dim"), style="dim")
     return made
 
 
@@ -173,7 +189,7 @@ def show_outcome(terminal: Terminal, outcome: Outcome) -> None:
         terminal.show(Text(result.offsets.reason.sentence, style="dim"), Text(""))
     terminal.show(*show_beyond.groups(result.groups_tried, figure, table), *show_beyond.layer(result.layer, figure))
     terminal.show(*linear(result.linearity, figure), *comparison(result.comparison, figure, table))
-    terminal.show(*strange(result))
+    terminal.show(*strange(result.outliers))
     show_warnings(terminal, result.remarks)
     show_paths(terminal, outcome.written)
     if outcome.left_out:
@@ -225,16 +241,20 @@ def _short(p: Any) -> str:
     return f"only with {', '.join(partners)}" if partners else str(p.note)
 
 
-def strange(result: Any) -> list[Any]:
+def strange(rows: Sequence[Any]) -> list[Any]:
     """Rows that do not belong to the others, by name: the first ten."""
-    if not result.outliers:
+    if not rows:
         return []
-    made = table("outlier", "instrument", "file", "row", "distance", "chance", right=(3, 4, 5))
-    for o in result.outliers[:TEN]:
+    made = table("strange row", "instrument", "file", "row", "value", "distance", "", "likely cause", right=(3, 5))
+    for o in rows[:TEN]:
         where = o.group + (f", {o.target}" if o.target else "")
-        chance = "< 1e-12" if (o.p_value or 0) < 1e-12 else f"{o.p_value:.1g}"
-        made.add_row(o.configuration, where, o.source, str(o.row or "-"), f"{figure(o.distance, 3)} sigma", chance)
-    more = len(result.outliers) - TEN
+        value = f"{', '.join(figure(v) for v in o.value)} {'/'.join(dict.fromkeys(o.units))}"
+        told = "used" if not o.set_aside else "not fitted, counted" if o.counted else "set aside"
+        why = "" if o.cause is None else o.cause.sentence
+        made.add_row(
+            o.configuration, where, o.source, str(o.row or "-"), value, f"{figure(o.distance, 3)} sigma", told, why
+        )
+    more = len(rows) - TEN
     return [made, *([Text(f"... and {more} more in result.json", style="dim")] if more > 0 else []), Text("")]
 
 

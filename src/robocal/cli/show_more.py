@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from robocal.cli.show import figure, indented, show_warnings, table
+from robocal.cli.show import figure, indented, show_warnings, strange, table
 from robocal.cli.terminal import Terminal
 
 if TYPE_CHECKING:
@@ -19,6 +19,8 @@ __all__ = ["show_check", "show_listing"]
 
 def show_check(terminal: Terminal, found: Checked) -> None:
     """What files contain and what they can tell."""
+    from robocal.jobs.strange import outlier
+
     if terminal.json:
         for warning in found.warnings:
             terminal.warn(warning)
@@ -62,7 +64,7 @@ def show_check(terminal: Terminal, found: Checked) -> None:
             terminal.show(
                 Text(f"Nominal model with frames and tool fitted: mean error {figure(found.misfit * 1e3)} mm")
             )
-    terminal.show(Text(""))
+    terminal.show(Text(""), *strange([outlier(o) for o in found.strange]))
     show_warnings(terminal, found.warnings)
 
 

@@ -18,6 +18,7 @@ from robocal.files.beyondparts import Beyond, GroupTried, LayerSummary
 from robocal.files.offsetparts import OffsetsAlone
 from robocal.files.parts import Number, Part, Remark, finite
 from robocal.files.schema import validate
+from robocal.files.strange import Outlier
 from robocal.files.text import read_text
 from robocal.files.trustparts import Coverage, Prediction, Scale, WorkingRange
 from robocal.files.yamlio import Document
@@ -167,6 +168,9 @@ class AngleResiduals(Part):
     k_fold: Statistic | None = None
     k_fold_before: Statistic | None = None
     folds: list[Fold] = Field(default_factory=list)
+    all_rows: AngleResiduals | None = (
+        None  # the same with the gross rows that no mean above counts; null where there are none
+    )
 
 
 class Residuals(AngleResiduals):
@@ -237,21 +241,6 @@ class Provenance(Part):
     started: str = ""
     seconds: Number = None
     options: dict[str, Any] = Field(default_factory=dict)
-
-
-class Outlier(Part):
-    """A row that does not belong to the others: distance in standard deviations from a fit without it, corrected for
-    its leverage; p_value is the chance that the farthest of all rows would be, without any outlier."""
-
-    configuration: str
-    group: str
-    kind: str
-    target: str = ""
-    source: str = ""
-    row: int | None = None
-    distance: Number
-    p_value: Number
-    leverage: Number = None
 
 
 class Result(Part):

@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 
 from robocal.arms.chain import Chain
+from robocal.calibrate.gross import sift
 from robocal.calibrate.identify import baseline
+from robocal.calibrate.outliers import Outlier, named
 from robocal.calibrate.warn import few_numbers, input_remarks
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot
 from robocal.jobs.inputs import Watch, computable, open_arm, read_inputs, robot_files
+from robocal.jobs.strange import outlier
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
@@ -33,10 +36,11 @@ class Checked:
     instruments: tuple[dict[str, Any], ...]
     free: tuple[str, ...]
     seen: Identifiability | None
-    misfit: float | None  # mean error of the nominal model with fitted frames (m)
+    misfit: float | None  # mean error of the nominal model with fitted frames (m), gross rows not counted
     assumed: bool  # whether some noise had to be assumed
     warnings: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
+    strange: tuple[Outlier, ...] = ()  # rows that do not belong to the others
 
     @property
     def document(self) -> dict[str, Any]:
@@ -64,6 +68,7 @@ class Checked:
             "identifiability": found,
             "baseline_mean_error_mm": None if self.misfit is None else self.misfit * 1e3,
             **told(self.warnings),
+            "outliers": [outlier(o).model_dump(mode="json") for o in self.strange],
             "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
         }
 
@@ -79,16 +84,22 @@ def check(
     inputs = read_inputs(robot, data, base=base, tip=tip, watch=watch)
     chain, measured = inputs.robot.chain, inputs.data
     with computable(robot, *data):
-        problem, x = baseline(chain, measured, np.arange(len(measured.configurations)), watch)
+        everyone = np.arange(len(measured.configurations))
+        sifted = sift(chain, measured, everyone, watch)
+        problem, x = baseline(chain, sifted.data, everyone, watch)
         free = problem.table.free
         seen = analyse(problem.with_free(free), x) if free else None
-    lengths = [np.linalg.norm(r.value[:, a:b], axis=1) for r in problem.residuals(x) for a, b, u in r.parts if u == "m"]
+    strange = named(sifted.data, sifted.problem, sifted.away)
+    lengths = [
+        np.linalg.norm(r.value[r.used, a:b], axis=1) for r in problem.residuals(x) for a, b, u in r.parts if u == "m"
+    ]
     misfit = float(np.concatenate(lengths).mean()) if lengths else None
     assumed = any(o.sigma is None for o in measured.observations)
     rows = sum(o.value.size for o in measured.observations)
     said = (*input_remarks(chain, measured), *few_numbers(rows, len(free)), *_free(chain))
     warnings = tuple(dict.fromkeys((*inputs.warnings, *said)))
-    return Checked(inputs.robot, measured, _instruments(measured), free, seen, misfit, assumed, warnings, inputs.files)
+    seen_by = _instruments(measured)
+    return Checked(inputs.robot, measured, seen_by, free, seen, misfit, assumed, warnings, inputs.files, strange)
 
 
 def _free(chain: Chain) -> tuple[Remark, ...]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,7 @@ from robocal.files.units import UNITS, Unit
 from robocal.jobs.alone import offset_result
 from robocal.jobs.beside import linear
 from robocal.jobs.knowledge import knowledge_files, map_columns
+from robocal.jobs.strange import outlier
 from robocal.jobs.trusted import band_remarks, prediction_part, range_part, scale_part
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, documents, sentences
@@ -113,10 +114,7 @@ def to_result(
         working_range=range_part(found),
         scale=scale_part(found),
         linearity=linear(found.linearity),
-        outliers=[
-            files.Outlier(**{k: v for k, v in asdict(o).items() if k != "source"}, source=Path(o.source).name)
-            for o in found.outliers
-        ],
+        outliers=[outlier(o) for o in found.outliers],
         offsets=offset_result(found.offsets, robot),
         correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
         warnings=sentences(said),
@@ -197,7 +195,11 @@ def _stage(stages: Stages | None, unit: Unit) -> dict[str, Any]:
         files.Fold(name=f.name, n=f.n, before=f.before * k, after=f.after * k, profiled=f.profiled)
         for f in stages.folds
     ]
-    return {"unit": unit.name, "folds": folds} | {n: _statistic(getattr(stages, n), unit) for n in names}
+    told: dict[str, Any] = {"unit": unit.name, "folds": folds}
+    told |= {n: _statistic(getattr(stages, n), unit) for n in names}
+    if stages.everything is not None:
+        told["all_rows"] = files.AngleResiduals(**_stage(stages.everything, unit))
+    return told
 
 
 def _residuals(found: Identification) -> files.Residuals:

@@ -89,6 +89,16 @@ def statistics(residuals: Mapping[str, object]) -> list[Row]:
             }
         )
         cells.append(values)
+        every = section(section(residuals, "all_rows"), key)
+        if every and every.get("n") != s.get("n"):
+            digits = decimals(finite(every.get("mean")) or 0.0, 3)
+            cells.append([fixed(every.get(k), digits) for k in ("mean", "rms", "p95", "max")])
+            told = {
+                "n": f"{every['n']:.0f}",
+                "profiled": False,
+                "meaning": "the same with the rows that were set aside",
+            }
+            rows.append({"key": "none", "name": f"{name}, all rows"} | told)
     columns = [align([row[i] for row in cells]) for i in range(4)]
     for i, row in enumerate(rows):
         row["values"] = [texts[i] for texts in columns]
@@ -249,6 +259,18 @@ def outliers(result: Mapping[str, object]) -> list[Row]:
                 "row": MISSING if o.get("row") is None else str(o["row"]),
                 "distance": significant(size, 3),
                 "p": MISSING if p is None else ("< 1e-12" if p < 1e-12 else f"{p:.1g}"),
+                "value": _value(o),
+                "told": "used"
+                if not o.get("set_aside")
+                else "not fitted, counted"
+                if o.get("counted")
+                else "set aside",
+                "cause": str(section(o, "cause").get("sentence") or ""),
             }
         )
     return rows
+
+
+def _value(o: Mapping[str, object]) -> str:
+    units = list(dict.fromkeys(map(str, entries(o.get("units")))))
+    return " ".join((", ".join(significant(v, 4) for v in entries(o.get("value"))), "/".join(units))).strip() or MISSING

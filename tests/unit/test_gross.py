@@ -1,0 +1,92 @@
+"""Gross rows are set aside by one rule for both models, told by name, and counted in no mean that decides."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from unit.arm_data import arm, measured
+from unit.test_outliers import FAST, spoiled
+
+from robocal.calibrate.gross import set_aside, share
+from robocal.calibrate.identification import Options
+from robocal.calibrate.identify import identify
+from robocal.calibrate.judge import _unfinished
+from robocal.estimate.least_squares import Reason
+from robocal.measure.base import problem
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.remarks.code import Code
+
+FAR = {3: [0.2, 0, 0], 11: [0, 0.05, 0], 40: [0, 0, 0.5]}
+
+
+def zeroed(data, rows):
+    obs = data.observations[0]
+    value = np.array(obs.value)
+    value[rows] = 0.0
+    return replace(data, observations=(replace(obs, value=value),))
+
+
+@pytest.mark.parametrize("loss", ["none", "huber", "cauchy", "tukey"])
+def test_what_is_set_aside_moves_neither_model_nor_mean(loss):
+    clean = identify(arm(), measured(60), Options(loss=loss, leave_one_out=False))
+    found = identify(arm(), spoiled(measured(60), FAR), Options(loss=loss, leave_one_out=False))
+    assert found.verdict.status == clean.verdict.status == "improved"
+    stage, every, whole = found.stages[0], found.stages[0].everything, clean.stages[0]
+    assert clean.stages[0].everything is None
+    assert stage.held_out.mean == pytest.approx(whole.held_out.mean, rel=0.15)
+    assert stage.held_out_before.mean == pytest.approx(whole.held_out_before.mean, rel=0.15)
+    counts = [s.after.n + s.held_out.n for s in (stage, every, whole)]
+    assert counts[0] == 57 and counts[1] == counts[2] == 60 and every.after.max > 0.04
+    assert {o.configuration for o in found.outliers if o.set_aside and not o.counted} == {"p3", "p11", "p40"}
+
+
+def test_a_dropped_beam_is_named():
+    found = identify(arm(), zeroed(measured(60), [5, 17]), FAST)
+    assert [o.cause.code for o in found.outliers] == [Code.CAUSE_ZEROS] * 2
+    assert all(o.value == (0.0, 0.0, 0.0) for o in found.outliers)
+    slipped = identify(arm(), spoiled(measured(60), {7: [3e-3, 0, 0]}), FAST).outliers[0]
+    assert slipped.cause.code == Code.CAUSE_ALONE
+
+
+def test_too_many_gross_rows_are_no_outliers():
+    rng = np.random.default_rng(1)
+    bad = {int(i): rng.normal(0, 0.3, 3) for i in rng.choice(60, 15, replace=False)}
+    found = identify(arm(), spoiled(measured(60), bad), Options(leave_one_out=False))
+    assert found.verdict.status == "refused"
+    assert found.verdict.reasons[0].code == Code.TOO_MANY_ASIDE
+
+
+def test_rows_that_are_not_fitted_are_not_judged():
+    data = spoiled(measured(60), FAR)
+    clean = set_aside(arm(), data, np.setdiff1d(np.arange(60), [3, 40]))
+    assert np.flatnonzero(~clean.observations[0].used).tolist() == [11]
+    assert share(clean) == pytest.approx(1 / 60)
+
+
+@pytest.mark.parametrize("loss", ["none", "huber", "cauchy", "tukey"])
+def test_no_loss_weighs_down_a_constraint(loss):
+    """A known distance between two sockets reads nothing of the robot: it costs its square, however far it is off."""
+    ends = Frame("a", (0.5, 0, 0.1, 0, 0, 0)), Frame("b", (0.6, 0, 0.1, 0, 0, 0))
+    one = np.zeros(1, dtype=np.int64)
+    bar = Observations("distance", one, np.array([[0.05]]), np.array([[1e-4]]), options={"ends": ends})
+    made = problem(arm(), DataSet(Configurations(("bar",), np.full((1, 5), np.nan)), (bar,))).with_loss(loss)
+    assert not made.terms[0].reading
+    assert made.normal(made.start).cost[0] == pytest.approx(0.5 * 500**2)
+    assert problem(arm(), measured(5)).terms[0].reading
+
+
+def test_no_fit_that_did_not_converge_is_improved():
+    class Ended:
+        def __init__(self, reason=Reason.COST, converged=True):
+            self.reasons, self.converged = (reason,), converged
+            self.solution = self.before = self.after = self
+
+    good, options = Ended(), Options()
+    assert _unfinished(good, good, options, True) is None
+    assert _unfinished(good, good, options, False) == "the baseline"
+    assert _unfinished(Ended(Reason.ITERATIONS), good, options, True) == "the fit to everything"
+    bad = Ended()
+    bad.after = Ended(converged=False)
+    assert _unfinished(good, bad, options, True) == "a round"
