@@ -32,6 +32,7 @@ class Code(StrEnum):
     ANGLES_UNEXPLAINED = "angles-unexplained"
     ENDED_ELSEWHERE = "ended-elsewhere"
     TOO_MANY_ASIDE = "too-many-aside"
+    SEGMENT = "segment"
 
     # --- what a careful colleague would say about data and fit ---
     PARALLEL_AXES = "parallel-axes"
