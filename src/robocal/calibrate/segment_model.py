@@ -46,7 +46,7 @@ class Found:
     @property
     def cost(self) -> float:
         """What its columns explain by chance."""
-        return self.candidate.column.shape[2] * math.log(self.candidate.column.size)
+        return float(self.candidate.column.shape[2] * math.log(self.candidate.column.size))
 
     @property
     def column(self) -> Array:
@@ -94,9 +94,7 @@ class Model:
         dx = self.root @ (self.root.T @ b)
         self.used = float(kept.sum() - self.info @ (self.root**2).sum(axis=1))
         self.share = math.sqrt(max(1 - self.used / max(count, 1), 0.05))
-        self.left = [
-            (r.residual - j @ dx) / u for r, j, u in zip(self.runs, self.jacobian, self.unit, strict=True)
-        ]
+        self.left = [(r.residual - j @ dx) / u for r, j, u in zip(self.runs, self.jacobian, self.unit, strict=True)]
 
     def _reweigh(self) -> None:
         """Units in which rows scatter by one, and less weight for those far outside."""

@@ -29,19 +29,18 @@ __all__ = ["Candidate", "Run", "runs"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 HOLD = 3.0  # expected errors: how softly the model is held, so that few rows cannot bend it to anything
+FELT = 1e-6  # of the largest column: what is less is rounding
 UNSAID = "moved"  # owner of the target that nobody named
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What may have moved: `target` or `instrument`, its name, and whether all targets did; column (k, d, q) of each row,
-    and which column is a length (the others are angles)."""
+    """What may have moved: `target` or `instrument`, the names of the targets where there are several, and the columns
+    (k, d, q) of every row."""
 
     cause: str
     name: str
-    every: bool
     column: Array
-    length: NDArray[np.bool_]
 
     @property
     def rows(self) -> Ints:
@@ -66,7 +65,9 @@ class Run:
         return kind_of(self.obs).parts
 
 
-def runs(model: Chain, data: DataSet, start: Mapping[str, float], weights: Array | None = None) -> tuple[list[Run], Array]:
+def runs(
+    model: Chain, data: DataSet, start: Mapping[str, float], weights: Array | None = None
+) -> tuple[list[Run], Array]:
     """Every file as a run, at a robust fit of everything free from `start`, and the information (n,) that holds it."""
     asked = DataSet(data.configurations, tuple(_seen(o, i) for i, o in enumerate(data.observations)))
     made = build(model, asked).with_weights(weights).with_loss("huber")
@@ -134,16 +135,16 @@ def _candidates(obs: Observations, wide: Problem, j: Array) -> tuple[Candidate, 
     seen = range(len(obs.targets)) if obs.target is None else np.unique(obs.target)
     names = [obs.targets[int(t)].name for t in seen]
     many = len(names) > 1
-    found = [("target", n, False, of(n)) for n in names]
+    found = [("target", n if many else "", of(n)) for n in names]
     if many:
         # Targets on one tool shift together; how they would turn together is not asked.
-        found.append(("target", names[0], True, np.sum([of(n)[..., :3] for n in names], axis=0)))
+        found.append(("target", ", ".join(names), np.sum([of(n)[..., :3] for n in names], axis=0)))
     if obs.frame is not None:
-        found.append(("instrument", obs.frame.name, True, of(obs.frame.name)))
+        found.append(("instrument", "", of(obs.frame.name)))
     out = []
-    for cause, name, every, column in found:
+    for cause, name, column in found:
         size = np.sqrt(np.sum(column**2, axis=(0, 1)))
-        felt = np.flatnonzero(size > 1e-9 * size.max(initial=0.0)) if size.max(initial=0.0) > 0 else np.zeros(0, int)
+        felt = np.flatnonzero(size > FELT * size.max(initial=0.0))
         if len(felt):
-            out.append(Candidate(cause, name, every or not many, column[..., felt], felt < 3))
+            out.append(Candidate(cause, name, column[..., felt]))
     return tuple(out)

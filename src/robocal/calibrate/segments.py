@@ -28,7 +28,7 @@ from robocal.calibrate.segment_model import LEAST, Found, Model, spread
 from robocal.calibrate.segment_rows import Run, runs
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark
+from robocal.remarks.remark import Number, Quantity, Remark
 
 __all__ = ["Segment", "find_segments", "refused_by", "segment_remarks"]
 
@@ -39,6 +39,12 @@ SEEN = 1.5  # the same after the model's own answer
 MAJORITY = 0.8  # of the rows of a segment that must have moved alike
 SMALL = {"m": 1e-5, "rad": 1e-5, "px": 0.05}  # what moved by less is nobody's concern, however exact the numbers are
 MOST = 6
+# What a data file of its own says, so that what moved has a place of its own there.
+LINES = {
+    "target": "targets: {moved: {}}",
+    "instrument": "frame: {name: moved}",
+    "target or instrument": "frame: {name: moved}, or targets: {moved: {}}",
+}
 # Causes that gain this share of the best are compared; one that leaves no more than this many times is named with it.
 ALIKE, APART = 0.5, 1.15
 
@@ -54,7 +60,7 @@ class Segment:
     last: int
     rows: tuple[int, int]
     cause: str  # target, instrument, or either
-    name: str  # of the target where there are several, else ""
+    name: str  # of the target (or all targets) where there are several, else ""
     shift: float | None  # m
     turn: float | None  # rad
     strength: float  # what it explains per axis, over what is left
@@ -89,21 +95,17 @@ def find_segments(
 
 def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
     """One remark for every segment."""
-    return tuple(
-        Remark.of(
-            Code.SEGMENT,
-            group=s.group,
-            file=s.source or s.group,
-            first=s.rows[0],
-            last=s.rows[1],
-            count=s.count,
-            moved=f"{s.cause} {s.name}".rstrip(),
-            shift=None if s.shift is None else Quantity(s.shift),
-            turn=None if s.turn is None else Quantity(s.turn, "rad"),
-            strength=s.strength,
-        )
-        for s in found
-    )
+    out = []
+    for s in found:
+        said: dict[str, Number] = {"file": s.source or s.group, "first": s.rows[0], "last": s.rows[1], "count": s.count}
+        said["shift"] = None if s.shift is None else Quantity(s.shift)
+        said["turn"] = None if s.turn is None else Quantity(s.turn, "rad")
+        said["strength"] = s.strength
+        if s.name and s.cause == "target":
+            out.append(Remark.of(Code.SEGMENT_OF_TARGET, **said, target=s.name))
+        else:
+            out.append(Remark.of(Code.SEGMENT, **said, moved=s.cause, line=LINES[s.cause]))
+    return tuple(out)
 
 
 def refused_by(found: tuple[Segment, ...], verdict: Verdict) -> Verdict:
@@ -130,7 +132,7 @@ def _left_of(model: Model, best: Found) -> float:
     """What a model leaves of the rows of a segment, in units of the noise as it was fitted."""
     i = model.number(best.run)
     left = model.left[i][best.a : best.b]
-    return math.prod(model.unit[i][first] * spread(left[:, first:stop]) for first, stop, _ in best.run.parts)
+    return float(np.prod([model.unit[i][a] * spread(left[:, a:b]) for a, b, _ in best.run.parts]))
 
 
 def _judged(state: Model, best: Found, after: Model, tried: float) -> Segment | None:
@@ -165,8 +167,8 @@ def _judged(state: Model, best: Found, after: Model, tried: float) -> Segment | 
     rows = np.arange(len(left)) if best.run.obs.rows is None else best.run.obs.rows
     return Segment(
         best.run.obs.source, best.run.obs.label, best.a, best.b - 1, (int(rows[best.a]), int(rows[best.b - 1])),
-        "target or instrument" if best.either else c.cause, "" if c.every else c.name,
-        moved.get("m"), moved.get("rad"), strength, chance, int(mine.sum()),
+        "target or instrument" if best.either else c.cause, c.name,
+        moved.get("m"), moved.get("rad"), float(strength), chance, int(mine.sum()),
     )  # fmt: skip
 
 
@@ -174,7 +176,11 @@ def _together(best: Found, left: Array, unit: Array, mine: NDArray[np.bool_]) ->
     """The share of the rows that are nearer to the model with the step than without: gross rows do not all move alike."""
     step = (best.column @ best.step / unit)[mine]
     after = left[mine]
-    return float(np.mean((after**2).sum(axis=1) < np.minimum(((after - step) ** 2).sum(axis=1), ((after + step) ** 2).sum(axis=1))))
+    return float(
+        np.mean(
+            (after**2).sum(axis=1) < np.minimum(((after - step) ** 2).sum(axis=1), ((after + step) ** 2).sum(axis=1))
+        )
+    )
 
 
 def _moved(best: Found, effect: Array) -> dict[str, float]:

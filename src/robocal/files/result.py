@@ -15,8 +15,12 @@ from pydantic import Field
 from robocal.errors import FormatError
 from robocal.files.beside import Comparison, Linearity
 from robocal.files.beyondparts import Beyond, GroupTried, LayerSummary
+<<<<<<< HEAD
 from robocal.files.offsetparts import OffsetsAlone
 from robocal.files.parts import Number, Part, Remark, finite
+=======
+from robocal.files.parts import Number, Part, Remark, RowsLeftOut, finite
+>>>>>>> 6bf145b (Rows are left out by hand (--exclude, exclude:) and where something is missing (missing: skip); segments in identify and check)
 from robocal.files.schema import validate
 from robocal.files.text import read_text
 from robocal.files.trustparts import Coverage, Prediction, Scale, WorkingRange
@@ -237,6 +241,7 @@ class Provenance(Part):
     started: str = ""
     seconds: Number = None
     options: dict[str, Any] = Field(default_factory=dict)
+    left_out: list[RowsLeftOut] = Field(default_factory=list)
 
 
 class Outlier(Part):

@@ -33,6 +33,7 @@ class Code(StrEnum):
     ENDED_ELSEWHERE = "ended-elsewhere"
     TOO_MANY_ASIDE = "too-many-aside"
     SEGMENT = "segment"
+    SEGMENT_OF_TARGET = "segment-of-target"
 
     # --- what a careful colleague would say about data and fit ---
     PARALLEL_AXES = "parallel-axes"
@@ -107,6 +108,8 @@ class Code(StrEnum):
     LARGEST_ANGLE = "largest-angle"
     SPREAD_UNLIKE = "spread-unlike"
     AS_STATED_UNFIT = "as-stated-unfit"
+    ROWS_EXCLUDED = "rows-excluded"
+    ROWS_MISSING = "rows-missing"
 
     # --- a model judged, used and handed on ---
     FITTED_TO_THESE = "fitted-to-these"

@@ -52,4 +52,12 @@ TABLE: dict[Code, Words] = {
     Code.LARGEST_ANGLE: Words("the largest is {largest:.4g} {unit}"),
     Code.SPREAD_UNLIKE: Words("they spread over {spread:.3g} m, the arm measures {reach:.3g} m"),
     Code.AS_STATED_UNFIT: Words("the model does not fit the values as they are stated"),
+    Code.ROWS_EXCLUDED: Words(
+        "{file}: {count} rows were left out by hand ({rows})",
+        "The figures are those of the other rows.",
+    ),
+    Code.ROWS_MISSING: Words(
+        "{file}: {count} rows were left out because something in them is missing ({rows})",
+        "The figures are those of the other rows.",
+    ),
 }

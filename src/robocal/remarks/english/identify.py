@@ -109,8 +109,14 @@ TABLE: dict[Code, Words] = {
     Code.SEGMENT: Words(
         "{file}: from row {first} to row {last} everything is off[ by {shift:.3g}][, turned by {turn:.3g}], as if the {moved} had "
         "moved ({count} rows, {strength:.1f} times what is left elsewhere)",
-        "Split the file before row {first} and after row {last} in data files of their own, each with a target or an instrument of "
-        "its own (targets: NAME, frame: NAME), or leave the rows out (--exclude).",
+        "Leave these rows out of this data file (exclude: {first}-{last}) and read them by another one, which excludes the others "
+        "and says {line}; or do without them (--exclude {first}-{last}).",
+    ),
+    Code.SEGMENT_OF_TARGET: Words(
+        "{file}: from row {first} to row {last} what was measured of {target} is off[ by {shift:.3g}][, turned by {turn:.3g}], as if "
+        "it had moved ({count} rows, {strength:.1f} times what is left elsewhere)",
+        "Give it another name from row {first} to row {last} in the column of targets, or do without these rows "
+        "(--exclude {first}-{last}).",
     ),
     # --- what a careful colleague would say about data and fit ---
     Code.PARALLEL_AXES: Words(
