@@ -88,7 +88,9 @@ def runs(
 
 
 def _seen(obs: Observations, number: int) -> Observations:
-    """The same with a target, where none was named: at the tool's origin, and held there."""
+    """The same with a target, where none was named: at the tool's origin, and held there. Rows that were set aside as gross
+    count again: there may be a reason for all of them."""
+    obs = replace(obs, used=None)
     if obs.targets:
         return obs
     mount = "base" if obs.frame is not None and obs.frame.mount == "tool" else "tool"

@@ -58,11 +58,8 @@ class Reading:
     suspicions: tuple[Suspicion, ...] = ()
     units: Units = field(default_factory=Units)
     alternatives: tuple[Suspicion, ...] = ()  # of units, to be tried when nothing fits
-<<<<<<< HEAD
     spoken: tuple[Spoken, ...] = ()  # how each table speaks
-=======
     left_out: tuple[LeftOut, ...] = ()  # rows that were not read
->>>>>>> 6bf145b (Rows are left out by hand (--exclude, exclude:) and where something is missing (missing: skip); segments in identify and check)
 
     def __add__(self, other: Reading) -> Reading:
         """Two readings as one; the units are the first one's."""
@@ -73,11 +70,8 @@ class Reading:
             warnings=self.warnings + other.warnings,
             suspicions=self.suspicions + other.suspicions,
             alternatives=self.alternatives + other.alternatives,
-<<<<<<< HEAD
             spoken=self.spoken + other.spoken,
-=======
             left_out=self.left_out + other.left_out,
->>>>>>> 6bf145b (Rows are left out by hand (--exclude, exclude:) and where something is missing (missing: skip); segments in identify and check)
         )
 
 

@@ -15,12 +15,8 @@ from pydantic import Field
 from robocal.errors import FormatError
 from robocal.files.beside import Comparison, Linearity
 from robocal.files.beyondparts import Beyond, GroupTried, LayerSummary
-<<<<<<< HEAD
 from robocal.files.offsetparts import OffsetsAlone
-from robocal.files.parts import Number, Part, Remark, finite
-=======
 from robocal.files.parts import Number, Part, Remark, RowsLeftOut, finite
->>>>>>> 6bf145b (Rows are left out by hand (--exclude, exclude:) and where something is missing (missing: skip); segments in identify and check)
 from robocal.files.schema import validate
 from robocal.files.text import read_text
 from robocal.files.trustparts import Coverage, Prediction, Scale, WorkingRange

@@ -162,19 +162,15 @@ def identify_inputs(
         "hold_out": found.options.hold_out,
         "leave_one_out": any(s.leave_one_out is not None for s in found.stages),
     }
-<<<<<<< HEAD
-    recipe = provenance(command, every, choices.seed, stamp, time.perf_counter() - clock, choices.record | decided)
-=======
     recipe = provenance(
         command,
-        inputs.files,
+        every,
         choices.seed,
         stamp,
         time.perf_counter() - clock,
         choices.record | decided,
         inputs.reading.left_out,
     )
->>>>>>> 6bf145b (Rows are left out by hand (--exclude, exclude:) and where something is missing (missing: skip); segments in identify and check)
     more = {"comparison": others, "layer": layer_result(guarded)} | group_results(robot, tried)
     result = to_result(found, robot, recipe, inputs.warnings).model_copy(update=more)
     outcome = Outcome(result, residual_columns(found), found, robot, layer=guarded.layer if guarded else None)

@@ -154,14 +154,9 @@ def validate(
     watch: Watch | None = None,
 ) -> Validation:
     """Validates a robot on data files, compared with another robot when one is given; `output` gets validation.json
-<<<<<<< HEAD
     and validation.html. `offsets` is a file of joint offsets to be judged on the nominal robot, and compared with it where
     nothing else is named. `distances` says between which places: see `standard`. Raises InputError."""
-    inputs = read_inputs(robot, data, base=base, tip=tip, watch=watch)
-=======
-    and validation.html. `distances` says between which places: see `standard`. Raises InputError."""
     inputs = read_inputs(robot, data, base=base, tip=tip, exclude=exclude, watch=watch)
->>>>>>> 6bf145b (Rows are left out by hand (--exclude, exclude:) and where something is missing (missing: skip); segments in identify and check)
     other = None if against is None else open_arm(against, base=base, tip=tip)
     shifted = None if offsets is None else offset_robot(robot, inputs.robot, offsets)
     if shifted is not None:

@@ -106,6 +106,7 @@ TABLE: dict[Code, Words] = {
         "cannot be told",
         "Look at the rows that are named: several targets or instruments in one file, a wrong pairing of rows, a target that moved. "
         "Leave out what is wrong, or measure again.",
+    ),
     Code.SEGMENT: Words(
         "{file}: from row {first} to row {last} everything is off[ by {shift:.3g}][, turned by {turn:.3g}], as if the {moved} had "
         "moved ({count} rows, {strength:.1f} times what is left elsewhere)",
