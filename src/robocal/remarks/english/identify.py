@@ -183,8 +183,8 @@ TABLE: dict[Code, Words] = {
         "State a length that gives the scale: a distance, a bar, the radius of a ball.",
     ),
     Code.ERRORS_FOLLOW: Words(
-        "{group}: errors follow those measured just before (z = {z:.0f}): a target that slipped, an instrument or arm that warmed up, "
-        "or like poses measured together; held-out errors may then flatter",
+        "{group}: errors follow those measured just before, beyond what like poses share ({share:.0%} of their squares, z = {z:.0f}): "
+        "a target that slipped, or an instrument or arm that warmed up; held-out errors may then flatter",
         "Hold out blocks of time (--hold-out blocks), and measure in random order.",
     ),
     Code.NOT_LINEAR: Words(
