@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.calibrate.causes import causes_of
 from robocal.calibrate.farness import far_from
 from robocal.calibrate.noise import owners
 from robocal.measure.data import DataSet, Observations
-from robocal.measure.rows import kind_of
+from robocal.measure.rows import Rows, kind_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -21,8 +22,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Outlier", "find_outliers"]
 
+Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
+MAD = 0.6745  # the median distance of a standard normal number from 0
 FEW = 0.5  # zeros in more of an instrument's rows are what it reads (a ball in a socket), and no dropped beam
 
 
@@ -63,7 +66,9 @@ def find_outliers(data: DataSet, found: Fit, aside: Mapping[str, Bools] | None =
                 seen[unit] += len(left)
         obs = data.observations[own]
         # What is far and was used all the same is no gross row, but it is told.
-        for i in np.flatnonzero(away.far[t] | ~term.used):
+        strange = np.flatnonzero(away.far[t] | ~term.used)
+        named = _causes(obs, term, found.solution.x, strange)
+        for i in strange:
             row = int(term.index[i])
             out.append(
                 Outlier(
@@ -71,10 +76,25 @@ def find_outliers(data: DataSet, found: Fit, aside: Mapping[str, Bools] | None =
                     None if obs.rows is None else int(obs.rows[row]),
                     float(away.distance[t][i]), float(away.chance[t][i]), float(away.leverage[t][i]),
                     tuple(float(v) for v in obs.value[row]), not bool(term.used[i]),
-                    bool(term.used[i] or not left[i]), cause(obs, row),
+                    bool(term.used[i] or not left[i]), named[int(i)],
                 )
             )  # fmt: skip
     return tuple(sorted(out, key=lambda o: -o.distance))
+
+
+def _causes(obs: Observations, term: Rows, x: Array, strange: Ints) -> dict[int, Remark]:
+    """The likeliest cause of every strange row of a term: from what it says itself, else from what the others predict."""
+    alone = {int(i): cause(obs, int(term.index[i])) for i in strange}
+    start, stop, _ = kind_of(obs).parts[0]
+    if not alone or stop - start < 2:
+        return alone
+    value, predicted = (v[:, start:stop] for v in (term.value[0], term.predict(np.atleast_2d(x))))
+    spread = (
+        np.median(np.abs(value - predicted)[term.used], axis=0) / MAD if term.used.any() else np.zeros(stop - start)
+    )
+    rows = term.index if obs.rows is None else obs.rows[term.index]
+    told = {n.row: n.remark(rows) for n in causes_of(strange, value, predicted, spread)}
+    return {i: told.get(i, said) if said.code is Code.CAUSE_ALONE else said for i, said in alone.items()}
 
 
 def cause(obs: Observations, row: int) -> Remark:
