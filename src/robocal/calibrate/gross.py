@@ -71,10 +71,11 @@ class _Search:
 @dataclass(frozen=True)
 class Sifted:
     """The data with gross rows marked, and how far every row is from a soft fit of everything free: the problem of that fit,
-    and the farness of its rows."""
+    where it ended, x (1, P), and the farness of its rows."""
 
     data: DataSet
     problem: Problem
+    x: Array
     away: Farness
 
 
@@ -95,14 +96,14 @@ def sift(model: Chain, data: DataSet, units: Ints, watch: Watch | None = None) -
         x, tau = _settled(search, start, x, tau, used, loss, tuning)
     for _ in range(ROUNDS):
         soft = softly(search.posed(tau, used, "none"), start)
-        away = farness(soft, x, tau)
+        there, away = x, farness(soft, x, tau)
         far = _by_observation(data, soft, away.far)
         now = tuple(~(f & np.isin(o.configuration, units)) for f, o in zip(far, data.observations, strict=True))
         if all((a == b).all() for a, b in zip(now, used, strict=True)):
             break
         used = now
         x, tau = _settled(search, start, x, tau, used, "none", None)
-    return Sifted(marked(data, used), soft, away)
+    return Sifted(marked(data, used), soft, there, away)
 
 
 def _nominal(search: _Search, every: tuple[Bools, ...]) -> tuple[Array, Tau, tuple[Bools, ...]]:

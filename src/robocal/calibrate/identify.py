@@ -34,6 +34,7 @@ from robocal.calibrate.region import qualified, where_it_holds
 from robocal.calibrate.results import parameter_results, prediction_band, row_table
 from robocal.calibrate.scale import scale_of, scaled
 from robocal.calibrate.scatter import kept_rows
+from robocal.calibrate.segments import find_segments, refused_by
 from robocal.calibrate.split import SHARE, make_split, places
 from robocal.calibrate.warn import data_warnings
 from robocal.errors import ModelError
@@ -97,6 +98,7 @@ def _handed_back(
     stated = build(model, data).with_weights(whole.problem.weights).with_free(whole.problem.free)
     known = all(obs.sigma is not None for obs in data.observations)
     off, strange = total_of(whole), find_outliers(data, whole, {u: best.errors(u)[2] for u in told} if best else None)
+    moved = find_segments(model, data, dict(zip(names, map(float, values), strict=False)))
     bent = linearity(whole, start, u, told)
     scale = scale_of(model, whole, off)
     holds = where_it_holds(model, data, whole, off, (base, base_x), options.region, scale)
@@ -114,7 +116,7 @@ def _handed_back(
         whole.identifiability,
         tuple(stages(data, base, base_x, part, proven.fit_units, proven.proofs, unit) for unit in told),
         whole.groups,
-        qualified(scaled(judged, scale), holds),
+        refused_by(moved, qualified(scaled(judged, scale), holds)),
         row_table(data, base, base_x, part, held, best.after.value if best else {}),
         tuple(ids[i] for i in proven.fit_units),
         tuple(ids[i] for i in held),

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.calibrate.causes import causes_of
 from robocal.calibrate.farness import Farness, far_from
 from robocal.calibrate.noise import owners
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet, Observations
-from robocal.measure.rows import kind_of
+from robocal.measure.rows import Rows, kind_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -22,8 +23,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Outlier", "find_outliers", "named"]
 
+Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
+MAD = 0.6745  # the median distance of a standard normal number from 0
 FEW = 0.5  # zeros in more of an instrument's rows are what it reads (a ball in a socket), and no dropped beam
 
 
@@ -52,14 +55,15 @@ class Outlier:
 def find_outliers(data: DataSet, found: Fit, counted: Mapping[str, Bools] | None = None) -> tuple[Outlier, ...]:
     """Rows that are far from a fit to all others, the farthest first; `data` marks those that were set aside, `counted`
     are those whose error the verdict counts, by unit in the order of `evidence.errors`."""
-    away = far_from(data, found.problem, found.solution.x, np.arange(len(data.configurations)))
-    return named(data, found.problem, away, counted)
+    x = found.solution.x
+    away = far_from(data, found.problem, x, np.arange(len(data.configurations)))
+    return named(data, found.problem, x, away, counted)
 
 
 def named(
-    data: DataSet, problem: Problem, away: Farness, counted: Mapping[str, Bools] | None = None
+    data: DataSet, problem: Problem, x: Array, away: Farness, counted: Mapping[str, Bools] | None = None
 ) -> tuple[Outlier, ...]:
-    """The rows of a problem that are far from its solution, or set aside, by name."""
+    """The rows of a problem that are far from its solution x (1, P), or set aside, by name."""
     out = []
     seen = dict.fromkeys(counted or (), 0)
     for t, (own, term) in enumerate(owners(data, problem)):
@@ -70,7 +74,9 @@ def named(
                 seen[unit] += len(told)
         obs = data.observations[own]
         # What is far and was used all the same is no gross row, but it is told.
-        for i in np.flatnonzero(away.strange[t] | ~term.used):
+        strange = np.flatnonzero(away.strange[t] | ~term.used)
+        said = _causes(obs, term, x, strange)
+        for i in strange:
             row = int(term.index[i])
             out.append(
                 Outlier(
@@ -78,10 +84,25 @@ def named(
                     None if obs.rows is None else int(obs.rows[row]),
                     float(away.distance[t][i]), float(away.chance[t][i]), float(away.leverage[t][i]),
                     tuple(float(v) for v in obs.value[row]), not bool(term.used[i]),
-                    bool(told[i]), cause(obs, row),
+                    bool(told[i]), said[int(i)],
                 )
             )  # fmt: skip
     return tuple(sorted(out, key=lambda o: -o.distance))
+
+
+def _causes(obs: Observations, term: Rows, x: Array, strange: Ints) -> dict[int, Remark]:
+    """The likeliest cause of every strange row of a term: from what it says itself, else from what the others predict."""
+    alone = {int(i): cause(obs, int(term.index[i])) for i in strange}
+    start, stop, _ = kind_of(obs).parts[0]
+    if not alone or stop - start < 2:
+        return alone
+    value, predicted = (v[:, start:stop] for v in (term.value[0], term.predict(np.atleast_2d(x))))
+    spread = (
+        np.median(np.abs(value - predicted)[term.used], axis=0) / MAD if term.used.any() else np.zeros(stop - start)
+    )
+    rows = term.index if obs.rows is None else obs.rows[term.index]
+    told = {n.row: n.remark(rows) for n in causes_of(strange, value, predicted, spread)}
+    return {i: told.get(i, said) if said.code is Code.CAUSE_ALONE else said for i, said in alone.items()}
 
 
 def cause(obs: Observations, row: int) -> Remark:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain, Element
 from robocal.arms.conventions import CONVENTIONS, parallel_axes
 from robocal.calibrate.estimators import estimator
+from robocal.calibrate.follow import follows
 from robocal.calibrate.outliers import Outlier
 from robocal.estimate.uncertainty import uncertainty
 from robocal.geometry import fits
@@ -26,7 +27,7 @@ __all__ = ["data_warnings", "few_numbers", "implausible", "input_remarks", "unma
 IMPLAUSIBLE = 20.0  # times what was expected: 20 mm, 6 deg
 SURE = 5.0  # standard deviations: a change that is none of the fit's own uncertainty
 COMPUTED = 1e-6  # m: no arm repeats and no instrument reads so well
-DRIFT = 6.0  # standard deviations
+DRIFT, SHARE = 4.0, 0.2  # standard deviations, and what share of the squares: less is of no consequence
 FLAT = 0.02  # thickness of the measured points against their extent
 
 
@@ -47,7 +48,7 @@ def data_warnings(
     out.extend(fit.notes)
     out.extend(implausible(model, fit))
     out.extend(_outliers(strange, fit))
-    out.extend(_drift(fit))
+    out.extend(_drift(data, fit))
     if fit.restarted:
         out.append(Remark.of(Code.RESTARTED, starts=fit.restarted))
     return tuple(out)
@@ -157,15 +158,10 @@ def _zeros(element: Element, joints: Sequence[str]) -> list[str]:
     return [t.parameter for t in element.terms if driven and t.column == "1"]
 
 
-def _drift(fit: Fit) -> list[Remark]:
-    """Residuals that resemble those measured just before: something moved while measuring, or like poses were grouped."""
-    out = []
-    for r in fit.problem.residuals(fit.solution.x):
-        w = (r.value * r.scale)[r.used][np.argsort(r.unit[r.used], kind="stable")]
-        if len(w) < 20 or not (w * w).sum() > 0:
-            continue
-        # Under independence the normalised lag-one product has a variance of one over its number of terms.
-        z = float((w[1:] * w[:-1]).sum() / (w * w).sum() * np.sqrt(w.size))
-        if z > DRIFT:
-            out.append(Remark.of(Code.ERRORS_FOLLOW, group=r.group, z=z))
-    return out
+def _drift(data: DataSet, fit: Fit) -> list[Remark]:
+    """Errors that resemble those measured just before, more than like poses do: something moved or warmed up."""
+    found: dict[str, tuple[float, float]] = {}
+    for group, z, share in follows(data, fit):
+        if z > DRIFT and share > SHARE and z > found.get(group, (0.0, 0.0))[0]:
+            found[group] = z, share
+    return [Remark.of(Code.ERRORS_FOLLOW, group=g, z=z, share=share) for g, (z, share) in found.items()]

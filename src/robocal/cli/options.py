@@ -111,6 +111,12 @@ Folds = Annotated[
 GroupColumn = Annotated[
     str | None, option("--group", metavar="COLUMN", text="The column that says what is held out together.")
 ]
+Exclude = Annotated[
+    list[str],
+    option(
+        "--exclude", metavar="ROWS", text="Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW."
+    ),
+]
 Blocks = Annotated[int, typer.Option("--blocks", metavar="N", min=2, help="How many, with --hold-out blocks.")]
 Reselect = Annotated[
     bool, typer.Option("--reselect", help="With --folds: find noise and what is seen anew in every round.")

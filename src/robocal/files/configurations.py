@@ -228,6 +228,11 @@ def _named(second: SecondModel, table: CsvTable, made: Configurations, own: Ints
     other, measuring = np.zeros(len(table), dtype=np.int64), []
     for i, row in enumerate(table.cells):
         cell = row[at].strip()
+        if cell and cell in table.gone:
+            raise table.fail(
+                "this row compares with one that is left out", i, table.label(at), found=cell,
+                expected="both left out, or none",
+            )  # fmt: skip
         if cell and cell not in number:
             few = ", ".join(made.ids[:5]) + (", ..." if len(made.ids) > 5 else "")
             raise table.fail(

@@ -12,7 +12,7 @@ import math
 import os
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,18 +22,29 @@ from numpy.typing import NDArray
 from robocal.errors import FormatError, nearest
 from robocal.files.text import read_text
 
-__all__ = ["CsvTable", "csv_text", "read_csv"]
+__all__ = ["CsvTable", "MissingCells", "csv_text", "read_csv"]
 
 Array = NDArray[np.float64]
 _UNIT = re.compile(r"^(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]\s*$")
 _COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+MISSING = ("", "nan", "na")  # how tables write a cell that nobody filled
+SKIP = "csv: {missing: skip} in the data file, which leaves such rows out"
 SEPARATORS = {";": "';'", "\t": "a tab", ",": "','", " ": "a space", "|": "'|'"}
+
+
+class MissingCells(Exception):
+    """Some rows (indices) lack a cell that is needed, in a table whose reader wants to know of all of them."""
+
+    def __init__(self, rows: NDArray[np.int64]) -> None:
+        self.rows = rows
+        super().__init__(f"{len(rows)} rows")
 
 
 @dataclass(frozen=True)
 class CsvTable:
     """Cells by row; `lines` are the line numbers of the rows; `names` are empty without a header; `units` those in the
-    header, or None."""
+    header, or None. `skip` says that rows in which something is missing are left out, `gone` are the ids of rows that
+    were."""
 
     path: Path
     sha256: str
@@ -42,9 +53,22 @@ class CsvTable:
     lines: NDArray[np.int64]
     cells: tuple[tuple[str, ...], ...]
     decimal: str = "."
+    skip: bool = False
+    gone: frozenset[str] = frozenset()
 
     def __len__(self) -> int:
         return len(self.cells)
+
+    def without(self, rows: NDArray[np.bool_], ids: Sequence[str] | None = None) -> CsvTable:
+        """The table without some rows (k,); `ids` (k,) name them for those who look for them. Raises FormatError when none
+        is left."""
+        if rows.all():
+            raise FormatError("every row is left out", file=self.path, expected="at least one row")
+        kept = np.flatnonzero(~rows)
+        gone = {name for name, out in zip(ids or (), rows, strict=False) if out}
+        return replace(
+            self, lines=self.lines[kept], cells=tuple(self.cells[i] for i in kept), gone=self.gone | frozenset(gone)
+        )
 
     @property
     def width(self) -> int:
@@ -95,7 +119,9 @@ class CsvTable:
         at = self.find(column)
         out = tuple(row[at].strip() for row in self.cells)
         if "" in out:
-            raise self.fail("the cell is empty", out.index(""), self.label(at))
+            if self.skip:
+                raise MissingCells(np.array([i for i, cell in enumerate(out) if not cell]))
+            raise self.fail("the cell is empty", out.index(""), self.label(at), expected=f"a name, or {SKIP}")
         return out
 
     def numbers(self, columns: Sequence[str | int]) -> Array:
@@ -104,6 +130,10 @@ class CsvTable:
         for i, column in enumerate(columns):
             at = self.find(column)
             cells: Iterable[str] = [row[at] for row in self.cells]
+            if self.skip:
+                lacking = [k for k, cell in enumerate(cells) if _missing(cell)]
+                if lacking:
+                    raise MissingCells(np.array(lacking))
             try:
                 if self.decimal != ".":
                     if any("." in cell for cell in cells):
@@ -123,7 +153,7 @@ class CsvTable:
         for row, cells in enumerate(self.cells):
             cell, column = cells[at].strip(), self.label(at)
             if not cell:
-                return self.fail("the cell is empty", row, column, expected="a number")
+                return self.fail("the cell is empty", row, column, expected=f"a number, or {SKIP}")
             if self.decimal != "." and "." in cell:
                 return self.fail(
                     "a decimal point where the file announces a decimal comma", row, column, found=cell, expected="1,5"
@@ -133,6 +163,8 @@ class CsvTable:
                 value = math.nan if "_" in cell else float(plain)
             except ValueError:
                 value = math.nan
+            if _missing(cell):
+                return self.fail("not a finite number", row, column, found=cell, expected=f"a finite number, or {SKIP}")
             if math.isinf(value) or plain.lower().strip("+-") in ("nan", "inf", "infinity"):
                 return self.fail("not a finite number", row, column, found=cell, expected="a finite number")
             if math.isnan(value):
@@ -190,6 +222,10 @@ def csv_text(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
     writer.writerow(header)
     writer.writerows(rows)
     return stream.getvalue()
+
+
+def _missing(cell: str) -> bool:
+    return cell.strip().lower().lstrip("+-") in MISSING
 
 
 def _split_unit(header: str) -> tuple[str, str | None]:

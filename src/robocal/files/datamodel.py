@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, FiniteFloat
 
 from robocal.errors import nearest
+from robocal.files.leaving import words_of
 from robocal.files.orientation import FORMS
 from robocal.files.schema import Columns, FrameModel, Model, Name, UnitsModel, Version, refuse
 
@@ -43,6 +44,7 @@ class CsvModel(Model):
     separator: Annotated[Any, BeforeValidator(_separator)] = None
     decimal: Literal[".", ","] = "."
     header: bool = True
+    missing: Literal["refuse", "skip"] = "refuse"  # rows where a cell that is needed is empty or not a number
 
 
 class SigmaModel(Model):
@@ -186,6 +188,13 @@ def _files(value: Any) -> Any:
     return parts
 
 
+def _words(value: Any) -> Any:
+    parts = value if isinstance(value, list) else [value]
+    if any(isinstance(p, bool) or not isinstance(p, str | int) for p in parts):
+        refuse("not rows", found=value, expected="ids, row numbers, ranges such as 10-20, or a list of them")
+    return words_of(parts)
+
+
 class DataModel(Model):
     """data.yaml; a kind of measurement adds its own keys."""
 
@@ -199,6 +208,7 @@ class DataModel(Model):
     target: Annotated[Any, BeforeValidator(column_model)] = None
     configuration: dict[str, Annotated[Any, BeforeValidator(_several)]] = Field(default_factory=dict)
     group: Name | None = None  # whose noise these are; by default the instrument's, or the file's
+    exclude: Annotated[Any, BeforeValidator(_words)] = ()  # rows that are left out
     source: str | None = None
 
 

@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError, nearest
 from robocal.files.configurations import nowhere, read_configurations
-from robocal.files.csvtable import CsvTable, read_csv
+from robocal.files.csvtable import CsvTable, MissingCells, read_csv
 from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, InstrumentModel, TargetModel
 from robocal.files.doubts import Suspicion, alternatives, limit_warning, repeat_warnings, suspicions
 from robocal.files.frames import frame_vector
 from robocal.files.headers import self_description
 from robocal.files.kinds.base import Around, KindFile, Values
 from robocal.files.kinds.registry import READERS
+from robocal.files.leaving import Excluded, LeftOut, words_of
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
 from robocal.files.spoken import Spoken, spoken
@@ -58,6 +59,7 @@ class Reading:
     units: Units = field(default_factory=Units)
     alternatives: tuple[Suspicion, ...] = ()  # of units, to be tried when nothing fits
     spoken: tuple[Spoken, ...] = ()  # how each table speaks
+    left_out: tuple[LeftOut, ...] = ()  # rows that were not read
 
     def __add__(self, other: Reading) -> Reading:
         """Two readings as one; the units are the first one's."""
@@ -69,25 +71,33 @@ class Reading:
             suspicions=self.suspicions + other.suspicions,
             alternatives=self.alternatives + other.alternatives,
             spoken=self.spoken + other.spoken,
+            left_out=self.left_out + other.left_out,
         )
 
 
 def read_datasets(
-    paths: Sequence[str | os.PathLike[str]], chain: Chain, *, kind: str | None = None, group: str | None = None
+    paths: Sequence[str | os.PathLike[str]],
+    chain: Chain,
+    *,
+    kind: str | None = None,
+    group: str | None = None,
+    exclude: Sequence[str] = (),
 ) -> Reading:
-    """Several data files for one identification; instruments that nobody named are kept apart. Raises as
-    `read_dataset`."""
+    """Several data files for one identification; instruments that nobody named are kept apart. `exclude` names rows that
+    are left out (`files.leaving`). Raises as `read_dataset`."""
     if not paths:
         raise FormatError("no data files are given", expected="at least one")
     total: Reading | None = None
     taken: set[str] = set()
     known: dict[tuple[object, ...], Path] = {}
+    asked = Excluded(words_of(exclude), "--exclude")
     for path in paths:
-        made = read_dataset(path, chain, kind=kind, taken=taken, group=group)
+        made = read_dataset(path, chain, kind=kind, taken=taken, group=group, exclude=asked)
         _refuse_again(made, known)
         taken |= {o.frame.name for o in made.dataset.observations if o.frame}
         total = made if total is None else total + made
     assert total is not None
+    asked.finish()
     return total
 
 
@@ -119,11 +129,13 @@ def read_dataset(
     kind: str | None = None,
     taken: set[str] | frozenset[str] = frozenset(),
     group: str | None = None,
+    exclude: Excluded | None = None,
 ) -> Reading:
     """Reads a data.yaml with its CSV files, or a CSV with units in its headers, for this arm.
 
     `kind` overrides the file's (positions only, of a file of poses); `taken` are instrument names that a default must
-    avoid; `group` is a column with a label for each row, whatever the file says of groups. Raises FileError or
+    avoid; `group` is a column with a label for each row, whatever the file says of groups; `exclude` are rows to leave
+    out beside those that the file excludes. Raises FileError or
     FormatError naming file, row and column or key.
     """
     place = Path(path)
@@ -144,11 +156,49 @@ def read_dataset(
         model = model.model_copy(update={"configuration": given})
     files += [InputFile(t.path, t.sha256) for t in tables]
     name = _frame_name(model, place, tables[0].path, chain, taken, document)
-    parts = [_read_table(model, table, chain, reader, document, name) for table in tables]
+    own = Excluded(model.exclude, "exclude", place)
+    parts = [_read_rows(model, table, chain, reader, document, name, (own, exclude)) for table in tables]
+    own.finish()
     total = parts[0]
     for part in parts[1:]:
         total = total + part
     return replace(total, path=place, files=tuple(files))
+
+
+def _read_rows(
+    model: DataModel, table: CsvTable, chain: Chain, kind: KindFile, document: Document, name: str,
+    exclude: Sequence[Excluded | None],
+) -> Reading:  # fmt: skip
+    """A table without the rows that are left out: those that were named, and where the file says so, those that lack
+    something."""
+    table = replace(table, skip=model.csv.missing == "skip")
+    given = model.configuration.get("id")
+    at = None if given is None else table.find(given.column)
+
+    def ids() -> list[str] | None:
+        return None if at is None else [row[at].strip() for row in table.cells]
+
+    out = np.zeros(len(table), dtype=bool)
+    for some in exclude:
+        if some is not None:
+            out |= some.rows(table, ids())
+    left = []
+    if out.any():
+        left.append(LeftOut(table.path, tuple(map(int, table.lines[out])), "excluded"))
+        table = table.without(out, ids())
+    missing: list[int] = []
+    while True:
+        try:
+            made = _read_table(model, table, chain, kind, document, name)
+            break
+        except MissingCells as lacking:
+            rows = np.zeros(len(table), dtype=bool)
+            rows[lacking.rows] = True
+            missing += map(int, table.lines[rows])
+            table = table.without(rows, ids())
+    if missing:
+        left.append(LeftOut(table.path, tuple(sorted(missing)), "missing"))
+    return replace(made, left_out=tuple(left), warnings=(*(o.remark for o in left), *made.warnings))
 
 
 def _reader(kind: object, document: Document) -> KindFile:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from robocal.arms.chain import Chain
 from robocal.files.units import UNITS, Unit
@@ -24,6 +25,8 @@ __all__ = ["Suspicion", "alternatives", "limit_warning", "repeat_warnings", "sus
 
 Array = NDArray[np.float64]
 TURN = 2 * math.pi
+CHANCE = 1e-3  # of taking honest repeats for copies
+QUIET = {"m": 5e-6, "rad": 5e-6, "px": 0.02}  # no robot and instrument repeat themselves better
 
 
 @dataclass(frozen=True)
@@ -205,11 +208,50 @@ def repeat_warnings(obs: Observations, configurations: Configurations, file: obj
 
 
 def _twice(obs: Observations, order: NDArray[np.int64], first: NDArray[np.int64], file: object) -> tuple[Remark, ...]:
-    """One line on rows that are copies of others. A single number may read alike twice, and a contact has no reading."""
+    """One line on rows that are copies of others. A single number may read alike twice, and a contact has no reading; and
+    where an instrument shows few digits, honest repeats agree in all of them now and then."""
     assert obs.rows is not None
-    same = (obs.value[order] == obs.value[first]).all(axis=1) & (order != first)
-    found = np.flatnonzero(same & (obs.value[order] != 0).any(axis=1))
-    if not len(found) or obs.value.shape[1] < 2:
+    if obs.value.shape[1] < 2:
         return ()
-    a, b = int(obs.rows[first[found[0]]]), int(obs.rows[order[found[0]]])
+    _, index, key = np.unique(
+        np.column_stack([first, obs.value[order]]), axis=0, return_index=True, return_inverse=True
+    )
+    original = index[key.ravel()]
+    copy = (original != np.arange(len(order))) & (obs.value[order] != 0).any(axis=1)
+    found = np.flatnonzero(copy)
+    if not len(found):
+        return ()
+    size = np.bincount(first, minlength=len(obs))
+    honest = (order != first) & ~copy
+    pairs = float((size * (size - 1) / 2).sum())
+    if special.pdtrc(len(found) - 1, pairs * _agreeing(obs, order[honest], first[honest])) > CHANCE:
+        return ()
+    a, b = sorted(int(obs.rows[order[i]]) for i in (original[found[0]], found[0]))
     return (Remark.of(Code.COPIED, file=str(file), count=len(found), first=a, second=b),)
+
+
+def _agreeing(obs: Observations, one: NDArray[np.int64], other: NDArray[np.int64]) -> float:
+    """The chance that two honest readings of one place agree to the last digit: of each number step / (2 sqrt(pi) sigma),
+    with the step in which it is written and sigma as stated, as other repeats scatter, or as little as anything does."""
+    chance = 1.0
+    for start, stop, unit in kind_of(obs).parts:
+        for i in range(start, stop):
+            step = _step(obs.value[:, i])
+            if obs.sigma is not None:
+                sigma = float(np.sqrt(np.mean(obs.sigma[:, i] ** 2)))
+            elif len(one):
+                sigma = float(np.sqrt(np.mean((obs.value[one, i] - obs.value[other, i]) ** 2) / 2))
+            else:
+                sigma = QUIET.get(unit, 0.0)
+            chance *= min(1.0, step / (2 * math.sqrt(math.pi) * sigma)) if sigma > 0 else 1.0
+    return chance
+
+
+def _step(values: Array) -> float:
+    """The power of ten in which numbers are written, 0 where they are written in none."""
+    for digits in range(13):
+        step = 10.0**-digits
+        whole = values / step
+        if np.abs(whole - np.round(whole)).max() < 1e-3:
+            return step
+    return 0.0

@@ -4,11 +4,11 @@ what is said as data."""
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-__all__ = ["Number", "Part", "Remark", "finite"]
+__all__ = ["Number", "Part", "Remark", "RowsLeftOut", "finite"]
 
 
 def _plain(value: Any) -> Any:
@@ -46,3 +46,11 @@ class Remark(Part):
     sentence: str
     advice: str = ""
     numbers: dict[str, Any] = Field(default_factory=dict)
+
+
+class RowsLeftOut(Part):
+    """Rows of a file that were not read, as an editor numbers lines, and why."""
+
+    file: str
+    rows: list[int]
+    why: Literal["excluded", "missing"]

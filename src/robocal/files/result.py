@@ -16,7 +16,7 @@ from robocal.errors import FormatError
 from robocal.files.beside import Comparison, Linearity
 from robocal.files.beyondparts import Beyond, GroupTried, LayerSummary
 from robocal.files.offsetparts import OffsetsAlone
-from robocal.files.parts import Number, Part, Remark, finite
+from robocal.files.parts import Number, Part, Remark, RowsLeftOut, finite
 from robocal.files.schema import validate
 from robocal.files.strange import Outlier
 from robocal.files.text import read_text
@@ -241,6 +241,7 @@ class Provenance(Part):
     started: str = ""
     seconds: Number = None
     options: dict[str, Any] = Field(default_factory=dict)
+    left_out: list[RowsLeftOut] = Field(default_factory=list)
 
 
 class Result(Part):

@@ -12,6 +12,7 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.gross import sift
 from robocal.calibrate.identify import baseline
 from robocal.calibrate.outliers import Outlier, named
+from robocal.calibrate.segments import find_segments, segment_remarks
 from robocal.calibrate.warn import few_numbers, input_remarks
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.dataset import InputFile
@@ -74,14 +75,20 @@ class Checked:
 
 
 def check(
-    robot: str, data: Sequence[str] = (), *, base: str | None = None, tip: str | None = None, watch: Watch | None = None
+    robot: str,
+    data: Sequence[str] = (),
+    *,
+    base: str | None = None,
+    tip: str | None = None,
+    exclude: Sequence[str] = (),
+    watch: Watch | None = None,
 ) -> Checked:
     """Reads a robot, and data files when there are any. Raises InputError for whatever is wrong with them."""
     if not data:
         arm = open_arm(robot, base=base, tip=tip)
         warnings = (*arm.warnings, *input_remarks(arm.chain), *_free(arm.chain))
         return Checked(arm, None, (), arm.chain.table.free, None, None, False, warnings, robot_files(arm, robot))
-    inputs = read_inputs(robot, data, base=base, tip=tip, watch=watch)
+    inputs = read_inputs(robot, data, base=base, tip=tip, exclude=exclude, watch=watch)
     chain, measured = inputs.robot.chain, inputs.data
     with computable(robot, *data):
         everyone = np.arange(len(measured.configurations))
@@ -89,14 +96,15 @@ def check(
         problem, x = baseline(chain, sifted.data, everyone, watch)
         free = problem.table.free
         seen = analyse(problem.with_free(free), x) if free else None
-    strange = named(sifted.data, sifted.problem, sifted.away)
+        moved = find_segments(chain, measured, dict(zip(problem.table.names, map(float, x[0]), strict=False)))
+    strange = named(sifted.data, sifted.problem, sifted.x, sifted.away)
     lengths = [
         np.linalg.norm(r.value[r.used, a:b], axis=1) for r in problem.residuals(x) for a, b, u in r.parts if u == "m"
     ]
     misfit = float(np.concatenate(lengths).mean()) if lengths else None
     assumed = any(o.sigma is None for o in measured.observations)
     rows = sum(o.value.size for o in measured.observations)
-    said = (*input_remarks(chain, measured), *few_numbers(rows, len(free)), *_free(chain))
+    said = (*input_remarks(chain, measured), *few_numbers(rows, len(free)), *_free(chain), *segment_remarks(moved))
     warnings = tuple(dict.fromkeys((*inputs.warnings, *said)))
     seen_by = _instruments(measured)
     return Checked(inputs.robot, measured, seen_by, free, seen, misfit, assumed, warnings, inputs.files, strange)

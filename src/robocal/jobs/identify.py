@@ -48,6 +48,7 @@ class Choices:
     base: str | None = None
     tip: str | None = None
     compare: str | None = None
+    exclude: tuple[str, ...] = ()
     groups: tuple[str, ...] = ()
     layer: bool = False
     region: str | None = None
@@ -128,7 +129,8 @@ def identify(
     _ = choices.options
     if output is not None and output.exists() and not output.is_dir():
         raise FileError("this is not a folder", file=output, expected="a folder for the run, or a new name")
-    inputs = read_inputs(robot, data, base=choices.base, tip=choices.tip, group=choices.group, watch=watch)
+    links = {"base": choices.base, "tip": choices.tip}
+    inputs = read_inputs(robot, data, **links, group=choices.group, exclude=choices.exclude, watch=watch)
     return identify_inputs(inputs, choices, output=output, command=command, watch=watch)
 
 
@@ -160,7 +162,15 @@ def identify_inputs(
         "hold_out": found.options.hold_out,
         "leave_one_out": any(s.leave_one_out is not None for s in found.stages),
     }
-    recipe = provenance(command, every, choices.seed, stamp, time.perf_counter() - clock, choices.record | decided)
+    recipe = provenance(
+        command,
+        every,
+        choices.seed,
+        stamp,
+        time.perf_counter() - clock,
+        choices.record | decided,
+        inputs.reading.left_out,
+    )
     more = {"comparison": others, "layer": layer_result(guarded)} | group_results(robot, tried)
     result = to_result(found, robot, recipe, inputs.warnings).model_copy(update=more)
     outcome = Outcome(result, residual_columns(found), found, robot, layer=guarded.layer if guarded else None)

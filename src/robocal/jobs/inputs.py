@@ -135,9 +135,12 @@ def read_inputs(
     base: str | None = None,
     tip: str | None = None,
     group: str | None = None,
+    exclude: Sequence[str] = (),
     watch: Watch | None = None,
 ) -> Inputs:
-    """Opens a robot and its data files as one data set. Raises InputError for whatever is wrong with them, units that
+    """Opens a robot and its data files as one data set, without the rows that `exclude` names.
+
+    Raises InputError for whatever is wrong with them, units that
     are mixed up too."""
     if watch:
         watch({"stage": "read"})
@@ -147,7 +150,7 @@ def read_inputs(
         _refuse_other_kind(robot, READERS, "this is a data file, not a robot")
         raise
     try:
-        reading = read_datasets([Path(d) for d in data], arm.chain, group=group)
+        reading = read_datasets([Path(d) for d in data], arm.chain, group=group, exclude=exclude)
     except FormatError:
         for name in data:
             _refuse_other_kind(name, ("arm", "cable"), "this is a robot file, not a data file")

@@ -25,6 +25,7 @@ from robocal.errors import MissingExtra
 from robocal.files import result as files
 from robocal.files.dataset import InputFile
 from robocal.files.layerfile import LAYER, layer_text
+from robocal.files.leaving import LeftOut
 from robocal.files.robot import Robot, render_robot
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.units import UNITS, Unit
@@ -63,7 +64,13 @@ class Outcome:
 
 
 def provenance(
-    command: str, inputs: Sequence[InputFile], seed: int, started: str, seconds: float, options: dict[str, Any]
+    command: str,
+    inputs: Sequence[InputFile],
+    seed: int,
+    started: str,
+    seconds: float,
+    options: dict[str, Any],
+    left_out: Sequence[LeftOut] = (),
 ) -> files.Provenance:
     """What made a result."""
     hashes = [files.InputHash(file=str(i.file), sha256=i.sha256) for i in inputs]
@@ -75,6 +82,7 @@ def provenance(
         started=started,
         seconds=round(seconds, 3),
         options=options,
+        left_out=[o.document for o in left_out],  # type: ignore[misc]
     )
 
 

@@ -148,6 +148,7 @@ def validate(
     seed: int = 0,
     base: str | None = None,
     tip: str | None = None,
+    exclude: Sequence[str] = (),
     output: Path | None = None,
     command: str = "",
     watch: Watch | None = None,
@@ -155,7 +156,7 @@ def validate(
     """Validates a robot on data files, compared with another robot when one is given; `output` gets validation.json
     and validation.html. `offsets` is a file of joint offsets to be judged on the nominal robot, and compared with it where
     nothing else is named. `distances` says between which places: see `standard`. Raises InputError."""
-    inputs = read_inputs(robot, data, base=base, tip=tip, watch=watch)
+    inputs = read_inputs(robot, data, base=base, tip=tip, exclude=exclude, watch=watch)
     other = None if against is None else open_arm(against, base=base, tip=tip)
     shifted = None if offsets is None else offset_robot(robot, inputs.robot, offsets)
     if shifted is not None:

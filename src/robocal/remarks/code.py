@@ -32,6 +32,8 @@ class Code(StrEnum):
     ANGLES_UNEXPLAINED = "angles-unexplained"
     ENDED_ELSEWHERE = "ended-elsewhere"
     TOO_MANY_ASIDE = "too-many-aside"
+    SEGMENT = "segment"
+    SEGMENT_OF_TARGET = "segment-of-target"
 
     # --- what a careful colleague would say about data and fit ---
     PARALLEL_AXES = "parallel-axes"
@@ -125,6 +127,16 @@ class Code(StrEnum):
     LARGEST_ANGLE = "largest-angle"
     SPREAD_UNLIKE = "spread-unlike"
     AS_STATED_UNFIT = "as-stated-unfit"
+    ROW_ZERO = "row-zero"
+    ROW_COPY = "row-copy"
+    ROW_TARGET = "row-target"
+    ROW_SWAPPED = "row-swapped"
+    ROW_ELSEWHERE = "row-elsewhere"
+    ROW_SHIFTED = "row-shifted"
+    ROW_SIGN = "row-sign"
+    ROW_COLUMN = "row-column"
+    ROWS_EXCLUDED = "rows-excluded"
+    ROWS_MISSING = "rows-missing"
 
     # --- a model judged, used and handed on ---
     FITTED_TO_THESE = "fitted-to-these"

@@ -14,17 +14,24 @@ __all__ = ["identify"]
 
 def identify(
     *, robot: str, data: Sequence[str], output: str | None, iterations: int, json: bool, free: Sequence[str], fix: Sequence[str],
-    prior: Sequence[str], groups: Sequence[str], **choices: Any,
+    prior: Sequence[str], exclude: Sequence[str], groups: Sequence[str], **choices: Any,
 ) -> int:  # fmt: skip
     """identify: 0 when the verdict is `improved`, 3 otherwise."""
     terminal = Terminal(json=json)
     with terminal.watching() as watch:
+        from robocal.files.leaving import words_of
         from robocal.jobs.identify import Choices
         from robocal.jobs.identify import identify as job
 
         names = tuple(w for word in groups for part in word.split(",") if (w := part.strip()))
         chosen = Choices(
-            free=tuple(free), fix=tuple(fix), prior=tuple(prior), groups=names, iterations=iterations, **choices
+            free=tuple(free),
+            fix=tuple(fix),
+            prior=tuple(prior),
+            exclude=words_of(exclude),
+            groups=names,
+            iterations=iterations,
+            **choices,
         )
         folder = None if output is None else Path(output)
         outcome = job(robot, data, chosen, output=folder, command=command_line(), watch=watch)

@@ -24,7 +24,12 @@ def demo(
 
 
 def check(
-    robot: o.Robot, data: o.MaybeData = None, base: o.Base = None, tip: o.Tip = None, json: o.Json = False
+    robot: o.Robot,
+    data: o.MaybeData = None,
+    exclude: o.Exclude = [],  # noqa: B006
+    base: o.Base = None,
+    tip: o.Tip = None,
+    json: o.Json = False,
 ) -> Task:
     """Say what robot and data files contain and what they can tell, without fitting.
 
@@ -43,6 +48,7 @@ def identify(
     free: o.Free = [],  # noqa: B006
     fix: o.Fix = [],  # noqa: B006
     prior: o.Prior = [],  # noqa: B006
+    exclude: o.Exclude = [],  # noqa: B006
     groups: o.Groups = [],  # noqa: B006
     layer: o.LayerOption = False,
     region: o.WorkingRange = None,
@@ -85,6 +91,7 @@ def validate(
     against: o.Against = None,
     offsets: o.OffsetsFile = None,
     distances: o.Distances = "consecutive",
+    exclude: o.Exclude = [],  # noqa: B006
     output: o.ValidationFolder = None,
     seed: o.Seed = 0,
     base: o.Base = None,

@@ -52,4 +52,38 @@ TABLE: dict[Code, Words] = {
     Code.LARGEST_ANGLE: Words("the largest is {largest:.4g} {unit}"),
     Code.SPREAD_UNLIKE: Words("they spread over {spread:.3g} m, the arm measures {reach:.3g} m"),
     Code.AS_STATED_UNFIT: Words("the model does not fit the values as they are stated"),
+    Code.ROW_ZERO: Words("row {row}: every number is 0, as where a beam was lost", "Leave it out (--exclude)."),
+    Code.ROW_COPY: Words(
+        "row {row} reads what row {partner} reads, to the last digit, as where an instrument got stuck",
+        "Leave it out (--exclude).",
+    ),
+    Code.ROW_TARGET: Words(
+        "row {row} is where target {target} should be: two labels swapped",
+        "Correct the names in the column of targets.",
+    ),
+    Code.ROW_SWAPPED: Words(
+        "rows {row} and {partner} fit each other's joint values: swapped", "Swap their readings back."
+    ),
+    Code.ROW_ELSEWHERE: Words(
+        "row {row} fits the joint values of row {partner}: moved there",
+        "Check how joint values and readings were paired.",
+    ),
+    Code.ROW_SHIFTED: Words(
+        "row {row}, number {column} of what was measured is that of row {partner}: a column shifted against the others",
+        "Check how the columns were put together.",
+    ),
+    Code.ROW_SIGN: Words(
+        "row {row}, number {column} of what was measured fits with the other sign", "Check the sign there."
+    ),
+    Code.ROW_COLUMN: Words(
+        "row {row}, number {column} of what was measured alone is off", "Check how it was written down."
+    ),
+    Code.ROWS_EXCLUDED: Words(
+        "{file}: {count} rows were left out by hand ({rows})",
+        "The figures are those of the other rows.",
+    ),
+    Code.ROWS_MISSING: Words(
+        "{file}: {count} rows were left out because something in them is missing ({rows})",
+        "The figures are those of the other rows.",
+    ),
 }

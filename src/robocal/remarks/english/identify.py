@@ -107,6 +107,18 @@ TABLE: dict[Code, Words] = {
         "Look at the rows that are named: several targets or instruments in one file, a wrong pairing of rows, a target that moved. "
         "Leave out what is wrong, or measure again.",
     ),
+    Code.SEGMENT: Words(
+        "{file}: from row {first} to row {last} everything is off[ by {shift:.3g}][, turned by {turn:.3g}], as if the {moved} had "
+        "moved ({count} rows, {strength:.1f} times what is left elsewhere)",
+        "Leave these rows out of this data file (exclude: {first}-{last}) and read them by another one, which excludes the others "
+        "and says {line}; or do without them (--exclude {first}-{last}).",
+    ),
+    Code.SEGMENT_OF_TARGET: Words(
+        "{file}: from row {first} to row {last} what was measured of {target} is off[ by {shift:.3g}][, turned by {turn:.3g}], as if "
+        "it had moved ({count} rows, {strength:.1f} times what is left elsewhere)",
+        "Give it another name from row {first} to row {last} in the column of targets, or do without these rows "
+        "(--exclude {first}-{last}).",
+    ),
     # --- what a careful colleague would say about data and fit ---
     Code.PARALLEL_AXES: Words(
         "parallel axes ({pairs}): {convention} cannot write a small tilt between them",
@@ -171,8 +183,8 @@ TABLE: dict[Code, Words] = {
         "State a length that gives the scale: a distance, a bar, the radius of a ball.",
     ),
     Code.ERRORS_FOLLOW: Words(
-        "{group}: errors follow those measured just before (z = {z:.0f}): a target that slipped, an instrument or arm that warmed up, "
-        "or like poses measured together; held-out errors may then flatter",
+        "{group}: errors follow those measured just before, beyond what like poses share ({share:.0%} of their squares, z = {z:.0f}): "
+        "a target that slipped, or an instrument or arm that warmed up; held-out errors may then flatter",
         "Hold out blocks of time (--hold-out blocks), and measure in random order.",
     ),
     Code.NOT_LINEAR: Words(

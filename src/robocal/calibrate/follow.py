@@ -1,0 +1,83 @@
+"""Whether errors follow those measured just before, more than like poses explain.
+
+    t_i = sum_h w_i . (w_{i+h} - w_{j(i, h)}) / 4,   h = 1 to 4,    z = sum t / sqrt(sum t^2),    share = sum t / sum |w_i|^2
+
+w are whitened residuals in the order of time. What a model leaves is a smooth function of the pose, and who measures cubes or
+grids measures like poses one after the other: on real sets the lag-one product alone is large for that reason. So each pair of
+neighbours in time is held against a pair as far apart in joint space, that was measured at quite another time: the errors
+of both resemble each other for the pose's sake, those of the first for the time's sake besides. Where nobody measured like
+poses at other times, the two cannot be told apart, and nothing is said.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.calibrate.fit import Fit
+from robocal.measure.data import DataSet
+
+__all__ = ["follows"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+LEAST = 20  # pairs
+MOST = 1000
+NEAR = 4  # rows that are just before or after
+APART = 0.1  # of the rows: quite another time
+ALIKE = 1.25  # how much farther in joint space the pair may be that is compared with
+
+
+def follows(data: DataSet, fit: Fit) -> list[tuple[str, float, float]]:
+    """Group, z and share of what errors have in common with those just before, for every term that can tell."""
+    q = data.configurations.joints
+    if q is None:
+        return []
+    spread = np.nanstd(q, axis=0)
+    place = q / np.where(spread > 0, spread, 1.0)
+    out = []
+    for r in fit.problem.residuals(fit.solution.x):
+        order = np.argsort(r.unit[r.used], kind="stable")
+        found = _excess((r.value * r.scale)[r.used][order], place[r.unit[r.used][order]])
+        if found is not None:
+            out.append((r.group, *found))
+    return out
+
+
+def _excess(w: Array, place: Array) -> tuple[float, float] | None:
+    """z and share of one term, (m, d) residuals at (m, n) places in the order of time."""
+    m = len(w)
+    if m < LEAST or not (w * w).sum() > 0 or not np.isfinite(place).all():
+        return None
+    some = np.unique(np.linspace(0, m - 1 - NEAR, min(m - NEAR, MOST)).astype(np.int64))
+    t, compared = np.zeros(len(some)), np.zeros(len(some))
+    for h in range(1, NEAR + 1):
+        step = np.linalg.norm(place[some + h] - place[some], axis=1)
+        like = _like(place, some, step, max(5, int(APART * m)))
+        more = np.einsum("kd,kd->k", w[some], w[some + h] - w[like])
+        t += np.where(like >= 0, more, 0.0)
+        compared += like >= 0
+    kept = compared > 0
+    if kept.sum() < LEAST:
+        return None
+    t = t[kept] / compared[kept]
+    square, own = float(t @ t), float((w[some[kept]] ** 2).sum())
+    return (float(t.sum()) / np.sqrt(square), float(t.sum()) / own) if square > 0 and own > 0 else None
+
+
+def _like(place: Array, some: Ints, step: Array, far: int) -> Ints:
+    """For each of some rows the row of another time whose distance in joint space is nearest to that of its successor; -1
+    where all are farther."""
+    out = np.full(len(some), -1, dtype=np.int64)
+    size = np.einsum("kn,kn->k", place, place)
+    for first in range(0, len(some), 256):
+        mine = some[first : first + 256]
+        square = size[mine][:, None] + size - 2 * place[mine] @ place.T
+        away = np.sqrt(np.maximum(square, 0.0))
+        reach = step[first : first + 256]
+        gap = np.abs(away - reach[:, None])
+        gap[np.abs(np.arange(len(place)) - mine[:, None]) < far] = np.inf
+        best = np.argmin(gap, axis=1)
+        ok = np.isfinite(gap[np.arange(len(mine)), best]) & (away[np.arange(len(mine)), best] <= ALIKE * reach + 1e-9)
+        out[first : first + 256] = np.where(ok, best, -1)
+    return out
