@@ -96,7 +96,8 @@ def test_the_distance_that_gives_the_scale(sockets, tmp_path):
         return re.sub(r"distance: ([\d.]+)", lambda found: f"distance: {float(found[1]) + 5}", text)
 
     wrong = robocal(*changed(sockets, tmp_path / "far", settings=longer)).document
-    assert any("lengths all change by +1.7" in w for w in wrong["warnings"]), wrong["warnings"]
+    assert wrong["verdict"]["status"] == "refused" and wrong["verdict"]["remarks"][0]["code"] == "scale-wrong"
+    assert wrong["scale"]["factor"] == pytest.approx(5 / 300, rel=0.15)
 
 
 def test_what_is_proven_is_what_is_handed_back(tmp_path):
@@ -131,7 +132,7 @@ def test_an_arm_that_shrinks_to_nothing_is_refused(tmp_path):
     free = ("--free", "j2,j3,j4,j5,tool", "--keep-all", "--iterations", 2000)
     ran = robocal("identify", sim / "robot.yaml", sim / "data.yaml", *free, "--json")
     assert ran.document["residuals"]["held_out"]["mean"] < 1e-6
-    assert ran.status == 3 and "shrinks to nothing" in ran.document["verdict"]["reasons"][0]
+    assert ran.status == 3 and ran.document["verdict"]["remarks"][0]["code"] == "scale-wrong"
 
 
 @pytest.mark.parametrize("value", ["0", "-15"])
