@@ -221,18 +221,23 @@ def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, ste
 
 # Codes shared with least_squares.Reason.
 COST, GRADIENT, STEP, SINGULAR = 1, 2, 3, 5
+LOST = -1  # a step that failed and cannot be followed
+SHORTER = 0.1  # squared length, in the solver's metric, of a step back to the floor of a valley
+SHARE = 1e-4  # of the cost, for an expected error of a column: below, its damping does not follow its length
 ROUNDING = 1e-15  # a smaller decrease cannot be told from rounding
 
 
 @kernel
 def propose(
-    cost, g, a, gl, al, asl, value, lower, upper, scales, tolerances, damped, lam, damp, damp_local, step, step_local,
-    predicted, reason,
+    cost, g, a, gl, al, asl, value, lower, upper, scales, tolerances, damped, away, length, lam, damp, damp_local, step,
+    step_local, predicted, reason,
 ):  # fmt: skip
     """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,).
 
     value (B, n) are the parameters where bounds apply (B, 0 without bounds); tolerances (3,): cost, gradient, step.
-    predicted (B,) is the decrease of half the sum of squares that the undamped model promises.
+    predicted (B,) is the decrease of half the sum of squares that the undamped model promises. Problems that are `away`
+    (B,) are stepped and not stopped, but LOST where the step is no shorter than the one that led away, of which length
+    (B,) is the square.
     """
     batch, n = g.shape
     nloc, nl = gl.shape[1], gl.shape[2]
@@ -248,8 +253,10 @@ def propose(
             largest = max(largest, a[b, i, i])
         worst = 0.0
         for i in range(n):
-            # A column that carries nothing still needs a positive pivot to stay where it is.
-            damp[b, i] = max(damp[b, i], a[b, i, i], largest * tiny)
+            # A column that carries nothing still needs a positive pivot to stay where it is, and one that carries
+            # rounding alone has no length of its own: its error is expected to be worth a share of what is to be
+            # explained. Otherwise noise-free data throw an angle that does nothing yet by 1e11 rad.
+            damp[b, i] = max(damp[b, i], a[b, i, i], largest * tiny, SHARE * 2.0 * cost[b] / scales[i] ** 2)
             if damp[b, i] == 0.0:
                 damp[b, i] = 1.0
             held[i] = value.shape[1] > 0 and (
@@ -267,16 +274,30 @@ def propose(
                     damp_local[b, t, i] = 1.0
                 worst = max(worst, abs(gl[b, t, i]) / math.sqrt(damp_local[b, t, i]))
         # Cosine between the residual and each column, in the metric that the solver sees.
-        if worst <= tolerances[1] * math.sqrt(2.0 * cost[b]) + 1e-300:
+        if not away[b] and worst <= tolerances[1] * math.sqrt(2.0 * cost[b]) + 1e-300:
             reason[b] = GRADIENT
             continue
+        before = lam[b]
         while not solve_damped(
             a[b], g[b], al[b], gl[b], asl[b], lam[b], damp[b], damp_local[b], held, s, v, step[b], step_local[b]
         ):
             lam[b] = max(lam[b], 1e-12) * 10.0
-            if not damped or lam[b] > 1e12:
-                reason[b] = SINGULAR
-                break
+            if damped and lam[b] <= 1e12:
+                continue
+            reason[b] = SINGULAR
+            break
+        far = 0.0
+        for i in range(n):
+            far += damp[b, i] * step[b, i] ** 2
+        for t in range(nloc):
+            for i in range(nl):
+                far += damp_local[b, t, i] * step_local[b, t, i] ** 2
+        if away[b]:
+            # What leads back to the floor of a valley is far shorter than what led away from it along the floor.
+            if reason[b] != 0 or not far < SHORTER * length[b]:
+                lam[b], reason[b] = before, LOST
+            continue
+        length[b] = far
         if reason[b] != 0:
             continue
         gain = 0.0
@@ -300,23 +321,28 @@ def propose(
 
 
 RUNNING, STALLED = 0, 7
+STAY, TAKE, OUT, HOME = 0, 1, 2, 3
+GROW = 10.0  # of the damping, after the first step that fails
 
 
 @kernel
-def settle(cost, trial, predicted, damped, lam, grow, iterations, reason, accept):
-    """Accepts or refuses the trial of every running problem, and moves its damping; cost (B,) and trial (running,) in
-    the same order.
+def settle(cost, trial, first, predicted, damped, lam, grow, best, away, iterations, reason, move):
+    """Says what becomes of the trial of every running problem, in `move`, and moves its damping; cost (B,) and trial
+    and move (running,) in the same order; first (B,) is the cost at the start.
 
-    Where the model foretells the decrease the damping falls fast, where it fails it grows ever faster.
+    Where the model foretells the decrease the damping falls fast, where it fails it grows ever faster. The first step
+    that fails is followed once (OUT), see `least_squares`; best (B,) is the cost to come back with.
     """
     i = 0
     for b in range(cost.shape[0]):
         if reason[b] != RUNNING:
             continue
-        decrease = cost[b] - trial[i]
         iterations[b] += 1
-        accept[i] = (decrease > 0.0 or not damped) and math.isfinite(trial[i])
-        if accept[i]:
+        finite = math.isfinite(trial[i])
+        decrease = (best[b] if away[b] else cost[b]) - trial[i]
+        if finite and (decrease > (0.25 * predicted[b] if away[b] else 0.0) or not damped):
+            move[i] = TAKE
+            # What the model foretold was the first of two steps.
             ratio = decrease / predicted[b]
             if ratio > 0.9:
                 lam[b] *= 0.02
@@ -324,8 +350,15 @@ def settle(cost, trial, predicted, damped, lam, grow, iterations, reason, accept
                 lam[b] *= 0.2
             elif ratio <= 0.25:
                 lam[b] *= 4.0
-            grow[b] = 10.0
+            grow[b] = GROW
+            away[b] = False
+        elif damped and not away[b] and grow[b] == GROW and finite and trial[i] < first[b]:
+            move[i] = OUT
+            best[b] = cost[b]
+            away[b] = True
         else:
+            move[i] = HOME if away[b] else STAY
+            away[b] = False
             lam[b] = max(lam[b], 1e-9) * grow[b]
             grow[b] = min(grow[b] * 2.0, 1e4)
             if lam[b] > 1e14 or not damped:
