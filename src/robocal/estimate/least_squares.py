@@ -132,7 +132,7 @@ def least_squares(
 def _damped(
     problem: Problem, x: Array, most: int, tolerances: tuple[float, float, float], damping: float, watch: Watch | None
 ) -> Solution:
-    from robocal.estimate._kernels import GROW, HOME, LOST, OUT, TAKE, propose, settle
+    from robocal.estimate.damping._kernels import GROW, HOME, LOST, OUT, TAKE, propose, settle
 
     batch, n = len(x), problem.n
     blocks, size = problem.blocks, problem.block_size
