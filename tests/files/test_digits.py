@@ -27,7 +27,7 @@ def test_so_many_significant_digits(tmp_path):
 def test_whole_numbers_exponents_and_decimal_commas(tmp_path):
     np.testing.assert_allclose(digits(tmp_path, "a [deg]\n30\n45\n", ["a"]), 1.0)
     np.testing.assert_allclose(digits(tmp_path, "a [m]\n1.25e-3\n2.51e-4\n", ["a"]), [[1e-5], [1e-6]])
-    found = digits(tmp_path, "a [m];b [m]\n1,25;-0,001\n", ["a", "b"], separator=";", decimal=",")
+    found = digits(tmp_path, "a [m];b [m]\n1,250;-0,001\n", ["a", "b"], separator=";", decimal=",")
     np.testing.assert_allclose(found, 1e-3)
 
 
