@@ -201,3 +201,24 @@ def test_pinv_takes_one_problem_without_blocks(rng):
     p = plain_problem(linear(np.eye(2), np.ones(2)), np.zeros(2))
     with pytest.raises(ModelError, match="pseudo-inverse"):
         least_squares(p, np.zeros((2, 2)), method="pinv")
+
+
+# --- data without noise -----------------------------------------------------------------------------------------------------
+
+
+def test_a_column_of_rounding_stays_near(rng):
+    """Where a parameter does nothing yet but for rounding, the start must not throw it away: here by 1e11 without a floor."""
+    a, truth = rng.normal(size=(20, 3)), rng.normal(size=3)
+    dust = 3e-17 * rng.normal(size=20)
+
+    def fn(x):
+        # The fourth acts through the first alone, which starts at zero.
+        return (a @ (x[:3] - truth) + x[0] * (x[3] - 0.5) * a[:, 1] ** 2)[:, None]
+
+    def jac(x):
+        first = a[:, 0] + (x[3] - 0.5) * a[:, 1] ** 2
+        return np.column_stack([first, a[:, 1], a[:, 2], x[0] * a[:, 1] ** 2 + dust])[:, None, :]
+
+    s = least_squares(plain_problem(Plain(fn, jac, (20, 1)), np.zeros(4)))
+    assert s.reasons[0].converged and s.cost[0] < 1e-25
+    np.testing.assert_allclose(s.x[0], [*truth, 0.5], atol=1e-9)

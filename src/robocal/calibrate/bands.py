@@ -67,7 +67,8 @@ class Bands:
 
     def inside(self, dof: float = np.inf, level: float = LEVEL) -> NDArray[np.bool_]:
         """Whether each component lies in its own band, (m, d)."""
-        sigma = np.sqrt(np.einsum("mii->mi", self.new))
+        # What is known to a billionth of a millimetre beside directions that are not known at all may round below zero.
+        sigma = np.sqrt(np.maximum(np.einsum("mii->mi", self.new), 0.0))
         return np.asarray(np.abs(self.residual) <= quantile(dof, level) * sigma)
 
     def whole(self, start: int, stop: int, dof: float = np.inf, level: float = LEVEL) -> NDArray[np.bool_]:

@@ -31,7 +31,7 @@ from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.remarks.remark import Remark
 
-__all__ = ["Fit", "fit", "softly", "unit_weights"]
+__all__ = ["Fit", "fit", "near", "softly", "unit_weights"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -97,9 +97,7 @@ def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Arr
     restarted = 0
     for _ in range(2):
         chosen = candidate.with_free(kept)
-        # A loss that forgets large residuals would forget all of them at a start that is millimetres away.
-        near = least_squares(chosen.with_loss("huber"), start).x if options.loss == "tukey" else start
-        found = method.run(chosen, near, options, watch)
+        found = method.run(chosen, near(chosen, start), options, watch)
         solution = found.solution
         if method.restarts and not solution.reasons[0].converged:
             solution, restarted = _restart(chosen, start, solution, options)
@@ -116,6 +114,12 @@ def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Arr
         dropped = tuple(n for n in names if n not in kept)
         final = replace(final, kept=kept, dropped=dropped, combinations=seen.combinations)
     return Fit(chosen, solution, final, tuple(groups), data, restarted, found.covariance, found.notes)
+
+
+def near(problem: Problem, start: Array) -> Array:
+    """Where to start from x (B, P): a loss that forgets large residuals would forget all of them at a start that is
+    millimetres away."""
+    return least_squares(problem.with_loss("huber"), start).x if problem.loss == "tukey" else start
 
 
 def softly(problem: Problem, start: Array) -> Problem:

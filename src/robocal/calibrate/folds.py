@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import frame_names, known_baseline
 from robocal.calibrate.evidence import errors
-from robocal.calibrate.fit import Fit, fit
+from robocal.calibrate.fit import Fit, fit, near
 from robocal.calibrate.gross import neither, set_aside
 from robocal.calibrate.identification import Options
 from robocal.calibrate.split import Split
@@ -95,7 +95,8 @@ def unseen(
                 ended = np.array([r.converged for r in solved.reasons])
                 again = np.flatnonzero(_open(part, solved.normal.a))
                 if home is not None and len(again):
-                    once_more = least_squares(part.with_weights(split.fit[some[again]] * weight), home[some[again]])
+                    own = part.with_weights(split.fit[some[again]] * weight)
+                    once_more = least_squares(own, near(own, home[some[again]]))
                     found[again] = once_more.x
                     ended[again] = [r.converged for r in once_more.reasons]
                 converged &= bool(ended.all())

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import frame_names
+from robocal.calibrate.digits import FINE, WITHIN, carried
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.evidence import PROOF, Statistic, Verdict, by_unit, constant_errors, errors, judge
 from robocal.calibrate.fit import Fit
@@ -192,6 +193,9 @@ def verdict(
     before, after, told = proof.errors(unit)
     if not told.any():
         return Verdict("not_improved", (Remark.of(Code.NOTHING_MEASURED_THERE),))
+    digits = _digits(model, data, part, before, after, told) if unit == "m" else None
+    if digits is not None and (left := _rms(before[told])) <= WITHIN * digits:
+        return Verdict("not_improved", (Remark.of(Code.NOMINAL_EXACT, left=Quantity(left), digits=Quantity(digits)),))
     constant = _constant(data, base, proof) if unit == "m" else None
     at = np.concatenate([r.unit for r in base.residuals(base.start) for *_, u in r.parts if u == unit])
     stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
@@ -213,7 +217,24 @@ def verdict(
         found = Verdict("not_improved", (Remark.of(Code.NOT_CONVERGED, what=what), *found.reasons))
     if found.status == "improved":
         found = _second_thoughts(model, base, part, proof, found)
-    return _same_model(whole, proof, unit, found) if found.status == "improved" else found
+    if found.status == "improved":
+        found = _same_model(whole, proof, unit, found)
+    if found.status == "improved" and digits is not None and (left := _rms(after[told])) <= WITHIN * digits:
+        exact = Remark.of(Code.EXACT, left=Quantity(left), digits=Quantity(digits))
+        found = Verdict(found.status, (*found.reasons, exact))
+    return found
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _digits(
+    model: Chain, data: DataSet, part: Fit, before: Array, after: Array, told: NDArray[np.bool_]
+) -> float | None:
+    """What rounding leaves (m), where one of the two models is so good that it matters; see `digits`."""
+    matters = min(_rms(before[told]), _rms(after[told])) < FINE
+    return carried(model, data, part, told) if matters else None
 
 
 def _unfinished(whole: Fit, proof: Proof, options: Options, started: bool) -> str | None:

@@ -216,6 +216,7 @@ def prediction_band(model: Chain, data: DataSet, fit: Fit, off: Total, region: R
         extra={},
         rows=None,
         used=None,
+        digits=None,
     )
     columns = {k: np.full(count, v) for k, v in mean_conditions(data.configurations).items()}
     away = DataSet(Configurations(tuple(map(str, range(count))), region.joints, columns), (template,))

@@ -41,22 +41,24 @@ class Places:
 
 def read_configurations(model: DataModel, table: CsvTable, chain: Chain, document: Document) -> Places:
     """Rows with the same id are the same configuration. Raises FormatError."""
-    q, angle = joint_values(model.joints, table, chain, document, ("joints",))
+    q, angle, digits = joint_values(model.joints, table, chain, document, ("joints",))
     columns, groups = recorded(model, table, chain, document)
     stated = "id" in model.configuration
     ids = _default_ids(table) if not stated else table.texts(model.configuration["id"].column)
     every = np.arange(len(table))
     second = getattr(model, "second", None)
     if second is None:
-        made, index = _merge(Configurations(ids, q, columns, groups=groups), table, every)
+        made, index = _merge(Configurations(ids, q, columns, groups=groups, digits=digits), table, every)
         return Places(made, index, None, q, every, angle)
     if second.columns is None and second.id is not None:
         if not stated:
             document.fail("a key is missing", ("configuration", "id"), expected="the column with the id of each row")
-        made, index = _merge(Configurations(ids, q, columns, groups=groups), table, every)
+        made, index = _merge(Configurations(ids, q, columns, groups=groups, digits=digits), table, every)
         other, measuring = _named(second, table, made, index)
         return Places(made, index, other, q, measuring, angle)
-    q2, _ = joint_values(_second_joints(second, model.joints, table, chain), table, chain, document, ("second",))
+    q2, _, digits2 = joint_values(
+        _second_joints(second, model.joints, table, chain), table, chain, document, ("second",)
+    )
     ids2 = tuple(f"{i}:second" for i in _default_ids(table))
     if second.id is not None:
         ids2 = table.texts(second.id.column)
@@ -66,6 +68,7 @@ def read_configurations(model: DataModel, table: CsvTable, chain: Chain, documen
         np.vstack([q, q2]),
         {k: np.concatenate([v, v if k in SHARED else nothing]) for k, v in columns.items()},
         groups=None if groups is None else groups + groups,
+        digits=np.vstack([digits, digits2]),
     )
     made, index = _merge(both, table, np.concatenate([every, every]))
     return Places(made, index[: len(q)], index[len(q) :], q, every, angle)
@@ -82,6 +85,7 @@ def nowhere(given: Configurations, names: tuple[str, ...], beside: Ints) -> Conf
         np.vstack([given.joints, nothing]),
         {k: np.concatenate([v, nothing[:, 0]]) for k, v in given.columns.items()},
         groups=None if given.groups is None else (*given.groups, *(given.groups[i] for i in beside)),
+        digits=None if given.digits is None else np.vstack([given.digits, np.zeros_like(nothing)]),
     )
 
 
@@ -102,8 +106,8 @@ def _second_joints(second: SecondModel, first: JointsModel, table: CsvTable, cha
 
 def joint_values(
     model: JointsModel, table: CsvTable, chain: Chain, document: Document, at: Path_
-) -> tuple[Array, Unit]:
-    """Joint values (k, n) in rad or m, and the unit of the angles."""
+) -> tuple[Array, Unit, Array]:
+    """Joint values (k, n) in rad or m, the unit of the angles, and what one unit in the last digit means (k, n)."""
     n = len(chain.joints)
     columns = model.columns
     if columns is None:
@@ -117,7 +121,8 @@ def joint_values(
     si = ["m" if j.type == "prismatic" else "rad" for j in chain.joints]
     units = column_units(table, columns, unit, si, document, at)
     angle = next((u for u in units if u.si == "rad"), UNITS["rad"])
-    return table.numbers(columns) * np.array([u.factor for u in units]), angle
+    factors = np.array([u.factor for u in units])
+    return table.numbers(columns) * factors, angle, table.digits(columns) * factors
 
 
 def recorded(

@@ -13,6 +13,7 @@ import os
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -147,6 +148,21 @@ class CsvTable:
             if not np.isfinite(out[:, i]).all():
                 raise self._bad_cell(at)
         return out
+
+    def digits(self, columns: Sequence[str | int]) -> Array:
+        """What one unit in the last digit of each number means, (rows, columns).
+
+        Programs write so many decimals, or so many significant digits, and some drop zeros at the end: with D the most
+        decimals and S the most significant digits in these columns, 10^max(-D, e - S + 1) of a number between 10^e and
+        10^(e + 1).
+        """
+        at = [self.find(c) for c in columns]
+        cells = [Decimal(row[i].replace(self.decimal, ".").strip()) for row in self.cells for i in at]
+        parts = [c.as_tuple() for c in cells]
+        decimals = max(-int(p.exponent) for p in parts)
+        significant = max(len(p.digits) for p in parts)
+        size = np.array([c.adjusted() if c else -decimals for c in cells], dtype=float).reshape(len(self), len(at))
+        return np.asarray(10.0 ** np.maximum(-decimals, size - significant + 1))
 
     def _bad_cell(self, at: int) -> FormatError:
         """The error for the first cell of a column that is not a finite number."""

@@ -246,6 +246,7 @@ def _read_table(
                 source=str(table.path),
                 rows=None if part.nowhere else table.lines[rows],
                 second=places.second[rows] if second and places.second is not None else None,
+                digits=None if part.digits is None else part.digits[kept],
             )
         )
     warnings = limit_warning(places.joints, chain, table.lines, table.path)

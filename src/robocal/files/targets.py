@@ -158,7 +158,7 @@ def _joints(
                 expected = f"x [mm], y [mm], z [mm], or joint columns: {error.expected}"
                 raise table.fail("there are no targets", found=error.found, expected=expected) from None
             return None, None
-    return joint_values(given, table, chain, document, ("joints",))
+    return joint_values(given, table, chain, document, ("joints",))[:2]
 
 
 def compensated_text(

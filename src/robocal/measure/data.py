@@ -44,13 +44,15 @@ class Frame:
 class Configurations:
     """Where the machine stood: joint values (m, n) in rad or m (None for a machine with free poses), and named columns
     (m,); `groups` (m) are labels of what belongs together, such as a placement of the target, or "" where nothing is
-    said."""
+    said; `digits` (m, n) is what one unit in the last digit of each joint value means, as it was written (None: not
+    known)."""
 
     ids: tuple[str, ...]
     joints: Array | None = None
     columns: Mapping[str, Array] = field(default_factory=dict)
     start: Array | None = None  # frame vectors (m, 6) from which free poses start
     groups: tuple[str, ...] | None = None
+    digits: Array | None = None
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -63,6 +65,7 @@ class Configurations:
             {k: v[index] for k, v in self.columns.items()},
             None if self.start is None else self.start[index],
             None if self.groups is None else tuple(self.groups[i] for i in index),
+            None if self.digits is None else self.digits[index],
         )
 
 
@@ -75,7 +78,8 @@ class Observations:
     `options` its scalars. `rows` (k,) are row numbers in `source`. A kind that compares two configurations keeps the
     other one in `second` (k,). A second axis in front of value, (B, k, d), gives
     every problem of a batch its own measurements. `used` (k,) is False for rows that are set aside: they are predicted, and
-    weigh nothing (None: all are used).
+    weigh nothing (None: all are used). `digits` (k, d) is what one unit in the last digit of each value means, as it was
+    written (None: not known).
     """
 
     kind: str
@@ -92,6 +96,7 @@ class Observations:
     rows: Ints | None = None
     second: Ints | None = None
     used: NDArray[np.bool_] | None = None
+    digits: Array | None = None
 
     @property
     def label(self) -> str:
@@ -113,6 +118,7 @@ class Observations:
             rows=None if self.rows is None else self.rows[index],
             second=None if self.second is None else self.second[index],
             used=None if self.used is None else self.used[index],
+            digits=None if self.digits is None else self.digits[index],
         )
 
 
@@ -152,7 +158,8 @@ class DataSet:
         labels = None
         if a.groups is not None or b.groups is not None:
             labels = (a.groups or ("",) * len(a)) + (b.groups or ("",) * len(b))
-        return DataSet(Configurations(a.ids + b.ids, joints, columns, start, labels), self.observations + moved)
+        digits = _stack(a.digits, b.digits, len(a), len(b), 0.0)
+        return DataSet(Configurations(a.ids + b.ids, joints, columns, start, labels, digits), self.observations + moved)
 
 
 def _stack(a: Array | None, b: Array | None, rows_a: int, rows_b: int, absent: float) -> Array | None:

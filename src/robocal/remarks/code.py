@@ -12,6 +12,8 @@ class Code(StrEnum):
 
     # --- the verdict ---
     GAIN_PROVEN = "gain-proven"
+    EXACT = "exact"
+    NOMINAL_EXACT = "nominal-exact"
     GAIN_NOT_PROVEN = "gain-not-proven"
     NOT_CONVERGED = "not-converged"
     GAIN_ANYWAY = "gain-anyway"

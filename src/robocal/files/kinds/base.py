@@ -51,6 +51,7 @@ class Values:
     angle: Unit | None = None
     extra: Mapping[str, Array] = field(default_factory=dict)
     options: Mapping[str, object] = field(default_factory=dict)
+    digits: Array | None = None  # (k, d) what one unit in the last digit means, where the file says the value itself
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,7 @@ class Part:
     group: str = ""  # default: the file's
     kind: str = ""  # default: the file's
     targeted: bool = True  # whether a thing on the tool is measured
+    digits: Array | None = None
     nowhere: bool = False  # known without the machine: no row of the table is where it stood
 
 
@@ -91,7 +93,8 @@ class Written:
 
 def whole(model: Any, values: Values, around: Around) -> Sequence[Part]:
     """All rows are observations of one instrument."""
-    return [Part(np.arange(len(values.value)), values.value, values.sigma, values.extra, values.options)]
+    rows = np.arange(len(values.value))
+    return [Part(rows, values.value, values.sigma, values.extra, values.options, digits=values.digits)]
 
 
 @dataclass(frozen=True)

@@ -104,7 +104,7 @@ def _all(
 
 def read_pose(model: Any, table: CsvTable, document: Document) -> Values:
     """Frame vectors (k, 6) in m and rad; sigma of the rotation about the instrument's axes."""
-    place, sigma, length = position(model, table, document)
+    place, sigma, length, digits = position(model, table, document)
     r, axes, angle = _rotations(model.orientation, table, document)
     given = model.orientation.sigma
     both = None
@@ -126,7 +126,9 @@ def read_pose(model: Any, table: CsvTable, document: Document) -> Values:
             # Independent errors of the file's angles, carried to the axes about which they turn.
             turn = np.sqrt((axes**2 @ (turn**2)[..., None])[..., 0])
         both = np.hstack([sigma, turn])
-    return Values(np.hstack([place, so3.log(r)]), both, length, angle)
+    # What rounding does to a rotation depends on its form; it is left out.
+    written = np.hstack([digits, np.zeros_like(digits)])
+    return Values(np.hstack([place, so3.log(r)]), both, length, angle, digits=written)
 
 
 def write_pose(obs: Observations, units: Units) -> Written:

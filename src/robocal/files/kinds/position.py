@@ -41,7 +41,8 @@ def matrix_columns(model: OrientationModel, table: CsvTable) -> list[str | int]:
     return columns
 
 
-def position(model: Any, table: CsvTable, document: Document) -> tuple[Array, Array | None, Unit]:
+def position(model: Any, table: CsvTable, document: Document) -> tuple[Array, Array | None, Unit, Array]:
+    """Positions (k, 3), their standard deviations, the unit, and what one unit in the last digit means (k, 3), in m."""
     value = model.position or PlaceValuesModel()
     at: Path_ = ("position",)
     if value.columns is None:
@@ -53,13 +54,15 @@ def position(model: Any, table: CsvTable, document: Document) -> tuple[Array, Ar
         if isinstance(given, list) and len(given) != 3:
             document.fail("wrong number of entries", (*at, word), found=len(given), expected="one for each column, 3")
     numbers, sigma, units = quantity(value, table, document, at, ("m",) * 3, XYZ)
-    return numbers if value.sign is None else numbers * np.array(value.sign), sigma, units[0]
+    assert value.columns is not None
+    digits = table.digits(value.columns) * np.array([u.factor for u in units])
+    return numbers if value.sign is None else numbers * np.array(value.sign), sigma, units[0], digits
 
 
 def read_position(model: PositionModel, table: CsvTable, document: Document) -> Values:
     """Positions (k, 3) in m."""
-    value, sigma, unit = position(model, table, document)
-    return Values(value, sigma, length=unit)
+    value, sigma, unit, digits = position(model, table, document)
+    return Values(value, sigma, length=unit, digits=digits)
 
 
 def write_position(obs: Observations, units: Units) -> Written:

@@ -14,6 +14,18 @@ TABLE: dict[Code, Words] = {
         "[; {aside} gross rows are not counted, with them it is {otherwise:.4g}]",
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
     ),
+    Code.EXACT: Words(
+        "exact to the digits given: {left:.2g} rms is left on unseen poses, and rounding to the digits of the data leaves "
+        "{digits:.2g}",
+        "No instrument and no arm is that good: these measurements or joint values were computed. What was simulated without noise "
+        "proves the model and the poses; what the real robot does shows in real measurements.",
+    ),
+    Code.NOMINAL_EXACT: Words(
+        "the nominal model is exact to the digits given: {left:.2g} rms is left on unseen poses, and rounding to the digits of the "
+        "data leaves {digits:.2g}; there is nothing to improve",
+        "These measurements or joint values were computed with the nominal model itself: simulate a robot with errors "
+        "(robocal simulate), or measure the real one.",
+    ),
     Code.GAIN_NOT_PROVEN: Words(
         "the mean error on unseen poses does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})"
         "[; {aside} gross rows are not counted, with them it is {otherwise:.4g}]",

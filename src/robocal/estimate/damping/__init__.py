@@ -1,0 +1,1 @@
+"""Compiled steps of the damped iteration, for a batch of problems in lock step."""

@@ -1,0 +1,264 @@
+"""Small batched solves, and what becomes of the steps: damping, refusals, stops."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from robocal._jit import kernel
+
+
+@kernel
+def cholesky(a, n):
+    """In place, lower triangle; returns False when a pivot is not positive."""
+    for i in range(n):
+        for j in range(i + 1):
+            s = a[i, j]
+            for k in range(j):
+                s -= a[i, k] * a[j, k]
+            if i == j:
+                if not s > 0.0:
+                    return False
+                a[i, i] = math.sqrt(s)
+            else:
+                a[i, j] = s / a[j, j]
+    return True
+
+
+@kernel
+def forward(a, n, v):
+    """v <- L^-1 v."""
+    for i in range(n):
+        s = v[i]
+        for k in range(i):
+            s -= a[i, k] * v[k]
+        v[i] = s / a[i, i]
+
+
+@kernel
+def backward(a, n, v):
+    """v <- L^-T v."""
+    for i in range(n - 1, -1, -1):
+        s = v[i]
+        for k in range(i + 1, n):
+            s -= a[k, i] * v[k]
+        v[i] = s / a[i, i]
+
+
+@kernel
+def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, step_local):
+    """(A + lam diag(damp)) step = -g of one problem, local blocks eliminated by Schur complement; False when not positive.
+
+    a (n, n) lower triangle, damp (n,), damp_local (L, l), held (n,) columns that must not move, s (n, n) and v (n,)
+    work space.
+    """
+    n = g.shape[0]
+    nloc, nl = gl.shape
+    block = np.empty((nl, nl))
+    bv = np.empty(nl)
+    y = np.empty((n, nl))
+    for i in range(n):
+        for j in range(i + 1):
+            s[i, j] = a[i, j]
+        s[i, i] += lam * damp[i]
+        v[i] = -g[i]
+    for t in range(nloc):
+        for i in range(nl):
+            for j in range(nl):
+                block[i, j] = al[t, i, j]
+            block[i, i] += lam * damp_local[t, i]
+            bv[i] = -gl[t, i]
+        if not cholesky(block, nl):
+            return False
+        forward(block, nl, bv)
+        # y = A_sl L^-T, so that A_sl A_ll^-1 A_ls = y y^T.
+        for i in range(n):
+            for j in range(nl):
+                x = asl[t, i, j]
+                for k in range(j):
+                    x -= block[j, k] * y[i, k]
+                y[i, j] = x / block[j, j]
+        for i in range(n):
+            for j in range(nl):
+                v[i] -= y[i, j] * bv[j]
+            for j in range(i + 1):
+                for k in range(nl):
+                    s[i, j] -= y[i, k] * y[j, k]
+    for i in range(n):
+        if held[i]:
+            for j in range(n):
+                if j < i:
+                    s[i, j] = 0.0
+                elif j > i:
+                    s[j, i] = 0.0
+            s[i, i] = 1.0
+            v[i] = 0.0
+    if not cholesky(s, n):
+        return False
+    forward(s, n, v)
+    backward(s, n, v)
+    for i in range(n):
+        step[i] = v[i]
+    for t in range(nloc):
+        for i in range(nl):
+            for j in range(nl):
+                block[i, j] = al[t, i, j]
+            block[i, i] += lam * damp_local[t, i]
+            x = -gl[t, i]
+            for j in range(n):
+                x -= asl[t, j, i] * v[j]
+            bv[i] = x
+        cholesky(block, nl)
+        forward(block, nl, bv)
+        backward(block, nl, bv)
+        for i in range(nl):
+            step_local[t, i] = bv[i]
+    return True
+
+
+# Codes shared with least_squares.Reason.
+COST, GRADIENT, STEP, SINGULAR = 1, 2, 3, 5
+LOST = -1  # a step that failed and cannot be followed
+SHORTER = 0.1  # squared length, in the solver's metric, of a step back to the floor of a valley
+SHARE = 1e-4  # of the cost, for an expected error of a column: below, its damping does not follow its length
+ROUNDING = 1e-15  # a smaller decrease cannot be told from rounding
+
+
+@kernel
+def propose(
+    cost, g, a, gl, al, asl, value, lower, upper, scales, tolerances, damped, away, length, lam, damp, damp_local, step,
+    step_local, predicted, reason,
+):  # fmt: skip
+    """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,).
+
+    value (B, n) are the parameters where bounds apply (B, 0 without bounds); tolerances (3,): cost, gradient, step.
+    predicted (B,) is the decrease of half the sum of squares that the undamped model promises. Problems that are `away`
+    (B,) are stepped and not stopped, but LOST where the step is no shorter than the one that led away, of which length
+    (B,) is the square.
+    """
+    batch, n = g.shape
+    nloc, nl = gl.shape[1], gl.shape[2]
+    s = np.empty((n, n))
+    v = np.empty(n)
+    held = np.zeros(n, np.bool_)
+    tiny = np.finfo(np.float64).eps ** 2
+    for b in range(batch):
+        if reason[b] != 0:
+            continue
+        largest = 1e-300
+        for i in range(n):
+            largest = max(largest, a[b, i, i])
+        worst = 0.0
+        for i in range(n):
+            # A column that carries nothing still needs a positive pivot to stay where it is, and one that carries
+            # rounding alone has no length of its own: its error is expected to be worth a share of what is to be
+            # explained. Otherwise noise-free data throw an angle that does nothing yet by 1e11 rad.
+            damp[b, i] = max(damp[b, i], a[b, i, i], largest * tiny, SHARE * 2.0 * cost[b] / scales[i] ** 2)
+            if damp[b, i] == 0.0:
+                damp[b, i] = 1.0
+            held[i] = value.shape[1] > 0 and (
+                (value[b, i] <= lower[i] and g[b, i] > 0) or (value[b, i] >= upper[i] and g[b, i] < 0)
+            )
+            if not held[i]:
+                worst = max(worst, abs(g[b, i]) / math.sqrt(damp[b, i]))
+        for t in range(nloc):
+            largest = 1e-300
+            for i in range(nl):
+                largest = max(largest, al[b, t, i, i])
+            for i in range(nl):
+                damp_local[b, t, i] = max(damp_local[b, t, i], al[b, t, i, i], largest * tiny)
+                if damp_local[b, t, i] == 0.0:  # no row sees the block, as when its rows weigh nothing
+                    damp_local[b, t, i] = 1.0
+                worst = max(worst, abs(gl[b, t, i]) / math.sqrt(damp_local[b, t, i]))
+        # Cosine between the residual and each column, in the metric that the solver sees.
+        if not away[b] and worst <= tolerances[1] * math.sqrt(2.0 * cost[b]) + 1e-300:
+            reason[b] = GRADIENT
+            continue
+        before = lam[b]
+        while not solve_damped(
+            a[b], g[b], al[b], gl[b], asl[b], lam[b], damp[b], damp_local[b], held, s, v, step[b], step_local[b]
+        ):
+            lam[b] = max(lam[b], 1e-12) * 10.0
+            if damped and lam[b] <= 1e12:
+                continue
+            reason[b] = SINGULAR
+            break
+        far = 0.0
+        for i in range(n):
+            far += damp[b, i] * step[b, i] ** 2
+        for t in range(nloc):
+            for i in range(nl):
+                far += damp_local[b, t, i] * step_local[b, t, i] ** 2
+        if away[b]:
+            # What leads back to the floor of a valley is far shorter than what led away from it along the floor.
+            if reason[b] != 0 or not far < SHORTER * length[b]:
+                lam[b], reason[b] = before, LOST
+            continue
+        length[b] = far
+        if reason[b] != 0:
+            continue
+        gain = 0.0
+        small = True
+        for i in range(n):
+            x = step[b, i]
+            small = small and abs(x) <= tolerances[2] * scales[i]
+            gain += x * (lam[b] * damp[b, i] * x - g[b, i])
+        for t in range(nloc):
+            for i in range(nl):
+                x = step_local[b, t, i]
+                small = small and abs(x) <= tolerances[2]
+                gain += x * (lam[b] * damp_local[b, t, i] * x - gl[b, t, i])
+        # For a step that solves the damped system, decrease = 1/2 step . (lam D step - g).
+        predicted[b] = 0.5 * gain
+        # A heavily damped step promises little anywhere; what counts is what the model promises without damping.
+        if predicted[b] * (1.0 + lam[b]) <= max(tolerances[0], ROUNDING) * cost[b]:
+            reason[b] = COST
+        elif small:
+            reason[b] = STEP
+
+
+RUNNING, STALLED = 0, 7
+STAY, TAKE, OUT, HOME = 0, 1, 2, 3
+GROW = 10.0  # of the damping, after the first step that fails
+
+
+@kernel
+def settle(cost, trial, first, predicted, damped, lam, grow, best, away, iterations, reason, move):
+    """Says what becomes of the trial of every running problem, in `move`, and moves its damping; cost (B,) and trial
+    and move (running,) in the same order; first (B,) is the cost at the start.
+
+    Where the model foretells the decrease the damping falls fast, where it fails it grows ever faster. The first step
+    that fails is followed once (OUT), see `least_squares`; best (B,) is the cost to come back with.
+    """
+    i = 0
+    for b in range(cost.shape[0]):
+        if reason[b] != RUNNING:
+            continue
+        iterations[b] += 1
+        finite = math.isfinite(trial[i])
+        decrease = (best[b] if away[b] else cost[b]) - trial[i]
+        if finite and (decrease > (0.25 * predicted[b] if away[b] else 0.0) or not damped):
+            move[i] = TAKE
+            # What the model foretold was the first of two steps.
+            ratio = decrease / predicted[b]
+            if ratio > 0.9:
+                lam[b] *= 0.02
+            elif ratio > 0.5:
+                lam[b] *= 0.2
+            elif ratio <= 0.25:
+                lam[b] *= 4.0
+            grow[b] = GROW
+            away[b] = False
+        elif damped and not away[b] and grow[b] == GROW and finite and trial[i] < first[b]:
+            move[i] = OUT
+            best[b] = cost[b]
+            away[b] = True
+        else:
+            move[i] = HOME if away[b] else STAY
+            away[b] = False
+            lam[b] = max(lam[b], 1e-9) * grow[b]
+            grow[b] = min(grow[b] * 2.0, 1e4)
+            if lam[b] > 1e14 or not damped:
+                reason[b] = STALLED
+        i += 1
