@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -83,6 +84,11 @@ def test_covariance_survives_its_file(place):
     known = read_covariance(place / "run-one" / "covariance.json")
     text = json.loads((place / "run-one" / "covariance.json").read_text())
     np.testing.assert_array_equal(known.total.covariance, text["covariance"])
+    rows = known.rows
+    assert rows.joints.shape == (50, 5) and rows.jacobian.shape == (150, len(rows.names)) and rows.thinned == 1
+    # The rows are those of the minimum: they pull nowhere.
+    pull = np.linalg.norm(rows.jacobian.T @ rows.residual / np.linalg.norm(rows.jacobian, axis=0))
+    assert pull < 1e-3 * np.linalg.norm(rows.residual)
     assert (
         known.total.names == tuple(text["names"])
         and known.joints.shape == (5, 2)
@@ -114,23 +120,46 @@ def test_the_map_is_written_and_drawn(place):
 
 def test_no_drift_and_drift(place):
     same = drift(place / "run-one", place / "run-two")
-    assert same.document["verdict"]["status"] == "no_significant_drift" and same.found.p_value > 0.01
+    assert same.document["verdict"]["status"] == "unchanged" and same.found.p_value > 0.01
+    assert same.found.apart.low == 0 and same.document["change"]["high"] < 0.1 and same.found.scatter.same == 0
+    codes = [r["code"] for r in same.document["verdict"]["remarks"]]
+    assert codes[0] == "change-below" and len(codes) == len(same.document["verdict"]["reasons"])
+    finer = drift(place / "run-one", place / "run-two", matters=2e-5)
+    assert finer.status == "possible" and finer.reasons[0].code is Code.CHANGE_OPEN
     moved = drift(place / "run-one", place / "run-three", output=place / "drift")
     document = json.loads((place / "drift" / "drift.json").read_text())
     assert document["verdict"]["status"] == "drifted" and moved.found.p_value < 1e-6
     assert 0.1 < document["workspace"]["rms"] < 0.4 and document["workspace"]["limit"] < 0.1
+    change = document["change"]
+    assert 0.1 < change["low"] < change["change"] < change["high"] < 0.4 and change["p_value"] < 1e-3
+    assert drift(place / "run-one", place / "run-three", matters=1e-3).status == "unchanged"
     single = {c["name"]: c for c in document["single_causes"]}
     assert (
         single["j3.d"]["change"] == pytest.approx(0.3, abs=4 * single["j3.d"]["sigma"])
         and single["j3.d"]["p_rest"] > 0.01
     )
     with_tool = drift(place / "run-one", place / "run-three", new_tool=True)
-    assert with_tool.found.drifted and not any(c.name.startswith("tool.") for c in with_tool.found.changes)
+    assert with_tool.status == "drifted" and not any(c.name.startswith("tool.") for c in with_tool.found.changes)
 
 
 def test_the_same_data_twice_prove_nothing(place):
     found = drift(place / "run-one", place / "run-one")
-    assert not found.found.drifted and any("same measurements" in w for w in found.warnings)
+    assert found.status == "possible" and [r.code for r in found.void] == [Code.SAME_MEASUREMENTS]
+    assert found.document["verdict"]["reasons"] == [str(found.void[0])]
+
+
+def test_a_refused_run_and_one_without_rows_say_so(place, tmp_path):
+    folder = Path(shutil.copytree(place / "run-two", tmp_path / "run"))
+    known = json.loads((folder / "covariance.json").read_text())
+    del known["rows"]
+    (folder / "covariance.json").write_text(json.dumps(known))
+    found = drift(place / "run-one", folder)
+    assert found.found.scatter is None and Code.ROWS_NOT_KEPT in [w.code for w in found.warnings]
+    result = (folder / "result.json").read_text()
+    assert '"status": "improved"' in result
+    (folder / "result.json").write_text(result.replace('"status": "improved"', '"status": "refused"', 1))
+    found = drift(place / "run-one", folder)
+    assert found.status == "possible" and [r.code for r in found.void] == [Code.RUN_REFUSED]
 
 
 def test_what_cannot_be_compared_is_said(place, tmp_path):
@@ -164,8 +193,6 @@ def test_what_cannot_be_compared_is_said(place, tmp_path):
     [('"names"', '"nams"'), ('"robocal": 1', '"robocal": 2'), ("[", "{"), ('"expected": [', '"expected": [1.0, ')],
 )
 def test_a_damaged_covariance_is_refused(place, tmp_path, old, new):
-    import shutil
-
     folder = Path(shutil.copytree(place / "run-one", tmp_path / "run"))
     file = folder / "covariance.json"
     file.write_text(file.read_text().replace(old, new, 1))

@@ -8,7 +8,7 @@ scatter of both runs' rows, block by block, over what even noise would give (`sc
 noise.
 
 The verdict is of millimetres (`apart`): *unchanged* where the interval of the change lies below what matters, *drifted*
-where it lies above and chance alone would show as much once in a hundred, *possible* else. Beside it stands a joint test of
+where it lies above and chance alone would show as much once in a thousand, *possible* else. Beside it stands a joint test of
 the parameters, in the space that both runs saw: the directions in which d / S is known to better than half, eigenvalues
 of S^-1 cov(d) S^-1 below SEEN.
 
@@ -37,7 +37,9 @@ SEEN = 0.25  # of the expected variance: known to half of what was expected
 ROUNDING = 1e-14
 FEW = 5
 MATTERS = 1e-4  # m: below that no change is worth an alarm, unless somebody says otherwise
-SURE = 0.01  # the chance below which a robot is accused
+# The chance below which a robot is accused. Few blocks tell how errors of a model scatter, and nothing how they would have
+# where only one run went: a level of one in a hundred accuses one in ten of the worst halves of a real series.
+SURE = 1e-3
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """How much further two runs scatter than even, independent noise would have it: from sums over blocks of rows.
 
-    x = x_true + sum_i G_i r_i,   G_i = X H J_i^T,   s_b = sum_{i in b} G_i r_i   (of the second run less that of the first)
-    ratio = sum_b |s_b|^2 / sum_b tr(V_b),   V_b = sum over the runs of s^2 G_b (I - J_b H J_b^T) G_b^T
+    x = x_true + sum_i G_i r_i,   G_i = X H J_i^T,   s_b = G_b (I - J_b H J_b^T)^(-1/2) r_b   (of the second run less that of the first)
+    ratio = sum_b |s_b|^2 / sum_b tr(V_b),   V_b = sum over the runs of s^2 G_b G_b^T
 
 What a model cannot describe is no noise: it returns at the same place, and places near each other share it. So sums over
 blocks are compared with what independent errors of the same size would give, the shrinkage by the fit included. Blocks
@@ -34,6 +34,7 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 MOST_PLACES = 400  # rows of more are thinned evenly
 BLOCKS = 10
+LEAST = 1e-3  # of a row's variance: where the fit leaves less, a residual says nothing
 FEWEST = 4  # blocks that still say something
 PER_BLOCK = 4  # places, at least
 
@@ -172,13 +173,13 @@ def _ratio(
     sums, spread = np.zeros((many, width)), np.zeros((many, width, width))
     for sign, kept, (g, j, h), label in zip((-1.0, 1.0), runs, gains, labels, strict=True):
         block = label[kept.place]
-        order = np.argsort(block, kind="stable")
-        b, starts = np.unique(block[order], return_index=True)
-        g, j, r = g[order], j[order], kept.residual[order]
-        sums[b] += sign * np.add.reduceat(g * r[:, None], starts)
-        lost = np.add.reduceat(g[:, :, None] * j[:, None, :], starts)
-        own = np.add.reduceat(g[:, :, None] * g[:, None, :], starts)
-        spread[b] += kept.spread * (own - lost @ h @ np.swapaxes(lost, 1, 2))
+        for b in np.unique(block):
+            rows = np.flatnonzero(block == b)
+            values, vectors = np.linalg.eigh(np.eye(len(rows)) - j[rows] @ h @ j[rows].T)
+            turned = vectors.T @ g[rows]
+            values = np.maximum(values, LEAST)
+            sums[b] += sign * turned.T @ ((vectors.T @ kept.residual[rows]) / np.sqrt(values))
+            spread[b] += kept.spread * turned.T @ turned
     expected = float(np.einsum("bii->", spread))
     variance = 2 * float(np.sum(spread**2))
     if expected <= 0 or variance <= 0:
