@@ -110,19 +110,18 @@ def test_offsets_of_an_arm_that_has_nothing_else(size):
 
 @pytest.mark.slow
 def test_the_worth_of_offsets_among_all_errors():
-    """Exported if and only if the interval of the gain is above zero; then fresh poses agree with what was printed. The mean of
-    400 errors is itself known to 1.5 % of the nominal one, so single draws may miss 3 %; their mean may not."""
+    """Exported if and only if the interval of the gain is above zero; then what they gain on fresh poses is what was printed,
+    within 3 % of the nominal error. The mean error itself scatters with the poses that were measured (400 errors know it to 1 or 2 % of
+    the nominal one), that of nominal robot and offsets alike."""
     drawn = [draw(300 + s, 400, everything=True, fresh=3000) for s in range(TRIALS)]
     assert all(found.proven is bool(found.gain[1] > 0) for found, *_ in drawn)
-    off = np.array([(f.after.mean - after) / before for f, before, after in drawn if f.proven])
+    proven = [(f.before.mean - f.after.mean, f.after, b, a) for f, b, a in drawn if f.proven]
+    gain = np.array([(told - (before - after)) / before for told, _, before, after in proven])
+    mean = np.array([(told.mean - after) / before for _, told, before, after in proven])
+    own = np.array([np.sqrt((t.rms**2 - t.mean**2) / t.n) / before for _, t, before, _ in proven])
     print(
-        f"{len(off)} of {len(drawn)} exported; off by {off.mean():+.2%} on average, {off.std():.2%} rms, "
-        f"{(abs(off) < 0.03).sum()} within 3 %"
+        f"{len(gain)} of {len(drawn)} exported; gain off by {abs(gain).max():.2%} of the nominal error at most; mean error off by "
+        f"{mean.mean():+.2%} on average, {mean.std():.2%} rms, {(abs(mean) < 0.03).sum()} within 3 %, "
+        f"{np.sqrt(np.mean((mean / own) ** 2)):.2f} standard errors rms"
     )
-    own = np.array(
-        [np.sqrt((f.after.rms**2 - f.after.mean**2) / f.after.n) / before for f, before, _ in drawn if f.proven]
-    )
-    print(
-        f"in standard errors of the printed mean: {np.sqrt(np.mean((off / own) ** 2)):.2f} rms, {abs(off / own).max():.1f} at most"
-    )
-    assert abs(off.mean()) < 0.03 and (abs(off / own) < 4).all()
+    assert (abs(gain) < 0.03).all() and (abs(mean / own) < 4).all()

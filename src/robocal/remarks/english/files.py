@@ -76,7 +76,7 @@ TABLE: dict[Code, Words] = {
         "row {row}, number {column} of what was measured fits with the other sign", "Check the sign there."
     ),
     Code.ROW_COLUMN: Words(
-        "row {row}, number {column} of what was measured alone is off", "Check how it was written down."
+        "of row {row} only number {column} of the reading is off", "Check how it was written down."
     ),
     Code.ROWS_EXCLUDED: Words(
         "{file}: {count} rows were left out by hand ({rows})",
