@@ -152,12 +152,13 @@ def test_refine_takes_the_cheapest_start_and_leaves_what_is_held(rng):
     frames = tuple(f"tracker.{s}" for s in SIX)
     good = dict(zip(frames, TRACKER.value, strict=True))
     bad = dict(zip(frames, rng.normal(size=6), strict=True))
-    x = refine(p, frames, [bad, good])
+    x, converged = refine(p, frames, [bad, good])
+    assert converged
     np.testing.assert_allclose(x[0, [p.table.index[n] for n in frames]], TRACKER.value, atol=1e-9)
-    np.testing.assert_array_equal(refine(p, (), [good]), p.start)
-    held = refine(p, frames[:3], [{**good, "tracker.rx": 9.0}])
+    np.testing.assert_array_equal(refine(p, (), [good])[0], p.start)
+    held, _ = refine(p, frames[:3], [{**good, "tracker.rx": 9.0}])
     assert held[0, p.table.index["tracker.rx"]] == 0.0
-    nothing = refine(p, frames, [dict.fromkeys(frames, np.nan)])
+    nothing, _ = refine(p, frames, [dict.fromkeys(frames, np.nan)])
     assert np.isfinite(nothing).all(), "a start that is not a number loses"
 
 
