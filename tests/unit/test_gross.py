@@ -46,8 +46,12 @@ def test_a_dropped_beam_is_named():
     found = identify(arm(), zeroed(measured(60), [5, 17]), FAST)
     assert [o.cause.code for o in found.outliers] == [Code.CAUSE_ZEROS] * 2
     assert all(o.value == (0.0, 0.0, 0.0) for o in found.outliers)
-    slipped = identify(arm(), spoiled(measured(60), {7: [3e-3, 0, 0]}), FAST).outliers[0]
-    assert slipped.cause.code == Code.CAUSE_ALONE
+    slipped, one = (
+        identify(arm(), spoiled(measured(60), {7: off}), FAST).outliers[0].cause
+        for off in ([3e-3, -2e-3, 4e-3], [3e-3, 0, 0])
+    )
+    assert slipped.code == Code.CAUSE_ALONE
+    assert one.code == Code.ROW_COLUMN and one.numbers["column"] == 1
 
 
 def test_too_many_gross_rows_are_no_outliers():

@@ -217,6 +217,7 @@ def prediction_band(model: Chain, data: DataSet, fit: Fit, off: Total, region: R
         rows=None,
         used=None,
         digits=None,
+        rounding=None,
     )
     columns = {k: np.full(count, v) for k, v in mean_conditions(data.configurations).items()}
     away = DataSet(Configurations(tuple(map(str, range(count))), region.joints, columns), (template,))
