@@ -40,6 +40,7 @@ def test_what_is_set_aside_moves_neither_model_nor_mean(loss):
     counts = [s.after.n + s.held_out.n for s in (stage, every, whole)]
     assert counts[0] == 57 and counts[1] == counts[2] == 60 and every.after.max > 0.04
     assert {o.configuration for o in found.outliers if o.set_aside and not o.counted} == {"p3", "p11", "p40"}
+    assert {c for c, a in zip(found.rows.configuration, found.rows.aside, strict=True) if a} == {"p3", "p11", "p40"}
 
 
 def test_a_dropped_beam_is_named():

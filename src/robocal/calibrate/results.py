@@ -175,6 +175,7 @@ def row_table(
         np.concatenate([_told(r) for r in after]),
         tuple(p for r, n in zip(before, count, strict=True) for p in [r.parts] * n),
         np.concatenate(unseen),
+        np.concatenate([~t.used for t in part.problem.terms]),
     )
 
 
