@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 from pathlib import Path
@@ -120,9 +121,10 @@ def test_every_page_is_linked():
 
 def test_robot_and_data_files_in_the_format_page_are_valid(tmp_path):
     from robocal.files.dataset import read_dataset
+    from robocal.files.region import read_region
     from robocal.files.robot import read_robot
 
-    robot, data = blocks("docs/files.md", "yaml")
+    robot, data, region = blocks("docs/files.md", "yaml")
     (tmp_path / "robot.yaml").write_text(robot)
     head = "pose;T;q1;q2;q3;q4;q5;x;y;z\n"
     (tmp_path / "tracker.csv").write_text(head + "a;20,5;10;20;;;;1,5;2;3\n".replace(";;;;", ";30;40;50;"))
@@ -133,6 +135,9 @@ def test_robot_and_data_files_in_the_format_page_are_valid(tmp_path):
     (tmp_path / "data.yaml").write_text(data.replace("[q1, q2, q3, q4, q5]", "[q1, q2]"))
     made = read_dataset(tmp_path / "data.yaml", chain).dataset
     assert made.observations[0].frame.name == "tracker"
+    (tmp_path / "region.yaml").write_text(region)
+    ranges = read_region(tmp_path / "region.yaml", chain).ranges
+    assert ranges is not None and ranges[0] == pytest.approx([-math.pi / 2, math.pi / 2])
 
 
 @pytest.mark.parametrize(("call", "name"), [("draw", "before-after"), ("robot", "cable-robot")])

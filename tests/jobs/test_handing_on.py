@@ -86,6 +86,12 @@ def test_residuals_are_complete_and_come_back(tmp_path: Path) -> None:
     assert np.allclose(lengths, rows["after_mm"])
     back = read_residuals(tmp_path / "run" / "residuals.csv")
     assert back["set"] == rows["set"] and np.allclose(back["after_mm"], rows["after_mm"], rtol=1e-7)
+    # Folders of older versions say nothing of rows that were set aside.
+    table = [line.split(",") for line in (tmp_path / "run" / "residuals.csv").read_text().splitlines()]
+    at = table[0].index("set_aside")
+    (tmp_path / "old.csv").write_text("".join(",".join(r[:at] + r[at + 1 :]) + "\n" for r in table))
+    old = read_residuals(tmp_path / "old.csv")
+    assert "set_aside" not in old and old["after_mm"] == back["after_mm"]
 
 
 def test_numbers_of_a_result_are_in_the_robot_files_units(tmp_path: Path) -> None:

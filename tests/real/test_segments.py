@@ -10,12 +10,8 @@ import numpy as np
 import pytest
 from cli.runs import robocal
 
-from robocal.calibrate.identification import Options
-from robocal.calibrate.identify import identify
-from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
 from robocal.geometry import se3
-from robocal.remarks.code import Code
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ur10-tracker"
 HALF = 1386  # of 2773 rows
@@ -93,29 +89,3 @@ def test_the_advice_mends_it(shared_data, tmp_path, monkeypatch):
         assert [len(part["rows"]) for part in left] == ([1387, 1386] if name == "mended" else [])
     print(f"\ngain {gains[0]:.4f} mm mended, {gains[1]:.4f} mm clean")
     assert gains[0] == pytest.approx(gains[1], rel=0.15)
-
-
-@pytest.mark.slow
-def test_swapped_rows_are_named_with_their_partners(shared_data, tmp_path):
-    """3 % of the readings exchanged in pairs: every row is told with the one that it belongs to."""
-    source = shared_data / "ur10-laser-tracker" / "Series_C" / "measurements_random_poses.csv"
-    lines = source.read_bytes().decode("utf-8-sig").replace("\r\n", "\n").rstrip("\n").split("\n")
-    place = [lines[0].split(";").index(f"measurement_{a}") for a in "xyz"]
-    rows = [line.split(";") for line in lines[1:]]
-    pairs = np.random.default_rng(5).choice(len(rows), (42, 2), replace=False)
-    for a, b in pairs:
-        for c in place:
-            rows[a][c], rows[b][c] = rows[b][c], rows[a][c]
-    (tmp_path / "tracker.csv").write_text("\n".join([lines[0], *(";".join(r) for r in rows)]) + "\n")
-    text = (EXAMPLE / "data.yaml").read_text().replace("measurements_random_poses.csv", "tracker.csv")
-    (tmp_path / "data.yaml").write_text(text)
-    robot = read_robot(EXAMPLE / "robot.yaml").chain
-    found = identify(robot, read_dataset(tmp_path / "data.yaml", robot).dataset, Options(leave_one_out=False))
-    named = {o.row: o for o in found.outliers}
-    right = 0
-    for a, b in pairs + 2:
-        for row, other in ((int(a), int(b)), (int(b), int(a))):
-            cause = named[row].cause if row in named else None
-            right += cause is not None and cause.code is Code.ROW_SWAPPED and cause.numbers["partner"] == other
-    print(f"\n{found.verdict.status}; {len(named)} rows named, {right} of {pairs.size} as swapped with their partner")
-    assert right == pairs.size and len(named) <= 1.02 * pairs.size

@@ -128,3 +128,33 @@ def test_a_wrong_bar_is_no_improvement(case, wrong):
         assert (found.verdict.status, found.verdict.region) == ("improved", "working")
     else:
         assert found.verdict.status == "refused" and found.verdict.reasons[0].code == "scale-wrong"
+
+
+@pytest.mark.parametrize("loss", ["huber", "cauchy", "tukey"])
+def test_no_loss_lets_an_arm_collapse_around_its_bars(case, loss):
+    """The bars are three rows of hundreds: were they weighed down like readings, the arm would shrink to where its ball need
+    not move, and the bars would be met as well as nobody asked for."""
+    arm, robot, data = case
+    found = identify(robot, data, Options(hold_out="group", folds=3, loss=loss))
+    bars = np.array(found.rows.kind) == "distance"
+    fitted, predicted = np.abs(found.rows.after[bars, 0]), found.rows.unseen[bars]
+    said = ", ".join(f"{f.name} {1e3 * f.before:.2f} to {1e3 * f.after:.2f}" for f in found.stages[0].folds)
+    print(
+        f"\n{arm}, {loss}: {said} mm; bars off by {1e3 * fitted.max():.2f}, predicted to {1e3 * predicted.max():.2f} mm"
+    )
+    assert (found.verdict.status, found.verdict.region) == ("improved", "working")
+    assert fitted.max() <= 0.3e-3 and predicted.max() <= 2e-3
+    assert abs(found.scale.factor) <= 3 * found.scale.sigma and abs(found.scale.factor) < 0.01
+    assert all(f.after < f.before for f in found.stages[0].folds)
+
+
+@pytest.mark.parametrize("loss", ["huber", "tukey"])
+def test_a_wrong_bar_is_no_improvement_by_any_loss(case, loss):
+    """Refused for its scale, or, where a loss that forgets large residuals forgets whole sockets, not improved."""
+    arm, robot, data = case
+    off = [replace(o, value=o.value + 0.02) if o.kind == "distance" else o for o in data.observations]
+    found = identify(robot, replace(data, observations=tuple(off)), Options(hold_out="group", folds=3, loss=loss))
+    print(f"\n{arm}, {loss}: {found.verdict.status}, scale {found.scale.factor:+.2%} +- {found.scale.sigma:.2%}")
+    assert found.verdict.status != "improved"
+    if loss == "huber":
+        assert found.verdict.status == "refused" and found.verdict.reasons[0].code == "scale-wrong"

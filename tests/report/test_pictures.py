@@ -7,6 +7,7 @@ import math
 import re
 import xml.etree.ElementTree as ET
 
+import numpy as np
 import pytest
 from report import samples
 
@@ -14,7 +15,7 @@ from robocal.report import matrix, numbers, pictures, svg, words
 from robocal.report.arrows import arrows
 from robocal.report.pictures import before_after
 from robocal.report.series import pairs, three
-from robocal.report.tables import parameter_rows, statistics
+from robocal.report.tables import parameter_rows, statistics, worst
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -202,3 +203,28 @@ def test_hints_are_the_advice_of_the_reasons() -> None:
     assert given("Measure more.", status="improved") == []
     assert given("Measure more.", "", "Measure elsewhere.", "Measure more.") == ["Measure more.", "Measure elsewhere."]
     assert words.hints({"verdict": {"status": "refused", "reasons": ["too few configurations"]}}) == []
+
+
+def test_what_was_set_aside_is_marked_and_in_no_mean() -> None:
+    """Two gross rows, metres away: a series of their own, no mean, no arrow; the means of the others do not know them."""
+    rows = samples.errors(np.random.default_rng(1), 40, 8, 2.0, 0.1, True)
+    fit = [i for i, s in enumerate(rows["set"]) if s == "fit"][:1]
+    held = [i for i, s in enumerate(rows["set"]) if s == "held_out"][:1]
+    clean = {s.key: s for s in three({k: [v for i, v in enumerate(c) if i not in fit + held] for k, c in rows.items()})}
+    rows["set_aside"] = ["yes" if i in fit + held else "" for i in range(40)]
+    for i in fit + held:
+        for name in rows:
+            if name.endswith("_mm") and rows[name][i] is not None:
+                rows[name][i] = 3000.0
+    found = {s.key: s for s in three(rows)}
+    assert found["aside"].values == (3000.0, 3000.0)
+    assert all(found[k].mean == pytest.approx(clean[k].mean) for k in ("before", "after", "held"))
+    assert max(a for pair in pairs(rows)[1] for a in pair) < 100
+    for draw in (pictures.histogram, pictures.per_pose):
+        text = draw(rows)
+        assert "set aside: 2 values." in text and "mean aside" not in text
+    assert 'class="mark aside"' in pictures.per_pose(rows)
+    drawn = arrows(rows)
+    assert drawn is not None and len(json.loads(drawn.data)["at"]) == 38
+    first = worst(rows)[:2]
+    assert {r["set"] for r in first} == {"set aside"} and all(float(str(worst(rows)[2]["times"])) < 10 for _ in first)

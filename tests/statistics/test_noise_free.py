@@ -79,6 +79,7 @@ def test_data_without_noise_are_explained_to_their_digits(tmp_path, name, frame)
         for seed in range(DRAWS):
             found = run(tmp_path, name, digits, frame, seed)
             assert found.verdict.status == "improved", (digits, seed, found.verdict.reasons)
+            assert found.outliers == (), (digits, seed)
             held.append(found.stages[0].held_out.mean)
             finest.append(carried(found, Code.EXACT))
             assert held[-1] <= max(1e-9, 3 * finest[-1]), (digits, seed)

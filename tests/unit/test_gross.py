@@ -40,14 +40,19 @@ def test_what_is_set_aside_moves_neither_model_nor_mean(loss):
     counts = [s.after.n + s.held_out.n for s in (stage, every, whole)]
     assert counts[0] == 57 and counts[1] == counts[2] == 60 and every.after.max > 0.04
     assert {o.configuration for o in found.outliers if o.set_aside and not o.counted} == {"p3", "p11", "p40"}
+    assert {c for c, a in zip(found.rows.configuration, found.rows.aside, strict=True) if a} == {"p3", "p11", "p40"}
 
 
 def test_a_dropped_beam_is_named():
     found = identify(arm(), zeroed(measured(60), [5, 17]), FAST)
     assert [o.cause.code for o in found.outliers] == [Code.CAUSE_ZEROS] * 2
     assert all(o.value == (0.0, 0.0, 0.0) for o in found.outliers)
-    slipped = identify(arm(), spoiled(measured(60), {7: [3e-3, 0, 0]}), FAST).outliers[0]
-    assert slipped.cause.code == Code.CAUSE_ALONE
+    slipped, one = (
+        identify(arm(), spoiled(measured(60), {7: off}), FAST).outliers[0].cause
+        for off in ([3e-3, -2e-3, 4e-3], [3e-3, 0, 0])
+    )
+    assert slipped.code == Code.CAUSE_ALONE
+    assert one.code == Code.ROW_COLUMN and one.numbers["column"] == 1
 
 
 def test_too_many_gross_rows_are_no_outliers():

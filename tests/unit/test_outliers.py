@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from unit.arm_data import measured
+from unit.arm_data import FREE, arm, measured
 
 from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.measure.data import DataSet, Frame
+from robocal.remarks.code import Code
 
 FAST = Options(hold_out=0.0, leave_one_out=False)
 
@@ -63,3 +65,38 @@ def arm_and(data):
 
 def identify_of(data):
     return identify(*arm_and(data), FAST).outliers
+
+
+def test_swapped_target_labels_are_told_by_the_target():
+    """Three reflectors on one flange; two rows have the name of another."""
+    places = {"a": (0.05, 0, 0), "b": (-0.03, 0.04, 0.02), "c": (0, -0.05, 0.03)}
+    targets = tuple(Frame(n, (*p, 0, 0, 0), (True,) * 3 + (False,) * 3, mount="tool") for n, p in places.items())
+    data = spoiled(measured(60, targets=targets, target=np.arange(60) % 3), {})
+    obs = data.observations[0]
+    named = np.array(obs.target)
+    named[[7, 30]] = 2, 1
+    robot = arm(free=FREE)
+    found = identify(robot, replace(data, observations=(replace(obs, target=named),)), FAST).outliers
+    assert {o.row: (o.cause.code, o.cause.numbers["target"]) for o in found} == {
+        9: (Code.ROW_TARGET, "b"),
+        32: (Code.ROW_TARGET, "a"),
+    }
+
+
+def test_coarsely_rounded_rows_are_not_gross():
+    """Noise-free, five significant digits: joints beyond 100 degrees are rounded ten times more coarsely than the others, and
+    two rows have three of them."""
+    blind = 0
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        q = rng.uniform(11, 60, (60, 5)) * rng.choice([-1, 1], (60, 5))
+        q[[4, 20], :3] = rng.uniform(100, 150, (2, 3))
+        h = 10.0 ** (np.floor(np.log10(np.abs(q))) - 4)
+        data = measured(noise=0.0, stated=False, q=np.deg2rad(q))
+        said = replace(data.configurations, joints=np.deg2rad(np.round(q / h) * h), digits=np.deg2rad(h))
+        assert identify(arm(), DataSet(said, data.observations), FAST).outliers == ()
+        blind += len(identify(arm(), DataSet(replace(said, digits=None), data.observations), FAST).outliers)
+        # A row that is off by more than its own digits say is gross all the same.
+        off = spoiled(DataSet(said, data.observations), {4: [2e-3, 0, 0], 11: [0, 2e-4, 0]})
+        assert {o.row for o in identify(arm(), off, FAST).outliers} == {6, 13}
+    assert blind

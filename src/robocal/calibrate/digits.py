@@ -7,25 +7,30 @@ the row by a joint, y what was measured. A number that is rounded to the nearest
 last part is what double precision leaves of a sum of lengths.
 
 Digits say how exact numbers may be, never that they are wrong: joints that were commanded to whole degrees are exact. So
-they are no floor of the noise, and are only asked where what is left lies below anything that an arm repeats.
+they are no floor of the noise. They are asked where what is left lies below anything that an arm repeats, and which rows may
+be off by more than others where what is left is of the size of rounding (`rounded`).
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import errors
-from robocal.calibrate.fit import Fit
-from robocal.estimate.rows import Residuals
-from robocal.measure.base import Rows
+from robocal.calibrate.noise import owners
+from robocal.estimate.problem import Problem
+from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 
-__all__ = ["FINE", "WITHIN", "carried"]
+if TYPE_CHECKING:
+    from robocal.calibrate.fit import Fit
+
+__all__ = ["FINE", "WITHIN", "carried", "rounded"]
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -35,40 +40,47 @@ STEP = 1e-6  # rad or m
 EPS = float(np.finfo(float).eps)
 
 
+def rounded(model: Chain, data: DataSet, problem: Problem, x: Array) -> DataSet:
+    """The data with what rounding leaves in every component of every row, at x (1, P) of their problem; unchanged where the
+    digits are not known."""
+    if data.configurations.digits is None and all(o.digits is None for o in data.observations):
+        return data
+    square = _square(model, data, problem, x)
+    out = [np.zeros((len(o), kind_of(o).size)) for o in data.observations]
+    for (own, term), v in zip(owners(data, problem), square, strict=True):
+        out[own][term.index] = np.sqrt(v)
+    return replace(
+        data, observations=tuple(replace(o, rounding=r) for o, r in zip(data.observations, out, strict=True))
+    )
+
+
 def carried(model: Chain, data: DataSet, found: Fit, told: Bools) -> float | None:
     """Root mean square over the told rows (N,), those with lengths as in `evidence.errors`, of what rounding leaves, in m;
     None where it is so coarse that nothing can be said."""
-    x = found.solution.x
-    made = found.problem
-    here = made.residuals(x)
+    problem, x = found.problem, found.solution.x
     size = max((float(np.abs(o.value[..., :3]).max(initial=0.0)) for o in data.observations), default=0.0)
-    square = _written(data, made.terms, here) + (8 * EPS * max(size, 1.0)) ** 2
-    joints, digits = data.configurations.joints, data.configurations.digits
-    if joints is not None and digits is not None:
-        for i in range(joints.shape[1]):
-            moved = joints.copy()
-            moved[:, i] += STEP
-            there = build(model, replace(data, configurations=replace(data.configurations, joints=moved)))
-            change = [replace(b, value=b.value - a.value) for a, b in zip(here, there.residuals(x), strict=True)]
-            length, at = errors(change, "m")
-            square += (length / STEP * digits[at, i]) ** 2 / 12
-    level = float(np.sqrt(np.mean(square[told])))
+    square = _square(model, data, problem, x)
+    left = [replace(r, value=np.sqrt(v)) for r, v in zip(problem.residuals(x), square, strict=True)]
+    length = errors(left, "m")[0]
+    level = float(np.sqrt(np.mean(length[told] ** 2 + (8 * EPS * max(size, 1.0)) ** 2)))
     return level if level < FINE else None
 
 
-def _written(data: DataSet, terms: tuple[object, ...], here: list[Residuals]) -> Array:
-    """The squared error of the measured values themselves, (N,) as in `evidence.errors`; nothing where the file does not
-    say them as they are compared."""
+def _square(model: Chain, data: DataSet, problem: Problem, x: Array) -> list[Array]:
+    """The variance that rounding leaves in every component of the rows of every term, (m, d): of the measured values, where
+    the file says them as they are compared, and of the joint values."""
+    here = problem.residuals(x)
     out = []
-    following = iter(zip(terms, here, strict=True))
-    for obs in data.observations:
-        taken = 0
-        while taken < len(obs):
-            term, rows = next(following)
-            assert isinstance(term, Rows)
-            taken += len(term.index)
-            for start, stop, unit in rows.parts:
-                if unit == "m":
-                    h = np.zeros((len(term.index), 1)) if obs.digits is None else obs.digits[term.index, start:stop]
-                    out.append(np.sum(h**2, axis=1) / 12)
-    return np.concatenate(out)
+    for (own, term), r in zip(owners(data, problem), here, strict=True):
+        written = data.observations[own].digits
+        out.append(np.zeros(r.value.shape) if written is None else written[term.index] ** 2 / 12)
+    joints, digits = data.configurations.joints, data.configurations.digits
+    if joints is None or digits is None:
+        return out
+    for i in range(joints.shape[1]):
+        moved = joints.copy()
+        moved[:, i] += STEP
+        there = build(model, replace(data, configurations=replace(data.configurations, joints=moved))).residuals(x)
+        for v, a, b in zip(out, here, there, strict=True):
+            v += ((b.value - a.value) / STEP * digits[a.unit, i, None]) ** 2 / 12
+    return out

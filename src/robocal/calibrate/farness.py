@@ -9,7 +9,8 @@ quartile of D, which a fifth of gross rows hardly moves, and the rms of the rows
 of the others are (what geometry leaves of a real arm is not Gaussian). A row is strange beyond six times that (where
 few rows had to tell the scale, as far as is as unlikely then), and far, so that it is set aside, there too where the stated noise
 stands. Where the scale is what a model leaves, nobody knows its tails, and far is twice that: poses at which a real arm errs most
-are told, and fitted. References: Cook and Weisberg, Residuals and influence in
+are told, and fitted. Where what is left is of the size of rounding, no scale of a row is below what its own digits leave:
+of seven digits, joints beyond 100 degrees are rounded ten times more coarsely. References: Cook and Weisberg, Residuals and influence in
 regression (1982); Huber, Robust statistics (1981), chapter 5.
 """
 
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal.calibrate.bands import dense
+from robocal.calibrate.digits import WITHIN
 from robocal.calibrate.noise import apply_noise, assess, owners
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
@@ -64,6 +66,7 @@ class _Part:
     square: Array  # D^2
     leverage: Array
     error: Array
+    least: Array  # standard deviation that rounding leaves
 
 
 def farness(problem: Problem, x: Array, modelled: Collection[tuple[str, str]] = ()) -> Farness:
@@ -85,8 +88,10 @@ def farness(problem: Problem, x: Array, modelled: Collection[tuple[str, str]] = 
     many = sum(shape)
     for key, parts in groups.items():
         scale, known = _scale(parts)
+        least = np.concatenate([p.least[p.inside] for p in parts])
+        coarse = bool(len(least)) and float(np.median(least)) <= WITHIN * scale
         for p in parts:
-            d = np.sqrt(p.square) / scale
+            d = np.sqrt(p.square) / (np.maximum(scale, p.least) if coarse else scale)
             odds = special.fdtrc(p.size, known, d**2 / p.size)
             odds = np.where(p.error, odds, 1.0)
             more = odds <= chance[p.term]
@@ -145,13 +150,19 @@ def _parts(
             sees = values > ALONE
             squares[p][first:last] = np.sum(np.where(sees, turned**2 / np.where(sees, values, 1.0), 0.0), axis=1)
             levers[p][first:last] = np.einsum("maa->m", hat) / (stop - start)
-    return [
-        (
-            _Part(number, stop - start, inside, squares[p], levers[p], np.linalg.norm(r[:, start:stop], axis=1) > span),
-            unit,
-        )
-        for p, (start, stop, unit) in enumerate(term.parts)
-    ]
+    out = []
+    for p, (start, stop, unit) in enumerate(term.parts):
+        error = np.linalg.norm(r[:, start:stop], axis=1) > span
+        least = _rounding(term, start, stop)
+        out.append((_Part(number, stop - start, inside, squares[p], levers[p], error, least), unit))
+    return out
+
+
+def _rounding(term: Rows, start: int, stop: int) -> Array:
+    """Root mean square of what rounding leaves of these components of every row, (m,), whitened."""
+    if term.rounding is None:
+        return np.zeros(len(term.unit))
+    return np.asarray(np.sqrt(np.mean((term.rounding / term.sigma)[:, start:stop] ** 2, axis=1)))
 
 
 def _scale(parts: list[_Part]) -> tuple[float, float]:

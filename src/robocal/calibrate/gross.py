@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import Baseline, baseline, frame_names
+from robocal.calibrate.digits import rounded
 from robocal.calibrate.farness import FAR, Farness, far_from, farness
 from robocal.calibrate.fit import Fit, softly, unit_weights
 from robocal.calibrate.noise import apply_noise, assess, owners
@@ -94,6 +95,9 @@ def sift(model: Chain, data: DataSet, units: Ints, watch: Watch | None = None) -
     x = start
     for loss, tuning in (("huber", None), ("tukey", FAR)):
         x, tau = _settled(search, start, x, tau, used, loss, tuning)
+    # No row is gross for being rounded more coarsely than the others.
+    data = rounded(model, data, search.posed(tau, used, "none"), x)
+    search = replace(search, data=data)
     for _ in range(ROUNDS):
         soft = softly(search.posed(tau, used, "none"), start)
         there, away = x, farness(soft, x, tau)

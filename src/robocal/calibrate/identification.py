@@ -155,6 +155,7 @@ class RowTable:
     after: Array  # (N, d) residual of the identified model, from the fit that had not seen it when held out
     parts: tuple[tuple[tuple[int, int, str], ...], ...]
     unseen: Array  # (N,) error when not used for fitting: held out or left one out, NaN otherwise
+    aside: NDArray[np.bool_]  # (N,) gross rows: neither fitted nor in the means of held-out ones
 
 
 @dataclass(frozen=True)

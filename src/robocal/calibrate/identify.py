@@ -97,7 +97,10 @@ def _handed_back(
     # The instrument's own bars: the same columns, weighed with the stated noise alone.
     stated = build(model, data).with_weights(whole.problem.weights).with_free(whole.problem.free)
     known = all(obs.sigma is not None for obs in data.observations)
-    off, strange = total_of(whole), find_outliers(data, whole, {u: best.errors(u)[2] for u in told} if best else None)
+    off, strange = (
+        total_of(whole),
+        find_outliers(model, data, whole, {u: best.errors(u)[2] for u in told} if best else None),
+    )
     moved = find_segments(model, data, dict(zip(names, map(float, values), strict=False)))
     bent = linearity(whole, start, u, told)
     scale = scale_of(model, whole, off)

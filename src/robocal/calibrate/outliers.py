@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.arms.chain import Chain
 from robocal.calibrate.causes import causes_of
 from robocal.calibrate.farness import Farness, far_from
 from robocal.calibrate.noise import owners
 from robocal.estimate.problem import Problem
+from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.rows import Rows, kind_of
 from robocal.remarks.code import Code
@@ -52,16 +54,23 @@ class Outlier:
     cause: Remark | None = None
 
 
-def find_outliers(data: DataSet, found: Fit, counted: Mapping[str, Bools] | None = None) -> tuple[Outlier, ...]:
+def find_outliers(
+    model: Chain, data: DataSet, found: Fit, counted: Mapping[str, Bools] | None = None
+) -> tuple[Outlier, ...]:
     """Rows that are far from a fit to all others, the farthest first; `data` marks those that were set aside, `counted`
     are those whose error the verdict counts, by unit in the order of `evidence.errors`."""
     x = found.solution.x
     away = far_from(data, found.problem, x, np.arange(len(data.configurations)))
-    return named(data, found.problem, x, away, counted)
+    return named(model, data, found.problem, x, away, counted)
 
 
 def named(
-    data: DataSet, problem: Problem, x: Array, away: Farness, counted: Mapping[str, Bools] | None = None
+    model: Chain,
+    data: DataSet,
+    problem: Problem,
+    x: Array,
+    away: Farness,
+    counted: Mapping[str, Bools] | None = None,
 ) -> tuple[Outlier, ...]:
     """The rows of a problem that are far from its solution x (1, P), or set aside, by name."""
     out = []
@@ -75,7 +84,7 @@ def named(
         obs = data.observations[own]
         # What is far and was used all the same is no gross row, but it is told.
         strange = np.flatnonzero(away.strange[t] | ~term.used)
-        said = _causes(obs, term, x, strange)
+        said = _causes(obs, term, x, strange, _of_targets(model, data, own, term.index[strange], problem, x))
         for i in strange:
             row = int(term.index[i])
             out.append(
@@ -90,8 +99,9 @@ def named(
     return tuple(sorted(out, key=lambda o: -o.distance))
 
 
-def _causes(obs: Observations, term: Rows, x: Array, strange: Ints) -> dict[int, Remark]:
-    """The likeliest cause of every strange row of a term: from what it says itself, else from what the others predict."""
+def _causes(obs: Observations, term: Rows, x: Array, strange: Ints, of_targets: Array | None) -> dict[int, Remark]:
+    """The likeliest cause of every strange row of a term: from what it says itself, else from what the others predict;
+    `of_targets` (n, T, d) is what the n strange rows would read of each target."""
     alone = {int(i): cause(obs, int(term.index[i])) for i in strange}
     start, stop, _ = kind_of(obs).parts[0]
     if not alone or stop - start < 2:
@@ -101,8 +111,30 @@ def _causes(obs: Observations, term: Rows, x: Array, strange: Ints) -> dict[int,
         np.median(np.abs(value - predicted)[term.used], axis=0) / MAD if term.used.any() else np.zeros(stop - start)
     )
     rows = term.index if obs.rows is None else obs.rows[term.index]
-    told = {n.row: n.remark(rows) for n in causes_of(strange, value, predicted, spread)}
+    seen, mine = None, None
+    if of_targets is not None and obs.target is not None:
+        seen, mine = np.full((len(value), *of_targets.shape[1:]), np.nan)[..., start:stop], obs.target[term.index]
+        seen[strange] = of_targets[..., start:stop]
+    names = tuple(t.name for t in obs.targets)
+    found = causes_of(strange, value, predicted, spread, of_targets=seen, target=mine)
+    told = {n.row: n.remark(rows, names) for n in found}
     return {i: told.get(i, said) if said.code is Code.CAUSE_ALONE else said for i, said in alone.items()}
+
+
+def _of_targets(model: Chain, data: DataSet, own: int, rows: Ints, problem: Problem, x: Array) -> Array | None:
+    """What some rows of one instrument would read of each of its targets, (n, T, d); None where it has one target."""
+    obs = data.observations[own]
+    if obs.target is None or len(obs.targets) < 2 or not len(rows):
+        return None
+    n, count = len(rows), len(obs.targets)
+    each = replace(obs.take(np.tile(rows, count)), target=np.repeat(np.arange(count), n))
+    made = build(model, DataSet(data.configurations, (each,)))
+    there = np.array([[np.atleast_2d(x)[0, problem.table.index[name]] for name in made.table.names]])
+    out = np.empty((n * count, kind_of(obs).size))
+    for term in made.terms:
+        assert isinstance(term, Rows)
+        out[term.index] = term.predict(there)
+    return np.moveaxis(out.reshape(count, n, -1), 0, 1)
 
 
 def cause(obs: Observations, row: int) -> Remark:

@@ -175,6 +175,7 @@ def row_table(
         np.concatenate([_told(r) for r in after]),
         tuple(p for r, n in zip(before, count, strict=True) for p in [r.parts] * n),
         np.concatenate(unseen),
+        np.concatenate([~t.used for t in part.problem.terms]),
     )
 
 
@@ -217,6 +218,7 @@ def prediction_band(model: Chain, data: DataSet, fit: Fit, off: Total, region: R
         rows=None,
         used=None,
         digits=None,
+        rounding=None,
     )
     columns = {k: np.full(count, v) for k, v in mean_conditions(data.configurations).items()}
     away = DataSet(Configurations(tuple(map(str, range(count))), region.joints, columns), (template,))

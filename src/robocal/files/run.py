@@ -20,7 +20,7 @@ from robocal.files.text import write_files
 __all__ = ["ACCURACY", "RESIDUAL_COLUMNS", "residual_text", "write_run"]
 
 RESIDUAL_COLUMNS = (
-    "configuration", "set", "group", "kind", "target",
+    "configuration", "set", "set_aside", "group", "kind", "target",
     "x_mm", "y_mm", "z_mm",
     "before_mm", "after_mm", "held_out_mm",
     "dx_before_mm", "dy_before_mm", "dz_before_mm",

@@ -97,7 +97,7 @@ def check(
         free = problem.table.free
         seen = analyse(problem.with_free(free), x) if free else None
         moved = find_segments(chain, measured, dict(zip(problem.table.names, map(float, x[0]), strict=False)))
-    strange = named(sifted.data, sifted.problem, sifted.x, sifted.away)
+    strange = named(chain, sifted.data, sifted.problem, sifted.x, sifted.away)
     lengths = [
         np.linalg.norm(r.value[r.used, a:b], axis=1) for r in problem.residuals(x) for a, b, u in r.parts if u == "m"
     ]

@@ -260,6 +260,7 @@ def residual_columns(found: Identification) -> dict[str, list[Any]]:
         row: dict[str, Any] = {
             "configuration": rows.configuration[i],
             "set": "held_out" if held else "fit",
+            "set_aside": "yes" if rows.aside[i] else "",
             "group": rows.group[i],
             "kind": rows.kind[i],
             "target": rows.target[i],

@@ -15,7 +15,8 @@ from robocal.jobs.inputs import run_file
 
 __all__ = ["read_residuals", "report"]
 
-TEXTS = ("configuration", "set", "group", "kind", "target")
+TEXTS = ("configuration", "set", "set_aside", "group", "kind", "target")
+LATER = ("set_aside",)  # columns that older folders do not have
 
 
 def read_residuals(path: Path) -> dict[str, list[Any]]:
@@ -23,6 +24,8 @@ def read_residuals(path: Path) -> dict[str, list[Any]]:
     table = read_csv(path, separator=",")
     out: dict[str, list[Any]] = {}
     for name in RESIDUAL_COLUMNS:
+        if name in LATER and name not in table.names:
+            continue
         at = table.find(name)
         cells = [row[at].strip() for row in table.cells]
         out[name] = cells if name in TEXTS else [_number(c, table, row, name) for row, c in enumerate(cells)]

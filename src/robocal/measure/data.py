@@ -79,7 +79,8 @@ class Observations:
     other one in `second` (k,). A second axis in front of value, (B, k, d), gives
     every problem of a batch its own measurements. `used` (k,) is False for rows that are set aside: they are predicted, and
     weigh nothing (None: all are used). `digits` (k, d) is what one unit in the last digit of each value means, as it was
-    written (None: not known).
+    written (None: not known); `rounding` (k, d) is the standard deviation that rounding alone leaves in each component, that of
+    the joint values included, where somebody has worked it out.
     """
 
     kind: str
@@ -97,6 +98,7 @@ class Observations:
     second: Ints | None = None
     used: NDArray[np.bool_] | None = None
     digits: Array | None = None
+    rounding: Array | None = None
 
     @property
     def label(self) -> str:
@@ -119,6 +121,7 @@ class Observations:
             second=None if self.second is None else self.second[index],
             used=None if self.used is None else self.used[index],
             digits=None if self.digits is None else self.digits[index],
+            rounding=None if self.rounding is None else self.rounding[index],
         )
 
 

@@ -60,6 +60,7 @@ class Rows(ABC):
         self.used = np.ones(len(index), dtype=bool) if obs.used is None else np.ascontiguousarray(obs.used[index])
         # What is set aside is infinitely uncertain: it weighs nothing, and is predicted like the others.
         self.scale = np.ascontiguousarray(self.used[:, None] / sigma)
+        self.rounding = None if obs.rounding is None else obs.rounding[index]
         self.numbers = numbers
         self.own, self.own_columns = NONE, NONE  # which numbers are free, and their columns
 

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from robocal.report.numbers import finite, fixed, plain, significant
-from robocal.report.series import column, is_held_out
+from robocal.report.series import column, is_aside, is_held_out
 from robocal.report.svg import drawing, label, num
 
 __all__ = ["Arrows", "arrows"]
@@ -39,7 +39,8 @@ class Arrows:
 
 
 def arrows(residuals: Mapping[str, Sequence[object]]) -> Arrows | None:
-    """Draws all rows that have a position and an error before and after; None when there are none."""
+    """Draws all rows that have a position and an error before and after, but those set aside, whose arrows would leave the
+    others no length; None when there are none."""
     names = (
         "x_mm",
         "y_mm",
@@ -53,9 +54,9 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Arrows | None:
     )
     table = zip(*(column(residuals, name) for name in names), is_held_out(residuals), strict=True)
     rows: list[tuple[list[float], bool]] = []
-    for *cells, out in table:
+    for (*cells, out), aside in zip(table, is_aside(residuals), strict=True):
         numbers = [v for v in map(finite, cells) if v is not None and abs(v) < FAR]
-        if len(numbers) == len(names):
+        if len(numbers) == len(names) and not aside:
             rows.append((numbers, out))
     if not rows:
         return None

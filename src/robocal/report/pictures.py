@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from robocal.report.numbers import significant, unit_text, with_unit
-from robocal.report.series import Series, pairs, three
+from robocal.report.series import ASIDE, Series, pairs, three
 from robocal.report.svg import Scale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
 from robocal.report.words import times_smaller
 
@@ -27,7 +27,11 @@ text{font:12.5px system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-se
 
 def _spoken(series: Sequence[Series], unit: str) -> str:
     return (
-        "; ".join(f"{s.name}: {len(s.values)} values, mean {with_unit(significant(s.mean), unit)}" for s in series)
+        "; ".join(
+            f"{s.name}: {len(s.values)} values"
+            + ("" if s.key == ASIDE else f", mean {with_unit(significant(s.mean), unit)}")
+            for s in series
+        )
         + "."
     )
 
@@ -59,10 +63,13 @@ def histogram(residuals: Mapping[str, Sequence[object]], quantity: str = "", uni
         parts += [
             path("".join(bars), f"bar {s.key}"),
             line(left, foot, right, foot, "axis"),
-            line(at, foot - row + 38, at, foot, f"mean {s.key}"),
             label(left, foot - row + 28, f"{s.name} ({len(s.values)})", "name"),
-            label(right, foot - row + 28, mean, "strong", "end"),
         ]
+        if s.key != ASIDE:
+            parts += [
+                line(at, foot - row + 38, at, foot, f"mean {s.key}"),
+                label(right, foot - row + 28, mean, "strong", "end"),
+            ]
     said = "Histograms on one logarithmic axis. " + _spoken(series, unit)
     key = f"hist-{quantity.strip('_') or 'distance'}"
     return drawing(width, height, parts, title="Histogram of errors", text=said, key=key)
@@ -123,6 +130,8 @@ def _scatter(
     for s in series:
         parts.append(points([x(i) for i in s.at], [y(v) if v > 0 else bottom for v in s.values], s.key))
     for s in series:
+        if s.key == ASIDE:
+            continue
         at = y(s.mean) if s.mean > 0 else bottom
         parts += [line(left, at, right, at, "halo"), line(left, at, right, at, f"mean {s.key}")]
         if named:

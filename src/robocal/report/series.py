@@ -1,5 +1,5 @@
-"""The columns of residuals.csv as the three series that every picture shows: before, after (configurations of the
-fit), held out."""
+"""The columns of residuals.csv as the series that every picture shows: before, after (configurations of the fit), held
+out; and, apart from these, the rows that were set aside."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 from robocal.report.numbers import finite
 
-__all__ = ["Series", "column", "is_held_out", "ordinals", "pairs", "three"]
+__all__ = ["ASIDE", "Series", "column", "is_aside", "is_held_out", "ordinals", "pairs", "three"]
 
 Columns = Mapping[str, Sequence[object]]
+ASIDE = "aside"  # the key of the series that has no mean: gross rows
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,11 @@ def is_held_out(residuals: Columns) -> list[bool]:
     return [s == "held_out" for s in column(residuals, "set")]
 
 
+def is_aside(residuals: Columns) -> list[bool]:
+    """For each row, whether it was set aside as gross: it is in no mean."""
+    return [s == "yes" for s in column(residuals, "set_aside")]
+
+
 def ordinals(residuals: Columns) -> list[int]:
     """For each row, the place of its configuration in the order of the file, from 1."""
     seen: dict[str, int] = {}
@@ -49,13 +55,16 @@ def ordinals(residuals: Columns) -> list[int]:
 
 
 def three(residuals: Columns, quantity: str = "", unit: str = "mm") -> list[Series]:
-    """Before, after and held out, without those that have no point; `quantity` is "" for distances or "angle_" for
-    angles."""
+    """Before, after and held out, and what was set aside, without those that have no point; `quantity` is "" for distances
+    or "angle_" for angles."""
     at = ordinals(residuals)
     out = is_held_out(residuals)
-    before = [finite(v) for v in column(residuals, f"{quantity}before_{unit}")]
-    after = [finite(v) for v in column(residuals, f"{quantity}after_{unit}")]
-    held = [finite(v) for v in column(residuals, f"{quantity}held_out_{unit}")]
+    aside = is_aside(residuals)
+    before, after, held = (
+        [finite(v) for v in column(residuals, f"{quantity}{stage}_{unit}")] for stage in ("before", "after", "held_out")
+    )
+    gross = [a if s else None for a, s in zip(after, aside, strict=True)]
+    before, after, held = ([None if s else v for v, s in zip(c, aside, strict=True)] for c in (before, after, held))
     if not any(v is not None for v in held):
         held = [a if o else None for a, o in zip(after, out, strict=True)]
     after = [None if o else a for a, o in zip(after, out, strict=True)]
@@ -65,6 +74,7 @@ def three(residuals: Columns, quantity: str = "", unit: str = "mm") -> list[Seri
         ("before", "before", before),
         ("after", "after, seen by the fit", after),
         ("held", last, held),
+        (ASIDE, "set aside", gross),
     ):
         pairs = [(i, v) for i, v in zip(at, values, strict=True) if v is not None]
         if pairs:
@@ -75,7 +85,8 @@ def three(residuals: Columns, quantity: str = "", unit: str = "mm") -> list[Seri
 def pairs(residuals: Columns) -> tuple[str, list[tuple[float, float]]]:
     """The errors before and after of the same measurements: of those held out, or held out in turn, or else of
     the fit; and which."""
-    before = [finite(v) for v in column(residuals, "before_mm")]
+    aside = is_aside(residuals)
+    before = [None if a else finite(v) for v, a in zip(column(residuals, "before_mm"), aside, strict=True)]
     out = is_held_out(residuals)
     for name, after, rows in (
         ("held out", column(residuals, "held_out_mm"), out),

@@ -88,8 +88,12 @@ def _diamond(x: float, y: float) -> str:
     return f"M{num(x)} {num(y - 4.1)}l4.1 4.1l-4.1 4.1l-4.1-4.1z"
 
 
+def _cross(x: float, y: float) -> str:
+    return f"M{num(x - 3.2)} {num(y - 3.2)}l6.4 6.4m0-6.4l-6.4 6.4"
+
+
 # Each series has a shape of its own, so that no one needs the colour.
-MARKS: dict[str, Mark] = {"before": _circle, "after": _dot, "held": _diamond}
+MARKS: dict[str, Mark] = {"before": _circle, "after": _dot, "held": _diamond, "aside": _cross}
 
 
 def points(xs: Sequence[float], ys: Sequence[float], series: str) -> str:

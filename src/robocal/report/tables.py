@@ -207,24 +207,27 @@ def worst(residuals: Mapping[str, Sequence[object]], quantity: str = "", unit: s
         "group",
         "target",
         "set",
+        "set_aside",
         f"{quantity}before_{unit}",
         f"{quantity}after_{unit}",
     )
     columns = (column(residuals, k) for k in names)
     rows = []
-    for configuration, group, target, which, before, after in zip(*columns, strict=True):
+    for configuration, group, target, which, gross, before, after in zip(*columns, strict=True):
         size = finite(after)
         if size is not None:
-            rows.append((size, configuration, group, target, which, finite(before)))
+            told = "set aside" if gross == "yes" else "held out" if which == "held_out" else "fit"
+            rows.append((size, configuration, group, target, told, finite(before)))
     rows.sort(key=lambda r: -r[0])
     shown = rows[:most]
     places = decimals(shown[-1][0], 3) if shown and shown[-1][0] > 0 else 3
-    mean = math.fsum(r[0] for r in rows) / len(rows) if rows else 0.0
+    counted = [r[0] for r in rows if r[4] != "set aside"]
+    mean = math.fsum(counted) / len(counted) if counted else 0.0
     return [
         {
             "configuration": str(c),
             "where": " · ".join(str(v) for v in (g, t) if v not in (None, "")),
-            "set": "held out" if s == "held_out" else "fit",
+            "set": s,
             "before": fixed(b, places),
             "after": fixed(a, places),
             "times": significant(a / mean, 2) if mean > 0 else MISSING,

@@ -75,9 +75,7 @@ TABLE: dict[Code, Words] = {
     Code.ROW_SIGN: Words(
         "row {row}, number {column} of what was measured fits with the other sign", "Check the sign there."
     ),
-    Code.ROW_COLUMN: Words(
-        "of row {row} only number {column} of the reading is off", "Check how it was written down."
-    ),
+    Code.ROW_COLUMN: Words("of row {row} only number {column} of the reading is off", "Check how it was written down."),
     Code.ROWS_EXCLUDED: Words(
         "{file}: {count} rows were left out by hand ({rows})",
         "The figures are those of the other rows.",

@@ -11,7 +11,7 @@ TABLE: dict[Code, Words] = {
     # --- the verdict ---
     Code.GAIN_PROVEN: Words(
         "the mean error on unseen poses falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})"
-        "[; {aside} gross rows are not counted, with them it is {otherwise:.4g}]",
+        "[; gross rows not counted: {aside}, with them it is {otherwise:.4g}]",
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
     ),
     Code.EXACT: Words(
@@ -28,7 +28,7 @@ TABLE: dict[Code, Words] = {
     ),
     Code.GAIN_NOT_PROVEN: Words(
         "the mean error on unseen poses does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})"
-        "[; {aside} gross rows are not counted, with them it is {otherwise:.4g}]",
+        "[; gross rows not counted: {aside}, with them it is {otherwise:.4g}]",
         "The unseen configurations do not settle it. Measure more of them, or accept that the nominal model is already as good "
         "as these measurements can tell.",
     ),
@@ -38,7 +38,7 @@ TABLE: dict[Code, Words] = {
     ),
     Code.GAIN_ANYWAY: Words(
         "reduction of the mean error {gain:.4g}[, 95 % interval {low:.4g~} to {high:.4g}] ({how})"
-        "[; {aside} gross rows are not counted, with them it is {otherwise:.4g}]"
+        "[; gross rows not counted: {aside}, with them it is {otherwise:.4g}]"
     ),
     Code.FEW_UNSEEN: Words(
         "fewer than {least} unseen configurations prove nothing",
