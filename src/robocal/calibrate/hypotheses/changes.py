@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.geometry import so3
-from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
 __all__ = ["Both", "Change", "What", "changes", "pairs"]
 
@@ -42,8 +42,8 @@ class What(StrEnum):
 class Change:
     """One change: of joints or axes `at`, by an `amount` (rad, rows, a factor), in the files `sources` (all where empty).
 
-    `signs` go with axes: the reading becomes signs * reading[at]; `turns` (k, 3, 3) are the same rotations read in another
-    form, `words` what that form is called.
+    `signs` go with axes: the reading becomes signs * reading[at]; `turns` (k, 3, 3) are the same rotations read in the form
+    of number `at`, `swapped` two targets that change places.
     """
 
     what: What
@@ -52,7 +52,7 @@ class Change:
     signs: tuple[int, ...] = ()
     sources: tuple[str, ...] = ()
     turns: Array | None = field(default=None, compare=False)
-    words: str = ""
+    swapped: tuple[Frame, ...] = ()
 
     def apply(self, data: DataSet) -> DataSet:
         """The data set as it would be."""
@@ -67,6 +67,11 @@ class Change:
 
     def _mine(self, obs: Observations) -> bool:
         return not self.sources or obs.source in self.sources
+
+    def _placed(self, target: Frame) -> Frame:
+        """The other one of two targets that change places."""
+        names = [t.name for t in self.swapped]
+        return self.swapped[1 - names.index(target.name)] if target.name in names else target
 
     def _joints(self, data: DataSet) -> Configurations:
         given = data.configurations
@@ -100,7 +105,7 @@ class Change:
             order = order[::-1] if self.what == What.REVERSED else np.roll(order, int(self.amount))
             return replace(obs, configuration=obs.configuration[order])
         if self.what == What.TARGETS:
-            return replace(obs, targets=tuple(obs.targets[i] for i in self.at))
+            return replace(obs, targets=tuple(self._placed(t) for t in obs.targets))
         value = value.copy()
         if self.what == What.LENGTH_UNIT:
             value[:, list(self.at)] *= self.amount
@@ -141,7 +146,7 @@ def changes(
     readings."""
     sources = list(dict.fromkeys(o.source for o in data.observations))[:4]
     where: list[tuple[str, ...]] = [()] if len(sources) < 2 else [(), *((s,) for s in sources)]
-    out = [*_of_the_arm(chain)]
+    out = [*_of_the_arm(chain), *_of_targets(data)]
     for files in where:
         for change in (*_of_columns(chain, angle_factors), *_of_readings(data, files, length_factors)):
             out.append(replace(change, sources=files))
@@ -196,12 +201,15 @@ def _of_readings(data: DataSet, files: tuple[str, ...], lengths: tuple[float, ..
     if all(o.kind == "pose" for o in placed):
         yield Change(What.INVERSE)
         yield Change(What.TRANSPOSED)
-    for o in placed:
-        known = [i for i, t in enumerate(o.targets) if not all(t.free[:3])]
-        for a, b in combinations(known, 2):
-            swapped = list(range(len(o.targets)))
-            swapped[a], swapped[b] = b, a
-            yield Change(What.TARGETS, tuple(swapped))
+
+
+def _of_targets(data: DataSet) -> Iterator[Change]:
+    """Two targets whose places are stated, in whichever files they were seen."""
+    seen = {t.name: t for o in data.observations for t in o.targets if o.kind in ("position", "pose", "spherical")}
+    known = [t for t in seen.values() if not all(t.free[:3])]
+    for pair in combinations(known[:6], 2):
+        if pair[0].mount == pair[1].mount and pair[0].value != pair[1].value:
+            yield Change(What.TARGETS, swapped=pair)
 
 
 def pairs(single: list[Change]) -> list[Both]:
