@@ -38,7 +38,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "u.urdf").write_text(two_arms(), encoding="utf-8")
     for name, base in (("chest", "chest"), ("root", "root")):
         ran = robocal(
-            "simulate", folder / "u.urdf", "--base", base, "--tip", "left_end", "-n", 40, "--set", "tool.x=0.1",
+            "simulate", folder / "u.urdf", "--base", base, "--tip", "left_end", "-n", 40,
             "-o", folder / name,
         )  # fmt: skip
         assert ran.status == 0, ran.err

@@ -56,7 +56,11 @@ def without(head: list[str], rows: Rows, names: tuple[str, ...]) -> tuple[list[s
 def written(folder: Path, place: Path, orientation: str, names: list[str], values: np.ndarray) -> None:
     """The poses with other columns for the orientation, and what a data.yaml says of these."""
     head, rows = without(*table(place), (*TURN, "srx", "sry", "srz"))
-    write(folder / "data.csv", [*head, *names], [[*r, *map(repr, map(float, v))] for r, v in zip(rows, values, strict=True)])
+    write(
+        folder / "data.csv",
+        [*head, *names],
+        [[*r, *map(repr, map(float, v))] for r, v in zip(rows, values, strict=True)],
+    )
     text = (place / "data.yaml").read_text(encoding="utf-8")
     text = re.sub(r"orientation: .*", f"orientation: {{columns: [{', '.join(names)}], {orientation}}}", text)
     text = text.replace(", sigma: {columns: [sx, sy, sz]}", "")
@@ -152,7 +156,9 @@ def test_other_wrongs_in_a_table_alone(place: Path, tmp_path: Path) -> None:
     assert robocal("check", robot, tmp_path / "data.yaml").status == 0
     exchanged = ["x [mm]" if h == "y [mm]" else "y [mm]" if h == "x [mm]" else h for h in head]
     assert "the columns x, y named y, x in the header" in said(exchanged, rows)
-    bare = [h.replace("rx [deg]", "rx [rad]").replace("ry [deg]", "ry [rad]").replace("rz [deg]", "rz [rad]") for h in head]
+    bare = [
+        h.replace("rx [deg]", "rx [rad]").replace("ry [deg]", "ry [rad]").replace("rz [deg]", "rz [rad]") for h in head
+    ]
     assert "rx [deg], ry [deg], rz [deg] in the header" in said(bare, rows)
 
 

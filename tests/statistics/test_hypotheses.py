@@ -54,22 +54,23 @@ def measured(arm, kind, rng, *, share=1.0, zeros=None):
     return chain, DataSet(replace(stood, joints=q), (read,))
 
 
+def units(chain, small):
+    """What undoes deg and mm that were read as rad and m, or the other way round."""
+    angle, length = (RIGHT, 1e-3) if small else (1 / RIGHT, 1e3)
+    return {"a.csv": (angle,) * len(chain.joints)}, {"a.csv": (length,) * 3}
+
+
 def every(chain, data):
     """All changes, whichever of the units is stated."""
     return [
-        *changes(chain, data, {"a.csv": RIGHT}, (1e-3,)),
-        *(
-            c
-            for c in changes(chain, data, {"a.csv": 1 / RIGHT}, (1e3,))
-            if c.what in (What.JOINT_UNIT, What.LENGTH_UNIT)
-        ),
+        *changes(chain, data, *units(chain, True)),
+        *(c for c in changes(chain, data, *units(chain, False)) if c.what in (What.JOINT_UNIT, What.LENGTH_UNIT)),
     ]
 
 
 def tried(chain, data, damage):
     """What would be tried with a file that states its units as the damaged one does."""
-    small = damage is None or damage.amount > 1 or damage.what not in (What.JOINT_UNIT, What.LENGTH_UNIT)
-    return changes(chain, data, {"a.csv": RIGHT if small else 1 / RIGHT}, (1e-3 if small else 1e3,))
+    return changes(chain, data, *units(chain, not damage.factors or damage.factors[0] > 1))
 
 
 def undone(change: Change) -> Change:
@@ -78,7 +79,7 @@ def undone(change: Change) -> Change:
         turn = -change.amount if not np.isclose(abs(change.amount), np.pi) else change.amount
         return replace(change, amount=turn)
     if change.what in (What.JOINT_UNIT, What.LENGTH_UNIT):
-        return replace(change, amount=1 / change.amount)
+        return replace(change, factors=tuple(1 / f for f in change.factors))
     if change.what == What.AXES:
         order = np.argsort(change.at)
         return replace(change, at=tuple(int(i) for i in order), signs=tuple(change.signs[i] for i in order))
@@ -86,7 +87,9 @@ def undone(change: Change) -> Change:
 
 
 def same(a, b):
-    return (a.what, a.at, a.signs) == (b.what, b.at, b.signs) and np.isclose(a.amount, b.amount)
+    return (a.what, a.at, a.signs) == (b.what, b.at, b.signs) and np.allclose(
+        (a.amount, *a.factors), (b.amount, *b.factors)
+    )
 
 
 def told(chain, damage, rng, kind, arm):
@@ -97,7 +100,7 @@ def told(chain, damage, rng, kind, arm):
 
 
 def words(change):
-    return f"{change.what.value} {change.at} {change.amount:.4g} {change.signs}"
+    return f"{change.what.value} {change.at} {change.amount:.4g} {change.signs or change.factors}"
 
 
 @pytest.mark.slow
@@ -145,8 +148,8 @@ def test_nothing_is_named_where_nothing_is_wrong(arm, kind, capsys):
         # In three draws of four the mastering of some joints is lost.
         lost = np.radians(rng.uniform(5, 40, n)) * rng.choice([-1, 1], n) * (rng.random(n) < (k % 4) / 3)
         chain, data = measured(arm, kind, rng, zeros=lost)
-        for factor in (RIGHT, 1 / RIGHT):
-            found = explain(chain, data, changes(chain, data, {"a.csv": factor}, (1e-3 if factor < 1 else 1e3,)))
+        for small in (True, False):
+            found = explain(chain, data, changes(chain, data, *units(chain, small)))
             if found:
                 named.append((np.degrees(lost).round(), [words(c) for f in found.changes for c in f.parts]))
     with capsys.disabled():
@@ -162,5 +165,5 @@ def test_gross_rows_name_nothing():
     value[::9] = 0.0
     value[len(value) // 2 :, 0] += 0.005
     spoilt = DataSet(data.configurations, (replace(obs, value=value),))
-    assert explain(chain, spoilt, changes(chain, spoilt, {"a.csv": RIGHT}, (1e-3,))) is None
+    assert explain(chain, spoilt, changes(chain, spoilt, *units(chain, True))) is None
     assert 0 < ASKS < MAKING

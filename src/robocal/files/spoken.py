@@ -51,6 +51,7 @@ class Spoken:
     headed: bool  # whether the header states the units of the joints
     place: tuple[str, ...] = ()
     length: Unit | None = None
+    lengths: tuple[str, ...] = ()  # the unit of each coordinate
     place_headed: bool = False  # whether the header states the unit of the coordinates
     signs: tuple[int, ...] = (1, 1, 1)
     orientation: OrientationModel | None = None
@@ -68,6 +69,7 @@ def spoken(
     stated = model.joints.unit
     units = [h or (stated[i] if isinstance(stated, list) else stated) or angle.name for i, h in enumerate(headers)]
     place: tuple[str, ...] = ()
+    lengths: tuple[str, ...] = ()
     place_headed = False
     signs: tuple[int, ...] = (1, 1, 1)
     turn = None
@@ -76,6 +78,7 @@ def spoken(
         given = model.position.columns if model.position is not None else None
         place = tuple(str(table.label(table.find(c))) for c in given) if given is not None else ()
         place_headed = given is not None and any(table.unit(c) for c in given)
+        lengths = _lengths(model, table, length)
         if model.position is not None and model.position.sign is not None:
             signs = tuple(model.position.sign)
         turn = model.orientation if model.kind == "pose" else None
@@ -84,9 +87,19 @@ def spoken(
     return Spoken(
         str(table.path), document.path if document.text else table.path,
         tuple(str(table.label(table.find(c))) for c in columns), tuple(units), any(headers), place, length,
-        place_headed, signs, turn, turned, () if turn is None else tuple(_others(turn, table)),
+        lengths, place_headed, signs, turn, turned, () if turn is None else tuple(_others(turn, table)),
         {} if document.text else document.data,
     )  # fmt: skip
+
+
+def _lengths(model: PositionModel, table: CsvTable, first: Unit | None) -> tuple[str, ...]:
+    """The unit of each coordinate, from its header or as stated."""
+    given = model.position
+    unit = first.name if first is not None else ""
+    if given is None or given.columns is None:
+        return (unit,) * 3
+    stated = given.unit if isinstance(given.unit, list) else [given.unit] * 3
+    return tuple(table.unit(c) or s or unit for c, s in zip(given.columns, stated, strict=True))
 
 
 def _others(model: OrientationModel, table: CsvTable) -> Iterator[Form]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +12,6 @@ from robocal.calibrate.hypotheses.remounted import remounted
 from robocal.errors import FormatError
 from robocal.files.dataset import Reading
 from robocal.files.robot import Robot
-from robocal.files.spoken import Spoken
 from robocal.files.units import UNITS
 from robocal.jobs.otherlinks import Other, Reread, option, other_links
 from robocal.jobs.telling import METRIC, SWAPPED, Told
@@ -26,10 +25,9 @@ MOST = 4  # ways of saying it
 
 def tried(robot: Robot, reading: Reading) -> list[Change]:
     """Every single change that is worth a trial with these files."""
-    angles = {s.source: _other_factor(s) for s in reading.spoken}
-    lengths = {UNITS[METRIC[s.length.name]].factor / s.length.factor for s in reading.spoken
-               if s.length is not None and s.length.name in METRIC}  # fmt: skip
-    out = changes(robot.chain, reading.dataset, {k: v for k, v in angles.items() if v}, tuple(sorted(lengths)))
+    angles = {s.source: tuple(_other(SWAPPED, u) for u in s.joint_units) for s in reading.spoken}
+    lengths = {s.source: tuple(_other(METRIC, u) for u in s.lengths) for s in reading.spoken}
+    out = changes(robot.chain, reading.dataset, angles, lengths)
     for s in reading.spoken:
         read = [o for o in reading.dataset.observations if o.source == s.source and o.kind == "pose"]
         if len(read) == 1:
@@ -41,10 +39,9 @@ def tried(robot: Robot, reading: Reading) -> list[Change]:
     return out
 
 
-def _other_factor(speech: Spoken) -> float:
-    """Of the joints' other unit against the stated one; 0 where there is none."""
-    name = next((u for u in speech.joint_units if u in SWAPPED), None)
-    return UNITS[SWAPPED[name]].factor / UNITS[name].factor if name else 0.0
+def _other(swapped: Mapping[str, str], unit: str) -> float:
+    """Of the other unit against the stated one; 0 where there is none."""
+    return UNITS[swapped[unit]].factor / UNITS[unit].factor if unit in swapped else 0.0
 
 
 def refuse_wrong(robot: Robot, reading: Reading, reread: Reread) -> tuple[Remark, ...]:

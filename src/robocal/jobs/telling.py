@@ -71,6 +71,10 @@ def _in_header(names: list[str], units: list[str]) -> str:
     return ", ".join(f"{n} [{u}]" for n, u in zip(names, units, strict=True)) + " in the header"
 
 
+def _both(units: list[str]) -> str:
+    return " and ".join(dict.fromkeys(units))
+
+
 def _one(change: Change, robot: Robot, reading: Reading) -> Told:
     speech = next((s for s in reading.spoken if not change.sources or s.source in change.sources), reading.spoken[0])
     if change.what in (What.SIGN, What.ZERO):
@@ -126,7 +130,7 @@ def _swap(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Tol
 def _joint_unit(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Told:
     units = [SWAPPED.get(u, u) if i in change.at else u for i, u in enumerate(speech.joint_units)]
     names = ", ".join(speech.joints[i] for i in change.at)
-    other = units[change.at[0]]
+    other = _both([units[i] for i in change.at])
     line = _line(speech, joints={"unit": units[0] if len(set(units)) == 1 else units})
     if speech.headed:
         line = _in_header([speech.joints[i] for i in change.at], [units[i] for i in change.at])
@@ -138,13 +142,12 @@ def _place_names(speech: Spoken) -> tuple[str, ...]:
 
 
 def _length_unit(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Told:
-    assert speech.length is not None
-    units = [METRIC[speech.length.name] if i in change.at else speech.length.name for i in range(3)]
+    units = [METRIC[u] if i in change.at else u for i, u in enumerate(speech.lengths)]
     names = [_place_names(speech)[i] for i in change.at]
     line = _line(speech, position={"unit": units[0] if len(set(units)) == 1 else units})
     if speech.place_headed:
         line = _in_header(names, [units[i] for i in change.at])
-    words = f"the values of {', '.join(names)} are in {METRIC[speech.length.name]}"
+    words = f"the values of {', '.join(names)} are in {_both([units[i] for i in change.at])}"
     return Told(words, line, "", "position.unit")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from itertools import combinations, permutations, product
@@ -40,7 +40,7 @@ class What(StrEnum):
 
 @dataclass(frozen=True)
 class Change:
-    """One change: of joints or axes `at`, by an `amount` (rad, rows, a factor), in the files `sources` (all where empty).
+    """One change: of joints or axes `at`, by an `amount` (rad, rows) or `factors`, in the files `sources` (all where empty).
 
     `signs` go with axes: the reading becomes signs * reading[at]; `turns` (k, 3, 3) are the same rotations read in the form
     of number `at`, `swapped` two targets that change places.
@@ -53,6 +53,7 @@ class Change:
     sources: tuple[str, ...] = ()
     turns: Array | None = field(default=None, compare=False)
     swapped: tuple[Frame, ...] = ()
+    factors: tuple[float, ...] = ()
 
     def apply(self, data: DataSet) -> DataSet:
         """The data set as it would be."""
@@ -95,7 +96,7 @@ class Change:
         elif self.what == What.SWAP:
             joints[np.ix_(rows, at)] = joints[np.ix_(rows, at[::-1])]
         else:
-            joints[np.ix_(rows, at)] *= self.amount
+            joints[np.ix_(rows, at)] *= np.array(self.factors)
         return replace(given, joints=joints)
 
     def _read(self, obs: Observations) -> Observations:
@@ -108,7 +109,7 @@ class Change:
             return replace(obs, targets=tuple(self._placed(t) for t in obs.targets))
         value = value.copy()
         if self.what == What.LENGTH_UNIT:
-            value[:, list(self.at)] *= self.amount
+            value[:, list(self.at)] *= np.array(self.factors)
         elif self.what == What.AXES:
             value[:, :3] = value[:, list(self.at)] * np.array(self.signs)
         elif self.what == What.TURNS:
@@ -139,18 +140,37 @@ class Both:
         return (self.first, self.second)
 
 
-def changes(
-    chain: Chain, data: DataSet, angle_factors: dict[str, float], length_factors: tuple[float, ...]
-) -> list[Change]:
-    """Every single change worth a trial; `angle_factors` undo a wrong unit of a joint, by file, `length_factors` those of
-    readings."""
+Factors = Mapping[str, Sequence[float]]
+
+
+def changes(chain: Chain, data: DataSet, angles: Factors, lengths: Factors) -> list[Change]:
+    """Every single change worth a trial; `angles` undo a wrong unit of each joint, `lengths` of each coordinate, by file
+    (0 where there is no other unit)."""
     sources = list(dict.fromkeys(o.source for o in data.observations))[:4]
     where: list[tuple[str, ...]] = [()] if len(sources) < 2 else [(), *((s,) for s in sources)]
     out = [*_of_the_arm(chain), *_of_targets(data)]
     for files in where:
-        for change in (*_of_columns(chain, angle_factors), *_of_readings(data, files, length_factors)):
+        turns, scales = (_common(f, files or tuple(sources)) for f in (angles, lengths))
+        for change in (*_of_columns(chain, turns), *_of_readings(data, files, scales)):
             out.append(replace(change, sources=files))
     return out
+
+
+def _common(factors: Factors, sources: Sequence[str]) -> tuple[float, ...]:
+    """The factors that some files share; none where they speak differently."""
+    own = {tuple(factors.get(s, ())) for s in sources}
+    return own.pop() if len(own) == 1 else ()
+
+
+def _some(what: What, columns: Sequence[int], factors: Sequence[float]) -> Iterator[Change]:
+    """Some of the columns in another unit: all, one, all but one, and those of one stated unit."""
+    known = [i for i in columns if i < len(factors) and factors[i] not in (0.0, 1.0)]
+    alone = [(i,) for i in known]
+    others = [tuple(j for j in known if j != i) for i in known]
+    units = [tuple(j for j in known if factors[j] == f) for f in sorted({factors[i] for i in known})]
+    for at in dict.fromkeys((tuple(known), *alone, *others, *units)):
+        if at:
+            yield Change(what, at, factors=tuple(factors[i] for i in at))
 
 
 def _of_the_arm(chain: Chain) -> Iterator[Change]:
@@ -162,20 +182,15 @@ def _of_the_arm(chain: Chain) -> Iterator[Change]:
                 yield Change(What.ZERO, (i,), turn)
 
 
-def _of_columns(chain: Chain, factors: dict[str, float]) -> Iterator[Change]:
-    turning = tuple(i for i, j in enumerate(chain.joints) if j.type != "prismatic")
+def _of_columns(chain: Chain, factors: Sequence[float]) -> Iterator[Change]:
     for a, b in combinations(range(len(chain.joints)), 2):
         if chain.joints[a].type == chain.joints[b].type:
             yield Change(What.SWAP, (a, b))
-    for factor in sorted(set(factors.values())):
-        yield Change(What.JOINT_UNIT, turning, factor)
-        if len(turning) > 1:
-            for i in turning:
-                yield Change(What.JOINT_UNIT, (i,), factor)
-                yield Change(What.JOINT_UNIT, tuple(j for j in turning if j != i), factor)
+    turning = [i for i, j in enumerate(chain.joints) if j.type != "prismatic"]
+    yield from _some(What.JOINT_UNIT, turning, factors)
 
 
-def _of_readings(data: DataSet, files: tuple[str, ...], lengths: tuple[float, ...]) -> Iterator[Change]:
+def _of_readings(data: DataSet, files: tuple[str, ...], lengths: Sequence[float]) -> Iterator[Change]:
     mine = [o for o in data.observations if not files or o.source in files]
     for shift in SHIFTS:
         yield Change(What.SHIFT, amount=shift)
@@ -183,11 +198,7 @@ def _of_readings(data: DataSet, files: tuple[str, ...], lengths: tuple[float, ..
     placed = [o for o in mine if o.kind in ("position", "pose")]
     if not placed:
         return
-    for factor in lengths:
-        yield Change(What.LENGTH_UNIT, (0, 1, 2), factor)
-        for i in range(3):
-            yield Change(What.LENGTH_UNIT, (i,), factor)
-            yield Change(What.LENGTH_UNIT, tuple(j for j in range(3) if j != i), factor)
+    yield from _some(What.LENGTH_UNIT, range(3), lengths)
     # A turn of all axes is what a free frame is for, where no orientation was read beside them.
     absorbed = all(o.kind == "position" and o.frame is not None and all(o.frame.free) for o in placed)
     for order in permutations(range(3)):
