@@ -11,9 +11,9 @@ from robocal.files.text import Source
 from robocal.files.urdf import read_urdf
 from robocal.files.urdftree import MOVING, UrdfJoint, joints_of, links_of, parse_tree
 
-__all__ = ["MOST", "other_chains"]
+__all__ = ["other_chains"]
 
-MOST = 60  # chains of one file that are looked at
+MOST = 40  # chains of one file that are looked at
 
 
 def other_chains(robot: Robot, *, base_free: bool = True, tip_free: bool = True) -> Iterator[Robot]:
