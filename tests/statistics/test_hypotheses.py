@@ -11,8 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from damages import every, same, tried, undone, units, words
 
-from robocal.calibrate.hypotheses.changes import Change, What, changes
+from robocal.calibrate.hypotheses.changes import changes
 from robocal.calibrate.hypotheses.explain import ALIKE, ASKS, MAKING, explain
 from robocal.calibrate.hypotheses.lockstep import fitted, reach_of
 from robocal.calibrate.hypotheses.sights import sights
@@ -25,7 +26,6 @@ TRIALS = int(os.environ.get("ROBOCAL_TRIALS", "1"))
 KINDS = tuple(os.environ.get("ROBOCAL_KINDS", "position,pose").split(","))
 TRACKER = Frame("tracker", (1.5, -0.8, 0.4, 0.1, 0.2, 1.0), (True,) * 6)
 UNKNOWN = Frame("tracker", free=(True,) * 6)
-RIGHT = np.pi / 180
 
 
 def true_arm(chain, rng, share=1.0):
@@ -54,44 +54,6 @@ def measured(arm, kind, rng, *, share=1.0, zeros=None):
     return chain, DataSet(replace(stood, joints=q), (read,))
 
 
-def units(chain, small):
-    """What undoes deg and mm that were read as rad and m, or the other way round."""
-    angle, length = (RIGHT, 1e-3) if small else (1 / RIGHT, 1e3)
-    return {"a.csv": (angle,) * len(chain.joints)}, {"a.csv": (length,) * 3}
-
-
-def every(chain, data):
-    """All changes, whichever of the units is stated."""
-    return [
-        *changes(chain, data, *units(chain, True)),
-        *(c for c in changes(chain, data, *units(chain, False)) if c.what in (What.JOINT_UNIT, What.LENGTH_UNIT)),
-    ]
-
-
-def tried(chain, data, damage):
-    """What would be tried with a file that states its units as the damaged one does."""
-    return changes(chain, data, *units(chain, not damage.factors or damage.factors[0] > 1))
-
-
-def undone(change: Change) -> Change:
-    """The change that undoes another one."""
-    if change.what in (What.ZERO, What.SHIFT):
-        turn = -change.amount if not np.isclose(abs(change.amount), np.pi) else change.amount
-        return replace(change, amount=turn)
-    if change.what in (What.JOINT_UNIT, What.LENGTH_UNIT):
-        return replace(change, factors=tuple(1 / f for f in change.factors))
-    if change.what == What.AXES:
-        order = np.argsort(change.at)
-        return replace(change, at=tuple(int(i) for i in order), signs=tuple(change.signs[i] for i in order))
-    return change
-
-
-def same(a, b):
-    return (a.what, a.at, a.signs) == (b.what, b.at, b.signs) and np.allclose(
-        (a.amount, *a.factors), (b.amount, *b.factors)
-    )
-
-
 def told(chain, damage, rng, kind, arm):
     """Whether an exact arm shows the damage: more is left than an arm's making leaves."""
     _, clean = measured(arm, kind, rng, share=0.0)
@@ -106,10 +68,6 @@ def apart(chain, damage, found, rng, kind, arm):
     made = [undone(damage).apply(spoilt), *(c.apply(spoilt) for c in found.changes)]
     left = fitted(chain, sights(chain, made)).left
     return [c for c, v in zip(found.changes, left[1:], strict=True) if v > ALIKE * left[0]]
-
-
-def words(change):
-    return f"{change.what.value} {change.at} {change.amount:.4g} {change.signs or change.factors}"
 
 
 @pytest.mark.slow
@@ -164,7 +122,7 @@ def test_nothing_is_named_where_nothing_is_wrong(arm, kind, capsys):
         lost = np.radians(rng.uniform(5, 40, n)) * rng.choice([-1, 1], n) * (rng.random(n) < (k % 4) / 3)
         chain, data = measured(arm, kind, rng, zeros=lost)
         for small in (True, False):
-            found = explain(chain, data, changes(chain, data, *units(chain, small)))
+            found = explain(chain, data, changes(chain, data, *units(chain, data, small)))
             if found:
                 named.append((np.degrees(lost).round(), [words(c) for f in found.changes for c in f.parts]))
     with capsys.disabled():
@@ -180,5 +138,5 @@ def test_gross_rows_name_nothing():
     value[::9] = 0.0
     value[len(value) // 2 :, 0] += 0.005
     spoilt = DataSet(data.configurations, (replace(obs, value=value),))
-    assert explain(chain, spoilt, changes(chain, spoilt, *units(chain, True))) is None
+    assert explain(chain, spoilt, changes(chain, spoilt, *units(chain, spoilt, True))) is None
     assert 0 < ASKS < MAKING
