@@ -17,7 +17,7 @@ from robocal.files import orientation
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, OrientationModel
 from robocal.files.headers import joint_columns
-from robocal.files.kinds.position import PositionModel, matrix_columns
+from robocal.files.kinds.position import PositionModel, matrix_columns, place_columns
 from robocal.files.units import UNITS, Unit
 from robocal.files.yamlio import Document
 from robocal.geometry import so3
@@ -75,9 +75,9 @@ def spoken(
     turn = None
     turned: tuple[str, ...] = ()
     if isinstance(model, PositionModel):
-        given = model.position.columns if model.position is not None else None
-        place = tuple(str(table.label(table.find(c))) for c in given) if given is not None else ()
-        place_headed = given is not None and any(table.unit(c) for c in given)
+        given = place_columns(model, table)
+        place = tuple(str(table.label(table.find(c))) for c in given)
+        place_headed = any(table.unit(c) for c in given)
         lengths = _lengths(model, table, length)
         if model.position is not None and model.position.sign is not None:
             signs = tuple(model.position.sign)
@@ -94,12 +94,10 @@ def spoken(
 
 def _lengths(model: PositionModel, table: CsvTable, first: Unit | None) -> tuple[str, ...]:
     """The unit of each coordinate, from its header or as stated."""
-    given = model.position
     unit = first.name if first is not None else ""
-    if given is None or given.columns is None:
-        return (unit,) * 3
-    stated = given.unit if isinstance(given.unit, list) else [given.unit] * 3
-    return tuple(table.unit(c) or s or unit for c, s in zip(given.columns, stated, strict=True))
+    stated = model.position.unit if model.position is not None else None
+    each = stated if isinstance(stated, list) else [stated] * 3
+    return tuple(table.unit(c) or s or unit for c, s in zip(place_columns(model, table), each, strict=True))
 
 
 def _others(model: OrientationModel, table: CsvTable) -> Iterator[Form]:

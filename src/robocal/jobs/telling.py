@@ -76,7 +76,8 @@ def _both(units: list[str]) -> str:
 
 
 def _one(change: Change, robot: Robot, reading: Reading) -> Told:
-    speech = next((s for s in reading.spoken if not change.sources or s.source in change.sources), reading.spoken[0])
+    own = [s for s in reading.spoken if not change.sources or s.source in change.sources] or list(reading.spoken)
+    speech = next((s for s in own if s.place), own[0]) if change.what in (What.AXES, What.LENGTH_UNIT) else own[0]
     if change.what in (What.SIGN, What.ZERO):
         return _of_the_arm(change, robot, speech)
     file = str(speech.file)
