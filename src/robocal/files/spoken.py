@@ -3,10 +3,11 @@ must tell a person which line to change."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,22 +17,32 @@ from robocal.files import orientation
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, OrientationModel
 from robocal.files.headers import joint_columns
-from robocal.files.kinds.position import PositionModel, matrix_columns
+from robocal.files.kinds.position import PositionModel, matrix_columns, place_columns
 from robocal.files.units import UNITS, Unit
 from robocal.files.yamlio import Document
 from robocal.geometry import so3
 
-__all__ = ["Spoken", "spoken"]
+__all__ = ["Form", "Spoken", "spoken"]
 
 Array = NDArray[np.float64]
 LETTERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", "XYX", "XZX", "YXY", "YZY", "ZXZ", "ZYZ")
 
 
 @dataclass(frozen=True)
+class Form:
+    """Another form in which numbers of an orientation may be read: the keys that say so, the unit where the headers must
+    say it, and the rotations (k, 3, 3) of every row."""
+
+    keys: Mapping[str, str]
+    unit: str
+    turns: Array
+
+
+@dataclass(frozen=True)
 class Spoken:
     """Of one table `source`: the data file (the table itself where there is none), the joints' columns and units, the
-    coordinates' columns, unit and signs, the model of the orientation, and its other readings (words of the file,
-    rotations (k, 3, 3) of every row)."""
+    coordinates' columns, unit and signs, the orientation's columns and model, its other forms; and what the headers say
+    where there is no data file."""
 
     source: str
     file: Path
@@ -40,10 +51,13 @@ class Spoken:
     headed: bool  # whether the header states the units of the joints
     place: tuple[str, ...] = ()
     length: Unit | None = None
+    lengths: tuple[str, ...] = ()  # the unit of each coordinate
     place_headed: bool = False  # whether the header states the unit of the coordinates
     signs: tuple[int, ...] = (1, 1, 1)
     orientation: OrientationModel | None = None
-    turns: tuple[tuple[str, Array], ...] = ()
+    turned: tuple[str, ...] = ()
+    forms: tuple[Form, ...] = ()
+    described: Mapping[str, Any] = field(default_factory=dict)
 
 
 def spoken(
@@ -55,28 +69,39 @@ def spoken(
     stated = model.joints.unit
     units = [h or (stated[i] if isinstance(stated, list) else stated) or angle.name for i, h in enumerate(headers)]
     place: tuple[str, ...] = ()
+    lengths: tuple[str, ...] = ()
     place_headed = False
     signs: tuple[int, ...] = (1, 1, 1)
     turn = None
-    others: tuple[tuple[str, Array], ...] = ()
+    turned: tuple[str, ...] = ()
     if isinstance(model, PositionModel):
-        given = model.position.columns if model.position is not None else None
-        place = tuple(str(table.label(table.find(c))) for c in given) if given is not None else ()
-        place_headed = given is not None and any(table.unit(c) for c in given)
+        given = place_columns(model, table)
+        place = tuple(str(table.label(table.find(c))) for c in given)
+        place_headed = any(table.unit(c) for c in given)
+        lengths = _lengths(model, table, length)
         if model.position is not None and model.position.sign is not None:
             signs = tuple(model.position.sign)
         turn = model.orientation if model.kind == "pose" else None
     if turn is not None:
-        others = tuple(_others(turn, table))
+        turned = tuple(str(table.label(table.find(c))) for c in matrix_columns(turn, table))
     return Spoken(
         str(table.path), document.path if document.text else table.path,
         tuple(str(table.label(table.find(c))) for c in columns), tuple(units), any(headers), place, length,
-        place_headed, signs, turn, others,
+        lengths, place_headed, signs, turn, turned, () if turn is None else tuple(_others(turn, table)),
+        {} if document.text else document.data,
     )  # fmt: skip
 
 
-def _others(model: OrientationModel, table: CsvTable) -> Iterator[tuple[str, Array]]:
-    """The rotations that the same numbers would be in other forms, each with the words that say so."""
+def _lengths(model: PositionModel, table: CsvTable, first: Unit | None) -> tuple[str, ...]:
+    """The unit of each coordinate, from its header or as stated."""
+    unit = first.name if first is not None else ""
+    stated = model.position.unit if model.position is not None else None
+    each = stated if isinstance(stated, list) else [stated] * 3
+    return tuple(table.unit(c) or s or unit for c, s in zip(place_columns(model, table), each, strict=True))
+
+
+def _others(model: OrientationModel, table: CsvTable) -> Iterator[Form]:
+    """The rotations that the same numbers would be in other forms."""
     columns = matrix_columns(model, table)
     numbers = table.numbers(columns)
     if model.form in ("quaternion_xyzw", "quaternion_wxyz"):
@@ -84,10 +109,11 @@ def _others(model: OrientationModel, table: CsvTable) -> Iterator[tuple[str, Arr
         q = numbers if other == "quaternion_xyzw" else numbers[:, [1, 2, 3, 0]]
         size = np.linalg.norm(q, axis=1)
         if (size > 0).all():
-            yield f"form: {other}", orientation.quaternion(q / size[:, None])
+            yield Form({"form": other}, "", orientation.quaternion(q / size[:, None]))
     if model.form not in ("euler", "rotation_vector"):
         return
-    units = {h or model.unit for h in (table.unit(c) for c in columns)}
+    headers = [table.unit(c) for c in columns]
+    units = {h or model.unit for h in headers}
     if len(units) != 1 or None in units:
         return
     unit = str(units.pop())
@@ -95,11 +121,14 @@ def _others(model: OrientationModel, table: CsvTable) -> Iterator[tuple[str, Arr
         if name not in UNITS or (name != unit and unit not in ("deg", "rad")):
             continue
         angles = numbers * UNITS[name].factor
-        more = "" if name == unit else f", unit: {name}"
-        if model.form != "rotation_vector" or more:
-            yield f"form: rotation_vector{more}", so3.exp(angles)
+        swapped = name != unit
+        # A data file that contradicts a header is refused.
+        more = {"unit": name} if swapped and not any(headers) else {}
+        header = name if swapped and any(headers) else ""
+        if model.form != "rotation_vector" or swapped:
+            yield Form({"form": "rotation_vector"} | more, header, so3.exp(angles))
         for order, frame in product(LETTERS, ("intrinsic", "extrinsic")):
-            if (model.form, model.order, model.frame, more) == ("euler", order, frame, ""):
+            if not swapped and (model.form, model.order, model.frame) == ("euler", order, frame):
                 continue
             turned = orientation.euler(angles, order, intrinsic=frame == "intrinsic")
-            yield f"form: euler, order: {order}, frame: {frame}{more}", turned
+            yield Form({"form": "euler", "order": order, "frame": frame} | more, header, turned)

@@ -149,8 +149,12 @@ def read_inputs(
     except FormatError:
         _refuse_other_kind(robot, READERS, "this is a data file, not a robot")
         raise
+
+    def reading_for(chain: Chain) -> Reading:
+        return read_datasets([Path(d) for d in data], chain, group=group, exclude=exclude)
+
     try:
-        reading = read_datasets([Path(d) for d in data], arm.chain, group=group, exclude=exclude)
+        reading = reading_for(arm.chain)
     except FormatError:
         for name in data:
             _refuse_other_kind(name, ("arm", "cable"), "this is a robot file, not a data file")
@@ -158,7 +162,7 @@ def read_inputs(
     _one_frame_per_name(reading)
     with computable(robot, *data):
         doubts = doubt_units(arm.chain, reading, watch)
-        doubts += refuse_wrong(arm, reading)
+        doubts += refuse_wrong(arm, reading, lambda chain: reading_for(chain).dataset)
     return Inputs(arm, reading, (*robot_files(arm, robot), *reading.files), (*arm.warnings, *reading.warnings, *doubts))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from itertools import combinations, permutations, product
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.geometry import so3
-from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
 __all__ = ["Both", "Change", "What", "changes", "pairs"]
 
@@ -40,10 +40,10 @@ class What(StrEnum):
 
 @dataclass(frozen=True)
 class Change:
-    """One change: of joints or axes `at`, by an `amount` (rad, rows, a factor), in the files `sources` (all where empty).
+    """One change: of joints or axes `at`, by an `amount` (rad, rows) or `factors`, in the files `sources` (all where empty).
 
-    `signs` go with axes: the reading becomes signs * reading[at]; `turns` (k, 3, 3) are the same rotations read in another
-    form, `words` what that form is called.
+    `signs` go with axes: the reading becomes signs * reading[at]; `turns` (k, 3, 3) are the same rotations read in the form
+    of number `at`, `swapped` two targets that change places.
     """
 
     what: What
@@ -52,7 +52,8 @@ class Change:
     signs: tuple[int, ...] = ()
     sources: tuple[str, ...] = ()
     turns: Array | None = field(default=None, compare=False)
-    words: str = ""
+    swapped: tuple[Frame, ...] = ()
+    factors: tuple[float, ...] = ()
 
     def apply(self, data: DataSet) -> DataSet:
         """The data set as it would be."""
@@ -67,6 +68,11 @@ class Change:
 
     def _mine(self, obs: Observations) -> bool:
         return not self.sources or obs.source in self.sources
+
+    def _placed(self, target: Frame) -> Frame:
+        """The other one of two targets that change places."""
+        names = [t.name for t in self.swapped]
+        return self.swapped[1 - names.index(target.name)] if target.name in names else target
 
     def _joints(self, data: DataSet) -> Configurations:
         given = data.configurations
@@ -90,7 +96,7 @@ class Change:
         elif self.what == What.SWAP:
             joints[np.ix_(rows, at)] = joints[np.ix_(rows, at[::-1])]
         else:
-            joints[np.ix_(rows, at)] *= self.amount
+            joints[np.ix_(rows, at)] *= np.array(self.factors)
         return replace(given, joints=joints)
 
     def _read(self, obs: Observations) -> Observations:
@@ -100,10 +106,10 @@ class Change:
             order = order[::-1] if self.what == What.REVERSED else np.roll(order, int(self.amount))
             return replace(obs, configuration=obs.configuration[order])
         if self.what == What.TARGETS:
-            return replace(obs, targets=tuple(obs.targets[i] for i in self.at))
+            return replace(obs, targets=tuple(self._placed(t) for t in obs.targets))
         value = value.copy()
         if self.what == What.LENGTH_UNIT:
-            value[:, list(self.at)] *= self.amount
+            value[:, list(self.at)] *= np.array(self.factors)
         elif self.what == What.AXES:
             value[:, :3] = value[:, list(self.at)] * np.array(self.signs)
         elif self.what == What.TURNS:
@@ -134,18 +140,37 @@ class Both:
         return (self.first, self.second)
 
 
-def changes(
-    chain: Chain, data: DataSet, angle_factors: dict[str, float], length_factors: tuple[float, ...]
-) -> list[Change]:
-    """Every single change worth a trial; `angle_factors` undo a wrong unit of a joint, by file, `length_factors` those of
-    readings."""
+Factors = Mapping[str, Sequence[float]]
+
+
+def changes(chain: Chain, data: DataSet, angles: Factors, lengths: Factors) -> list[Change]:
+    """Every single change worth a trial; `angles` undo a wrong unit of each joint, `lengths` of each coordinate, by file
+    (0 where there is no other unit)."""
     sources = list(dict.fromkeys(o.source for o in data.observations))[:4]
     where: list[tuple[str, ...]] = [()] if len(sources) < 2 else [(), *((s,) for s in sources)]
-    out = [*_of_the_arm(chain)]
+    out = [*_of_the_arm(chain), *_of_targets(data)]
     for files in where:
-        for change in (*_of_columns(chain, angle_factors), *_of_readings(data, files, length_factors)):
+        turns, scales = (_common(f, files or tuple(sources)) for f in (angles, lengths))
+        for change in (*_of_columns(chain, turns), *_of_readings(data, files, scales)):
             out.append(replace(change, sources=files))
     return out
+
+
+def _common(factors: Factors, sources: Sequence[str]) -> tuple[float, ...]:
+    """The factors that some files share; none where they speak differently."""
+    own = {tuple(factors.get(s, ())) for s in sources}
+    return own.pop() if len(own) == 1 else ()
+
+
+def _some(what: What, columns: Sequence[int], factors: Sequence[float]) -> Iterator[Change]:
+    """Some of the columns in another unit: all, one, all but one, and those of one stated unit."""
+    known = [i for i in columns if i < len(factors) and factors[i] not in (0.0, 1.0)]
+    alone = [(i,) for i in known]
+    others = [tuple(j for j in known if j != i) for i in known]
+    units = [tuple(j for j in known if factors[j] == f) for f in sorted({factors[i] for i in known})]
+    for at in dict.fromkeys((tuple(known), *alone, *others, *units)):
+        if at:
+            yield Change(what, at, factors=tuple(factors[i] for i in at))
 
 
 def _of_the_arm(chain: Chain) -> Iterator[Change]:
@@ -157,20 +182,15 @@ def _of_the_arm(chain: Chain) -> Iterator[Change]:
                 yield Change(What.ZERO, (i,), turn)
 
 
-def _of_columns(chain: Chain, factors: dict[str, float]) -> Iterator[Change]:
-    turning = tuple(i for i, j in enumerate(chain.joints) if j.type != "prismatic")
+def _of_columns(chain: Chain, factors: Sequence[float]) -> Iterator[Change]:
     for a, b in combinations(range(len(chain.joints)), 2):
         if chain.joints[a].type == chain.joints[b].type:
             yield Change(What.SWAP, (a, b))
-    for factor in sorted(set(factors.values())):
-        yield Change(What.JOINT_UNIT, turning, factor)
-        if len(turning) > 1:
-            for i in turning:
-                yield Change(What.JOINT_UNIT, (i,), factor)
-                yield Change(What.JOINT_UNIT, tuple(j for j in turning if j != i), factor)
+    turning = [i for i, j in enumerate(chain.joints) if j.type != "prismatic"]
+    yield from _some(What.JOINT_UNIT, turning, factors)
 
 
-def _of_readings(data: DataSet, files: tuple[str, ...], lengths: tuple[float, ...]) -> Iterator[Change]:
+def _of_readings(data: DataSet, files: tuple[str, ...], lengths: Sequence[float]) -> Iterator[Change]:
     mine = [o for o in data.observations if not files or o.source in files]
     for shift in SHIFTS:
         yield Change(What.SHIFT, amount=shift)
@@ -178,11 +198,7 @@ def _of_readings(data: DataSet, files: tuple[str, ...], lengths: tuple[float, ..
     placed = [o for o in mine if o.kind in ("position", "pose")]
     if not placed:
         return
-    for factor in lengths:
-        yield Change(What.LENGTH_UNIT, (0, 1, 2), factor)
-        for i in range(3):
-            yield Change(What.LENGTH_UNIT, (i,), factor)
-            yield Change(What.LENGTH_UNIT, tuple(j for j in range(3) if j != i), factor)
+    yield from _some(What.LENGTH_UNIT, range(3), lengths)
     # A turn of all axes is what a free frame is for, where no orientation was read beside them.
     absorbed = all(o.kind == "position" and o.frame is not None and all(o.frame.free) for o in placed)
     for order in permutations(range(3)):
@@ -196,12 +212,15 @@ def _of_readings(data: DataSet, files: tuple[str, ...], lengths: tuple[float, ..
     if all(o.kind == "pose" for o in placed):
         yield Change(What.INVERSE)
         yield Change(What.TRANSPOSED)
-    for o in placed:
-        known = [i for i, t in enumerate(o.targets) if not all(t.free[:3])]
-        for a, b in combinations(known, 2):
-            swapped = list(range(len(o.targets)))
-            swapped[a], swapped[b] = b, a
-            yield Change(What.TARGETS, tuple(swapped))
+
+
+def _of_targets(data: DataSet) -> Iterator[Change]:
+    """Two targets whose places are stated, in whichever files they were seen."""
+    seen = {t.name: t for o in data.observations for t in o.targets if o.kind in ("position", "pose", "spherical")}
+    known = [t for t in seen.values() if not all(t.free[:3])]
+    for pair in combinations(known[:6], 2):
+        if pair[0].mount == pair[1].mount and pair[0].value != pair[1].value:
+            yield Change(What.TARGETS, swapped=pair)
 
 
 def pairs(single: list[Change]) -> list[Both]:

@@ -24,7 +24,7 @@ from robocal.calibrate.hypotheses.lockstep import Held, fitted, reach_of
 from robocal.calibrate.hypotheses.sights import Sights, sights, usable
 from robocal.measure.data import DataSet
 
-__all__ = ["Explanation", "Trial", "explain", "rows_of", "taken"]
+__all__ = ["Doubt", "Explanation", "Trial", "alike", "doubted", "explain", "left_of", "rows_of", "taken"]
 
 Array = NDArray[np.float64]
 Trial = Change | Both
@@ -49,33 +49,70 @@ class Explanation:
     left: float
 
 
-def explain(chain: Chain, data: DataSet, changes: Sequence[Change]) -> Explanation | None:
-    """The changes that explain the data; None where nothing asks for one, or none does."""
+@dataclass(frozen=True)
+class Doubt:
+    """Data whose misfit asks for a change: rows of every instrument, what is left as stated and with the joints' zeros
+    lost (m), the reach (m), and whether the joints stood at too few places for anything but another arm."""
+
+    rows: list[NDArray[np.int64]]
+    stated: float
+    lost: float
+    reach: float
+    few: bool
+
+    def met(self, left: float) -> bool:
+        """Whether this is little enough to explain the data."""
+        return left <= MAKING * self.reach and left * CLEARLY <= min(self.stated, self.lost)
+
+
+def doubted(chain: Chain, data: DataSet) -> Doubt | None:
+    """Whether the misfit asks for a change; None where it does not or nobody can tell."""
     rows = rows_of(data)
     if rows is None:
         return None
-    small = taken(data, rows)
-    stated = sights(chain, [small])
+    stated = sights(chain, [taken(data, rows)])
     if stated is None or not np.isfinite(stated.joints).all() or not np.isfinite(stated.place).all():
         return None
     reach = reach_of(chain, stated)
     with np.errstate(all="ignore"):
         soft = Held.softly(chain, SOFT)
-        as_stated = float(min(fitted(chain, stated, soft).left[0], fitted(chain, stated).left[0]))
-        if as_stated <= ASKS * reach:
+        left = float(min(fitted(chain, stated, soft).left[0], fitted(chain, stated).left[0]))
+        if left <= ASKS * reach:
             return None
-        lost = _lost(chain, stated, as_stated)
+        return Doubt(rows, left, _lost(chain, stated, left), reach, stated.places < FEWEST)
+
+
+def explain(chain: Chain, data: DataSet, changes: Sequence[Change], doubt: Doubt | None = None) -> Explanation | None:
+    """The changes that explain the data; None where nothing asks for one, or none does."""
+    doubt = doubt or doubted(chain, data)
+    if doubt is None or doubt.few:
+        return None
+    small = taken(data, doubt.rows)
+    with np.errstate(all="ignore"):
         for trials in (list(changes), pairs(list(changes))):
-            found = _best(chain, data, small, rows, trials, soft)
+            found = _best(chain, data, small, doubt.rows, trials, Held.softly(chain, SOFT))
             if found is None:
                 continue
             order, left = found
-            best = float(left[order[0]]) if order else math.inf
-            if best > MAKING * reach or best * CLEARLY > min(as_stated, lost):
+            if not order or not doubt.met(float(left[order[0]])):
                 continue
-            alike = [trials[i] for i in order if left[i] <= ALIKE * best + 1e-9]
-            return Explanation(tuple(alike), as_stated, best)
+            best = float(left[order[0]])
+            return Explanation(tuple(trials[i] for i in order if alike(left[i], best)), doubt.stated, best)
     return None
+
+
+def alike(left: float, best: float) -> bool:
+    """Whether two misfits (m) are not told apart."""
+    return left <= ALIKE * best + 1e-9
+
+
+def left_of(chain: Chain, data: DataSet, doubt: Doubt) -> float:
+    """What another arm leaves of the same rows (m); inf where it cannot be told."""
+    seen = sights(chain, [taken(data, doubt.rows)])
+    if seen is None or not np.isfinite(seen.joints).all() or seen.places < FEWEST:
+        return math.inf
+    with np.errstate(all="ignore"):
+        return float(fitted(chain, seen, Held.softly(chain, SOFT)).left[0])
 
 
 def _lost(chain: Chain, stated: Sights, as_stated: float) -> float:
@@ -108,9 +145,8 @@ def _best(
 
 def rows_of(data: DataSet) -> list[NDArray[np.int64]] | None:
     """Some rows of every instrument that can be looked at; None where they are too few to tell."""
-    q = data.configurations.joints
     seen = [i for i, o in enumerate(data.observations) if usable(o)]
-    if q is None or not seen:
+    if data.configurations.joints is None or not seen:
         return None
     rng = np.random.default_rng(0)
     each = max(ROWS // len(seen), 12)
@@ -118,8 +154,7 @@ def rows_of(data: DataSet) -> list[NDArray[np.int64]] | None:
     for i in seen:
         size = len(data.observations[i])
         out[i] = np.sort(rng.permutation(size)[:each])
-    used = np.concatenate([data.observations[i].configuration[out[i]] for i in seen])
-    return out if len(np.unique(np.round(q[used], 9), axis=0)) >= FEWEST else None
+    return out if sum(len(r) for r in out) >= FEWEST else None
 
 
 def taken(data: DataSet, rows: list[NDArray[np.int64]]) -> DataSet:

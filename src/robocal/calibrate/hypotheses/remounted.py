@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.hypotheses.explain import CLEARLY, MAKING, SOFT, rows_of, taken
+from robocal.calibrate.hypotheses.explain import CLEARLY, FEWEST, MAKING, SOFT, rows_of, taken
 from robocal.calibrate.hypotheses.lockstep import Held, fitted, reach_of
 from robocal.calibrate.hypotheses.sights import Sights, sights, usable
 from robocal.measure.data import DataSet
@@ -49,7 +49,7 @@ def remounted(chain: Chain, data: DataSet) -> Remounted | None:
         return None
     small = taken(data, chosen)
     one = sights(chain, [small])
-    if one is None or not one.things_free[0, :3].any() or not np.isfinite(one.joints).all():
+    if one is None or one.places < FEWEST or not one.things_free[0, :3].any() or not np.isfinite(one.joints).all():
         return None
     each = np.concatenate([np.full(len(o), sources.index(o.source)) for o in small.observations if usable(o)])
     several = replace(

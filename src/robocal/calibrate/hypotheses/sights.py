@@ -47,6 +47,11 @@ class Sights:
     def __len__(self) -> int:
         return len(self.joints)
 
+    @property
+    def places(self) -> int:
+        """At how many different places the joints stood, in the first trial."""
+        return len(np.unique(np.round(self.joints[0], 9), axis=0))
+
     def take(self, index: Ints) -> Sights:
         """Some of the trials."""
         return Sights(

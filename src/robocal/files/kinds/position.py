@@ -14,7 +14,7 @@ from robocal.files.units import Unit, Units
 from robocal.files.yamlio import Document, Path_
 from robocal.measure.data import Observations
 
-__all__ = ["POSITION", "PositionModel", "matrix_columns", "position"]
+__all__ = ["POSITION", "PositionModel", "matrix_columns", "place_columns", "position"]
 
 Array = NDArray[np.float64]
 
@@ -41,15 +41,23 @@ def matrix_columns(model: OrientationModel, table: CsvTable) -> list[str | int]:
     return columns
 
 
+def place_columns(model: Any, table: CsvTable) -> list[str | int]:
+    """The columns of the coordinates, of their own or of the matrix; none where nothing says."""
+    if model.position is not None and model.position.columns is not None:
+        return list(model.position.columns)
+    matrix = matrix_columns(model.orientation, table) if model.orientation else []
+    return [matrix[i] for i in TRANSLATION.get(len(matrix), ())]
+
+
 def position(model: Any, table: CsvTable, document: Document) -> tuple[Array, Array | None, Unit, Array]:
     """Positions (k, 3), their standard deviations, the unit, and what one unit in the last digit means (k, 3), in m."""
     value = model.position or PlaceValuesModel()
     at: Path_ = ("position",)
     if value.columns is None:
-        matrix = matrix_columns(model.orientation, table) if model.orientation else []
-        if len(matrix) not in TRANSLATION:
+        found = place_columns(model, table)
+        if not found:
             document.fail("no columns for the position", at, expected="position: {columns: [x, y, z], unit: mm}")
-        value = value.model_copy(update={"columns": [matrix[i] for i in TRANSLATION[len(matrix)]]})
+        value = value.model_copy(update={"columns": found})
     for word, given in (("unit", value.unit), ("sign", value.sign)):
         if isinstance(given, list) and len(given) != 3:
             document.fail("wrong number of entries", (*at, word), found=len(given), expected="one for each column, 3")
