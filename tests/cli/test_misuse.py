@@ -50,10 +50,16 @@ def test_metres_where_millimetres_are_stated(tmp_path, kind, section, columns):
     assert ran.status == 2 and f"{section}.unit" in ran.err and "probably in m:" in ran.err, ran.err
 
 
+def test_transposed_rotations_are_named(tmp_path):
+    """The lengths alone would carry the verdict."""
+    sim = simulated(tmp_path, "pose")
+    ran = robocal(*changed(sim, tmp_path / "wrong", ["rx", "ry", "rz"], lambda *v: [-x for x in v]))
+    assert ran.status == 2 and "the rotations are transposed" in ran.err
+
+
 @pytest.mark.parametrize(
     ("kind", "columns", "change"),
     [
-        ("pose", ["rx", "ry", "rz"], lambda *v: [-x for x in v]),
         ("relative_pose", ["rx", "ry", "rz"], lambda *v: [math.radians(x) for x in v]),
         ("spherical", ["azimuth"], lambda a: [-a]),
     ],

@@ -77,7 +77,7 @@ def test_outliers_and_coverage_in_words():
         "row": "7",
         "distance": "12.3",
         "p": "< 1e-12",
-        "value": "1, 2 mm",
+        "value": "1.000, 2.000 mm",
         "told": "set aside",
         "cause": "exact zeros",
     }
