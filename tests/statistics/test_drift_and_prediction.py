@@ -24,10 +24,10 @@ from robocal.measure.data import DataSet
 
 pytestmark = pytest.mark.slow
 FAST = Options(hold_out=0.0, leave_one_out=False)
-TRIALS = 150
+TRIALS = 100
 # The figures of docs/statistics.md are those of ROBOCAL_TRIALS=100.
-PAIRS = int(os.environ.get("ROBOCAL_TRIALS", "20"))
-HALVES = int(os.environ.get("ROBOCAL_TRIALS", "15"))
+PAIRS = int(os.environ.get("ROBOCAL_TRIALS", "10"))
+HALVES = int(os.environ.get("ROBOCAL_TRIALS", "8"))
 CAMPAIGNS = [
     ("rv-2aj", ("j3.d", "j4.d"), 50, False),
     ("rv-2aj", ("j3.d", "j4.d"), 50, True),
