@@ -8,7 +8,7 @@ configurations that were not used for fitting.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -66,6 +66,12 @@ class Verdict:
     status: str
     reasons: tuple[Remark, ...]
     region: str | None = None
+
+    def refused(self, *why: Remark) -> Verdict:
+        """Refused after all: these reasons first, and a gain that was proven is only told, for nobody should act on it."""
+        gains = (Code.GAIN_PROVEN, Code.GAIN_NOT_PROVEN, Code.EXACT)
+        kept = (replace(r, code=Code.GAIN_ANYWAY) if r.code in gains[:2] else r for r in self.reasons)
+        return Verdict("refused", (*why, *(r for r in kept if r.code not in gains)))
 
 
 def errors(residuals: Sequence[Residuals], unit: str) -> tuple[Array, Ints]:

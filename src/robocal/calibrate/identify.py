@@ -99,7 +99,12 @@ def _handed_back(
     known = all(obs.sigma is not None for obs in data.observations)
     off, strange = (
         total_of(whole),
-        find_outliers(model, data, whole, {u: best.errors(u)[2] for u in told} if best else None),
+        find_outliers(
+            model,
+            data,
+            max(whole, part, key=lambda f: f.problem.aside),
+            {u: best.errors(u)[2] for u in told} if best else None,
+        ),
     )
     moved = find_segments(model, data, dict(zip(names, map(float, values), strict=False)))
     bent = linearity(whole, start, u, told)

@@ -184,7 +184,8 @@ def verdict(
     label = places(data.configurations)
     if len(np.unique(label)) < 2:
         return Verdict("refused", (Remark.of(Code.ONE_PLACE),))
-    if (aside := share(data)) > MOST:
+    # A fit that did not see all rows may see more clearly which are gross.
+    if (aside := max(share(data), part.problem.aside)) > MOST:
         return Verdict("refused", (Remark.of(Code.TOO_MANY_ASIDE, share=aside, most=MOST),))
     proof = best(proofs)
     if proof is None:
@@ -269,13 +270,13 @@ def _second_thoughts(model: Chain, base: Problem, part: Fit, proof: Proof, found
     bent = implausible(model, part)
     left_over = max((g.rms for g in part.groups if g.unit == "m"), default=0.0)
     if bent and left_over > BENT:
-        return Verdict("refused", (Remark.of(Code.BENT, left=Quantity(left_over)), *bent, *found.reasons))
+        return found.refused(Remark.of(Code.BENT, left=Quantity(left_over)), *bent)
     if wrong := unmade(model, part):
-        return Verdict("refused", (*wrong, *found.reasons))
+        return found.refused(*wrong)
     for g in part.groups:
         if g.unit == "rad" and g.rms > max(TURNED, 3 * (g.stated or 0.0)):
             told = Remark.of(Code.ANGLES_UNEXPLAINED, group=g.name, left=Quantity(g.rms, "rad"))
-            return Verdict("refused", (told, *found.reasons))
+            return found.refused(told)
     return found
 
 

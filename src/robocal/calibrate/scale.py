@@ -98,4 +98,4 @@ def scaled(found: Verdict, scale: Scale | None) -> Verdict:
     """The verdict, unless the length that gives the scale is wrong: then no gain counts."""
     if scale is None or not (scale.stated and scale.beyond):
         return found
-    return Verdict("refused", (*scale.remarks, *(found.reasons if found.status == "refused" else ())))
+    return found.refused(*scale.remarks)

@@ -110,7 +110,7 @@ def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
 
 def refused_by(found: tuple[Segment, ...], verdict: Verdict) -> Verdict:
     """The verdict on data a part of which was measured with something moved: refused, with the segments first."""
-    return Verdict("refused", (*segment_remarks(found), *verdict.reasons)) if found else verdict
+    return verdict.refused(*segment_remarks(found)) if found else verdict
 
 
 def _best(state: Model, among: list[Run]) -> Found | None:

@@ -159,7 +159,7 @@ WorkingRange = Annotated[
         "--region",
         metavar="FILE",
         text="Where the robot works: a list of poses, or ranges of joints; measured: where it was measured will do  "
-        "[default: the joint limits of your robot file, else where it was measured]",
+        "[default: joint limits that you wrote (a catalogue's are the maker's), else where it was measured]",
     ),
 ]
 

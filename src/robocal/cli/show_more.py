@@ -62,10 +62,20 @@ def show_check(terminal: Terminal, found: Checked) -> None:
         terminal.show(*indented(*(c.remark.sentence for c in seen.combinations)))
         if found.misfit is not None:
             terminal.show(
-                Text(f"Nominal model with frames and tool fitted: mean error {figure(found.misfit * 1e3)} mm")
+                Text(
+                    f"Nominal model with frames and tool fitted: mean error {figure(found.misfit * 1e3)} mm{_without(found)}"
+                )
             )
     terminal.show(Text(""), *strange([outlier(o) for o in found.strange]))
     show_warnings(terminal, found.warnings)
+
+
+def _without(found: Checked) -> str:
+    """Which rows a mean does not count."""
+    aside = sum(o.set_aside for o in found.strange)
+    if not aside or found.misfit_of_all is None:
+        return ""
+    return f", {figure(found.misfit_of_all * 1e3)} mm with the rows that are set aside ({aside})"
 
 
 def show_listing(terminal: Terminal, found: Listing) -> None:

@@ -241,6 +241,12 @@ class Problem:
             out += np.bincount(t.unit[t.used], minlength=self.units) * t.scale.shape[1]
         return out
 
+    @cached_property
+    def aside(self) -> float:
+        """Which share of the rows counts for nothing: those that were set aside."""
+        rows = sum(len(t.used) for t in self.terms)
+        return sum(int((~t.used).sum()) for t in self.terms) / max(rows, 1)
+
     def slopes(self, square: Array, lin: Linear) -> Array:
         """The robust weight rho' of every row's observation from the squares of whitened rows (N,); one for constraints."""
         from robocal.estimate._kernels import robust

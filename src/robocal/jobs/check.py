@@ -42,6 +42,7 @@ class Checked:
     warnings: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     strange: tuple[Outlier, ...] = ()  # rows that do not belong to the others
+    misfit_of_all: float | None = None  # the mean error with gross rows
 
     @property
     def document(self) -> dict[str, Any]:
@@ -68,6 +69,7 @@ class Checked:
             "free": list(self.free),
             "identifiability": found,
             "baseline_mean_error_mm": None if self.misfit is None else self.misfit * 1e3,
+            "baseline_mean_error_of_all_rows_mm": None if self.misfit_of_all is None else self.misfit_of_all * 1e3,
             **told(self.warnings),
             "outliers": [outlier(o).model_dump(mode="json") for o in self.strange],
             "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
@@ -99,15 +101,19 @@ def check(
         moved = find_segments(chain, measured, dict(zip(problem.table.names, map(float, x[0]), strict=False)))
     strange = named(chain, sifted.data, sifted.problem, sifted.x, sifted.away)
     lengths = [
-        np.linalg.norm(r.value[r.used, a:b], axis=1) for r in problem.residuals(x) for a, b, u in r.parts if u == "m"
+        (np.linalg.norm(r.value[:, a:b], axis=1), r.used)
+        for r in problem.residuals(x)
+        for a, b, u in r.parts
+        if u == "m"
     ]
-    misfit = float(np.concatenate(lengths).mean()) if lengths else None
+    misfit = float(np.concatenate([v[used] for v, used in lengths]).mean()) if lengths else None
+    whole = float(np.concatenate([v for v, _ in lengths]).mean()) if lengths else None
     assumed = any(o.sigma is None for o in measured.observations)
     rows = sum(o.value.size for o in measured.observations)
     said = (*input_remarks(chain, measured), *few_numbers(rows, len(free)), *_free(chain), *segment_remarks(moved))
     warnings = tuple(dict.fromkeys((*inputs.warnings, *said)))
     seen_by = _instruments(measured)
-    return Checked(inputs.robot, measured, seen_by, free, seen, misfit, assumed, warnings, inputs.files, strange)
+    return Checked(inputs.robot, measured, seen_by, free, seen, misfit, assumed, warnings, inputs.files, strange, whole)
 
 
 def _free(chain: Chain) -> tuple[Remark, ...]:

@@ -11,13 +11,12 @@ from robocal.arms.zeros import joint_offsets, joint_zeros, with_offsets
 from robocal.errors import ModelError
 from robocal.files.offsetparts import OffsetsAlone
 from robocal.files.offsets import OFFSETS, Offset
-from robocal.files.result import Result
 from robocal.files.robot import Robot
 from robocal.files.rows import same
 from robocal.files.units import parse_unit
 from robocal.jobs.reference import nominal_chain, run_result
 from robocal.jobs.worth import OFFSETS_ONLY, worth_of, worth_unseen
-from robocal.remarks.remark import Remark
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["OFFSETS", "OffsetText", "offset_text"]
 
@@ -47,13 +46,19 @@ def offset_text(name: str, robot: Robot, nominal: str | None, form: str) -> Offs
             found=nominal,
             expected=", ".join(robot.chain.joint_names),
         )
+    if known is not None and known.verdict.status == "refused":
+        why = "; ".join(known.verdict.reasons)
+        raise ModelError("the run was refused, so its joint offsets mean nothing", found=why)
     if known is not None and known.offsets is not None and _own(name, robot, reference):
-        lines = _proven(known, known.offsets, robot)
+        lines = _proven(known.offsets, robot)
         worth = worth_unseen(known.offsets)
     else:
         lines = _differences(robot, reference)
         held = with_offsets(reference, {o.joint: o.value for o in lines})
-        worth = worth_of(name, robot, held, OFFSETS_ONLY)
+        worth = worth_of(name, robot, held, OFFSETS_ONLY, reference)
+        nominal_error, alone = worth.numbers.get("nominal"), worth.numbers.get("alone")
+        if isinstance(nominal_error, Quantity) and isinstance(alone, Quantity) and alone.value >= nominal_error.value:
+            raise ModelError("joint offsets alone would make this robot worse", found=worth.sentence, expected=INSTEAD)
     return OffsetText(OFFSETS[form](lines, robot.name, (worth.sentence,)), worth)
 
 
@@ -63,11 +68,8 @@ def _own(name: str, robot: Robot, reference: Chain) -> bool:
     return all(same(first[n].value, reference.table[n].value) for n in robot.chain.geometric)
 
 
-def _proven(known: Result, alone: OffsetsAlone, robot: Robot) -> list[Offset]:
+def _proven(alone: OffsetsAlone, robot: Robot) -> list[Offset]:
     """The offsets that a run fitted alone. Raises ModelError where it did not prove their gain."""
-    if known.verdict.status == "refused":
-        why = "; ".join(known.verdict.reasons)
-        raise ModelError("the run was refused, so its joint offsets mean nothing", found=why)
     if alone.status != "improved":
         raise ModelError(alone.reason.sentence, key="--format", expected=INSTEAD)
     out = []

@@ -41,14 +41,15 @@ def worth_unseen(alone: OffsetsAlone) -> Remark:
     return Remark.of(Code.WORTH_ALONE, what=OFFSETS_ONLY, nominal=nominal, alone=mine, whole=whole, data=UNSEEN)
 
 
-def worth_of(name: str, arm: Robot, held: Chain, what: str = THIS_FILE) -> Remark:
-    """Of a robot `held` by a file, where `arm` was opened from the run folder `name`."""
+def worth_of(name: str, arm: Robot, held: Chain, what: str = THIS_FILE, nominal: Chain | None = None) -> Remark:
+    """Of a robot `held` by a file, where `arm` was opened from the run folder `name`; against the run's own nominal robot, or
+    another."""
     known = run_result(name)
     if known is None:
         return Remark.of(Code.WORTH_UNKNOWN, what=what, why="it takes the run folder, which knows the data")
     try:
         arm, data = _run_data(Path(name), known, arm)
-        models = (nominal_chain(name, arm, None), held, arm.chain)
+        models = (nominal or nominal_chain(name, arm, None), held, arm.chain)
         found = [model_errors(m, data, tool=True) for m in models]
     except (InputError, np.linalg.LinAlgError) as error:
         return Remark.of(Code.WORTH_UNKNOWN, what=what, why=str(error).splitlines()[0])
@@ -56,8 +57,8 @@ def worth_of(name: str, arm: Robot, held: Chain, what: str = THIS_FILE) -> Remar
     means = [_mean(e) for e in found]
     if not np.isfinite(means).all():
         return Remark.of(Code.WORTH_UNKNOWN, what=what, why="the run measured too little")
-    nominal, mine, whole = (Quantity(v, unit) for v in means)
-    return Remark.of(Code.WORTH_ALONE, what=what, nominal=nominal, alone=mine, whole=whole, data=OWN)
+    first, mine, whole = (Quantity(v, unit) for v in means)
+    return Remark.of(Code.WORTH_ALONE, what=what, nominal=first, alone=mine, whole=whole, data=OWN)
 
 
 def _run_data(folder: Path, known: Result, arm: Robot) -> tuple[Robot, DataSet]:

@@ -11,7 +11,7 @@ TABLE: dict[Code, Words] = {
     # --- the verdict ---
     Code.GAIN_PROVEN: Words(
         "the mean error on unseen poses falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})"
-        "[; gross rows not counted: {aside}, with them it is {otherwise:.4g}]",
+        "[; gross rows among these that are not counted: {aside}, with them it is {otherwise:.4g}]",
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
     ),
     Code.EXACT: Words(
@@ -28,9 +28,10 @@ TABLE: dict[Code, Words] = {
     ),
     Code.GAIN_NOT_PROVEN: Words(
         "the mean error on unseen poses does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})"
-        "[; gross rows not counted: {aside}, with them it is {otherwise:.4g}]",
-        "The unseen configurations do not settle it. Measure more of them, or accept that the nominal model is already as good "
-        "as these measurements can tell.",
+        "[; gross rows among these that are not counted: {aside}, with them it is {otherwise:.4g}]",
+        "Where far more is left than the stated noise, something in the inputs is wrong: mend that first. Else the unseen "
+        "configurations do not settle it: measure more of them, or accept that the nominal model is already as good as these "
+        "measurements can tell.",
     ),
     Code.NOT_CONVERGED: Words(
         "the iteration did not converge[ ({what})]",
@@ -38,7 +39,7 @@ TABLE: dict[Code, Words] = {
     ),
     Code.GAIN_ANYWAY: Words(
         "reduction of the mean error {gain:.4g}[, 95 % interval {low:.4g~} to {high:.4g}] ({how})"
-        "[; gross rows not counted: {aside}, with them it is {otherwise:.4g}]"
+        "[; gross rows among these that are not counted: {aside}, with them it is {otherwise:.4g}]"
     ),
     Code.FEW_UNSEEN: Words(
         "fewer than {least} unseen configurations prove nothing",
@@ -248,7 +249,7 @@ TABLE: dict[Code, Words] = {
     ),
     Code.OVER_THE_RANGE: Words(
         "over the {region}, the model may be off by {band:.3g} rms and differs from the nominal one by {moved:.3g}; the nominal "
-        "one is the better of the two there with a chance of {chance:.2g}"
+        "one is the better of the two there with a chance of {chance:.2%}"
     ),
     Code.SCALE_SEEN: Words(
         "against the stated length, the free lengths all together change by {factor:+.3%} (sigma {sigma:.3%})"
