@@ -16,7 +16,7 @@ from robocal.files.text import write_text
 from robocal.files.units import UNITS, Units, number
 from robocal.jobs.inputs import open_arm
 from robocal.jobs.offsets import OFFSETS, offset_text
-from robocal.jobs.reference import nominal_chain, run_result
+from robocal.jobs.reference import nominal_chain, run_doubts, run_result
 from robocal.jobs.urdf_into import urdf_into
 from robocal.jobs.urdf_text import urdf_text
 from robocal.jobs.worth import worth_of
@@ -92,7 +92,7 @@ def export(
         held = _geometry(arm.chain) if form not in OFFSETS and _beyond(arm.chain) else held
     if held is not None:
         worth = worth_of(robot, arm, held)
-    notes = (*told, *notes)
+    notes = (*run_doubts(robot), *told, *notes)
     if output is None:
         return Exported(form, text, None, notes, worth)
     if output.exists() and not force:

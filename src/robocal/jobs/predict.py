@@ -23,6 +23,7 @@ from robocal.files.text import read_text, write_text
 from robocal.files.units import number
 from robocal.geometry import so3
 from robocal.jobs.inputs import Watch, open_arm, run_file
+from robocal.jobs.reference import run_doubts
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 
@@ -104,7 +105,12 @@ def predict_run(
     motion, region = (None, "") if whole else shape_motion(robot, known)
     conditions: dict[str, ArrayLike] = {**known.conditions, **targets.targets.extra}
     found = predict(robot.chain, q, known.total, conditions, motion)
-    warnings = [*robot.warnings, *_outside(robot, known, q), *_assumed(robot, known, q, targets.targets.extra)]
+    warnings = [
+        *run_doubts(str(folder)),
+        *robot.warnings,
+        *_outside(robot, known, q),
+        *_assumed(robot, known, q, targets.targets.extra),
+    ]
     if (folder / LAYER).is_file():
         warnings.append(Remark.of(Code.LAYER_LEFT_OUT, what="predictions"))
     rows = tuple(_rows(targets.ids, found, known))

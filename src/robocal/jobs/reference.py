@@ -9,14 +9,24 @@ from robocal.errors import ModelError
 from robocal.files.result import Result, read_result
 from robocal.files.robot import Robot
 from robocal.jobs.inputs import open_arm
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
-__all__ = ["nominal_chain", "run_result"]
+__all__ = ["nominal_chain", "run_doubts", "run_result"]
 
 
 def run_result(name: str) -> Result | None:
     """The result of the run folder that a robot was opened from; None for a file or a catalogue name."""
     place = Path(name)
     return read_result(place / "result.json") if place.is_dir() and (place / "result.json").is_file() else None
+
+
+def run_doubts(name: str) -> tuple[Remark, ...]:
+    """What is to be said of a run folder whose model is handed on although its verdict is not `improved`."""
+    known = run_result(name)
+    if known is None or known.verdict.status == "improved":
+        return ()
+    return (Remark.of(Code.RUN_REFUSED if known.verdict.status == "refused" else Code.RUN_NOT_IMPROVED, run=name),)
 
 
 def nominal_chain(name: str, robot: Robot, nominal: str | None, *, base: str | None = None, tip: str | None = None,
