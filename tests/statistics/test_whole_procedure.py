@@ -60,7 +60,7 @@ def test_intervals_cover_after_selection(robot, kind, stated):
 
 @pytest.mark.parametrize(("robot", "kind"), [("rv-2aj", "position"), ("ur10", "position"), ("panda", "pose")])
 def test_five_percent_gross_outliers(robot, kind):
-    """Robust fits stay within 20 % of the error without outliers, plain least squares does not."""
+    """Whatever the loss, the fit stays within 20 % of the error without outliers: they are set aside."""
     model, rng, m = open_robot(robot).chain, np.random.default_rng(5), 100
     q = joints(model, np.random.default_rng(6), 300).joints
     errors = []
@@ -84,8 +84,7 @@ def test_five_percent_gross_outliers(robot, kind):
         f"\n{robot} {kind}, 5 % outliers of 2 to 20 mm, {len(errors)} robots: error {clean * 1e3:.4f} mm without outliers; times that: plain "
         f"{plain / clean:.2f}, huber {huber / clean:.3f} +- {chance[2]:.3f}, cauchy {cauchy / clean:.3f} +- {chance[3]:.3f}, tukey {tukey / clean:.3f} +- {chance[4]:.3f}"
     )
-    assert plain > 1.2 * clean
-    assert max(huber, cauchy, tukey) <= 1.2 * clean
+    assert max(plain, huber, cauchy, tukey) <= 1.2 * clean
 
 
 def error(model, truth, q):
