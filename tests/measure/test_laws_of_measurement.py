@@ -87,6 +87,9 @@ def expected_normal(p, x):
     weight = np.ones(p.units) if p.weights is None else p.weights[0]
     s = np.bincount(plain.observation, plain.r**2)
     value, slope = rho(p.loss, p.tuning or TUNING[p.loss], s)
+    # What is no reading of the machine (a known distance between two frames) is weighed down by no loss.
+    reading = plain.reading[np.unique(plain.observation, return_index=True)[1]]
+    value, slope = np.where(reading, value, s), np.where(reading, slope, 1.0)
     unit = plain.unit[np.unique(plain.observation, return_index=True)[1]]
     row = (weight[unit] * slope)[plain.observation]
     j = dense(p, plain)

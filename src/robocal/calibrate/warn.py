@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain, Element
 from robocal.arms.conventions import CONVENTIONS, parallel_axes
+from robocal.calibrate.bands import total_of
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.follow import follows
 from robocal.calibrate.outliers import Outlier
-from robocal.estimate.uncertainty import uncertainty
 from robocal.geometry import fits
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
@@ -139,7 +139,8 @@ def unmade(model: Chain, fit: Fit) -> list[Remark]:
         exempt |= {n for n in model.geometric if n.rpartition(".")[0] in loose}
     x, table = fit.solution.x, fit.problem.table
     names = [n for n in fit.problem.free if n in model.geometric and n not in exempt]
-    sigma = dict(zip(fit.problem.free, uncertainty(fit.problem, x).sigma, strict=True))
+    off = total_of(fit)  # with what hidden partners may be off by: a column that stands for several may move far
+    sigma = dict(zip(off.names, off.sigma, strict=True))
     found = []
     for n in names:
         nominal, there = model.table[n].value, float(x[0, table.index[n]])
