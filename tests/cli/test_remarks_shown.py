@@ -18,7 +18,8 @@ SAID = Remark.of(Code.NO_DIAMETER)
 FACT = Remark.of(Code.NO_PULLEYS)
 
 
-def test_worth_knowing_has_advice_below_the_sentence(capsys):
+def test_worth_knowing_has_advice_below_the_sentence(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "120")
     show_warnings(Terminal(), (SAID, FACT))
     lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
     assert lines == ["Worth knowing", f"  {SAID.sentence}", f"    {SAID.advice}", f"  {FACT.sentence}", ""]

@@ -12,7 +12,7 @@ from robocal.calibrate.evidence import bootstrap_gain, errors
 from robocal.calibrate.folds import leave_one_out, unseen
 from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
-from robocal.calibrate.judge import _drawn
+from robocal.calibrate.judge import drawn
 from robocal.calibrate.split import leave_one_out_rounds, make_split
 from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import problem, synthesise
@@ -162,11 +162,11 @@ def test_whole_blocks_are_drawn():
     data = measured(60)
     split = make_split(data, "blocks", folds=6)
     label, at = np.arange(60), np.arange(60)
-    np.testing.assert_array_equal(_drawn(split, label, at), np.repeat(np.arange(6), 10))
-    np.testing.assert_array_equal(_drawn(split, label, at[:40]), label[:40])  # four blocks are too few to draw from
-    np.testing.assert_array_equal(_drawn(make_split(data, 0.0, folds=6), label, at), label)
+    np.testing.assert_array_equal(drawn(split, label, at), np.repeat(np.arange(6), 10))
+    np.testing.assert_array_equal(drawn(split, label, at[:40]), label[:40])  # four blocks are too few to draw from
+    np.testing.assert_array_equal(drawn(make_split(data, 0.0, folds=6), label, at), label)
     drift = np.repeat(np.random.default_rng(0).normal(1, 2, 6), 10) + 1e-3 * np.random.default_rng(1).normal(size=60)
-    wide = bootstrap_gain(drift, np.zeros(60), _drawn(split, label, at), 0)
+    wide = bootstrap_gain(drift, np.zeros(60), drawn(split, label, at), 0)
     narrow = bootstrap_gain(drift, np.zeros(60), label, 0)
     assert wide[2] - wide[1] > 2 * (narrow[2] - narrow[1])
 
