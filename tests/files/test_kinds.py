@@ -184,6 +184,19 @@ def test_a_bar_of_unknown_length_has_no_readings(tmp_path):
     assert "bar.length" in problem(ARM, read(tmp_path, described, TOUCH).dataset).table.free
 
 
+def test_the_zero_of_ranges_is_unknown_where_somebody_speaks_of_it(tmp_path):
+    table = "a,b,c,r [mm],az [deg],el [deg]\n1,2,3,1000,20,5\n4,5,6,1500,30,6\n"
+    described = head("spherical") + "range: {columns: [r], sigma: 0.01}\nbearing: {columns: [az, el], sigma: 0.001}\n"
+    (bare,) = read(tmp_path, described, table).dataset.observations
+    assert "zero" not in bare.options
+    (obs,) = read(
+        tmp_path, described + "zero: {name: prism, value: -0.5, unit: mm, free: true}\n", table
+    ).dataset.observations
+    assert (
+        obs.options["zero"] == "prism" and obs.options["values"] == {"zero": -5e-4} and obs.options["free"] == ("zero",)
+    )
+
+
 def test_corners_of_a_marker(tmp_path):
     table = "a,b,c,k,u,v\n1,2,3,0,100,200\n1,2,3,2,300,400\n"
     described = head("pixels") + (

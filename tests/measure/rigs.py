@@ -75,12 +75,15 @@ def station(truth, rng, side, name, free=SIX):
 # --- instruments ----------------------------------------------------------------------------------------------------------
 
 
-def watched(kind, sigma, targets=(BALL,), stations=1):
+def watched(kind, sigma, targets=(BALL,), stations=1, **more):
     """One or more instruments that watch the tool."""
 
     def rig(truth, rng, m, contact=0):
         q = anywhere(truth, rng, m)
-        found = [rows(kind, m, sigma, station(truth, rng, 0.4 + 1.3 * i, f"eye{i}"), targets) for i in range(stations)]
+        found = [
+            rows(kind, m, sigma, station(truth, rng, 0.4 + 1.3 * i, f"eye{i}"), targets, **more)
+            for i in range(stations)
+        ]
         return DataSet(configurations(q), tuple(found))
 
     return rig
@@ -252,7 +255,7 @@ RIGS = {
     "sphere": touching("sphere", 3, on_a_sphere(0.03), lambda i: {"radius": "gauge", "values": {"radius": 0.03}}),
     "bearing": watched("bearing", 2e-5, stations=2),
     "range": ranges,
-    "spherical": watched("spherical", [1e-5, 2e-5, 2e-5]),
+    "spherical": watched("spherical", [1e-5, 2e-5, 2e-5], options={"zero": "prism", "values": {"zero": 1e-3}, "free": ("zero",)}),
     "pixels": pixels,
 }  # fmt: skip
 
@@ -282,7 +285,7 @@ def stated(data, rng, error=2e-3):
         if "ends" in options:
             options["ends"] = tuple(once(e) for e in options["ends"])
         if "free" in options and "values" in options:
-            unknown = {"length": 0.0, "radius": 0.0, "speed": options.get("speed"), "delay": 0.0}
+            unknown = {"length": 0.0, "radius": 0.0, "zero": 0.0, "speed": options.get("speed"), "delay": 0.0}
             options["values"] = {k: unknown[k] if k in options["free"] else v for k, v in options["values"].items()}
         out.append(replace(obs, frame=once(obs.frame), targets=tuple(once(t) for t in obs.targets), options=options))
     return DataSet(data.configurations, tuple(out))

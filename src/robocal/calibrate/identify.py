@@ -27,6 +27,7 @@ from robocal.calibrate.gross import set_aside
 from robocal.calibrate.identification import Identification, Options
 from robocal.calibrate.judge import stages, units_of, verdict
 from robocal.calibrate.linear import linearity, linearity_words
+from robocal.calibrate.numbers import held_number, questioned
 from robocal.calibrate.offsets import offsets_alone
 from robocal.calibrate.outliers import find_outliers
 from robocal.calibrate.prove import FEW, Proven, prove
@@ -109,6 +110,7 @@ def _handed_back(
     moved = find_segments(model, data, dict(zip(names, map(float, values), strict=False)))
     bent = linearity(whole, start, u, told)
     scale = scale_of(model, whole, off)
+    held_at = held_number(model, whole)
     holds = where_it_holds(model, data, whole, off, (base, base_x), options.region, scale)
     judged = verdict(model, data, base, part, whole, proven.proofs, options, started)
     checked = coverage_of(part, held)
@@ -124,7 +126,7 @@ def _handed_back(
         whole.identifiability,
         tuple(stages(data, base, base_x, part, proven.fit_units, proven.proofs, unit) for unit in told),
         whole.groups,
-        refused_by(moved, qualified(scaled(judged, scale), holds)),
+        refused_by(moved, qualified(questioned(scaled(judged, scale), held_at), holds)),
         row_table(data, base, base_x, part, held, best.after.value if best else {}),
         tuple(ids[i] for i in proven.fit_units),
         tuple(ids[i] for i in held),
@@ -141,7 +143,8 @@ def _handed_back(
             *data_warnings(model, data, whole, proven.fit_units, options.method, strange),
             *linearity_words(bent),
             *bootstrap_words(drawn),
-            *(scale.remarks if scale and not (scale.stated and scale.beyond) else ()),
+            *(scale.remarks if scale and not scale.beyond else ()),
+            *((held_at.remark,) if held_at and not held_at.wrong else ()),
             *(() if estimator(options.method).blind else coverage_remarks(part, held, checked)),
             *proven.left_out,
         ),

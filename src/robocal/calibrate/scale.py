@@ -6,7 +6,8 @@
 delta are the changes of the fitted lengths, n the nominal lengths, C the noise of the fit (that of a stated bar included),
 B the estimate's answer to the truth (`Total`: a length that was not fitted shows in its partners), S the errors that
 making leaves. An arm errs in each of its lengths on its own; all of them together by a factor that making does not leave
-is the length that was stated, not the arm. Generalised least squares: Aitken (1935).
+is the length that was stated, or the instrument, not the arm. Where one length alone (column i of R instead of a) explains
+delta better, it is that length. Generalised least squares: Aitken (1935).
 """
 
 from __future__ import annotations
@@ -29,19 +30,22 @@ if TYPE_CHECKING:
 __all__ = ["Scale", "scale_of", "scaled"]
 
 REFUSED, REMARKED = 3.0, 2.0  # of its own sigma
+READ = 5.0  # the same where readings are lengths themselves: trackers have a scale that was calibrated
 OPEN = 0.1  # a scale that is known no better is that of the nominal model
 
 
 @dataclass(frozen=True)
 class Scale:
     """The lengths are 1 + `factor` times the nominal ones, within `sigma`; its parts: what the fit and a stated length leave
-    open, and what making leaves. `stated` says that the data have no other scale than a stated length."""
+    open, and what making leaves. `stated` says that the data have no other scale than a stated length, `common` that the factor
+    explains the changes better than one length does."""
 
     factor: float
     sigma: float
     fit: float
     making: float
     stated: bool
+    common: bool
 
     @property
     def seen(self) -> bool:
@@ -51,7 +55,7 @@ class Scale:
     @property
     def beyond(self) -> bool:
         """Whether no arm's making leaves that."""
-        return abs(self.factor) > REFUSED * self.sigma
+        return self.common and abs(self.factor) > (REFUSED if self.stated else READ) * self.sigma
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
@@ -59,9 +63,9 @@ class Scale:
         numbers = {"factor": self.factor, "sigma": self.sigma}
         if self.stated and not self.seen and not self.beyond:
             return (Remark.of(Code.SCALE_OPEN, sigma=self.sigma),)
-        if abs(self.factor) <= REMARKED * self.sigma:
+        if abs(self.factor) <= REMARKED * self.sigma or not self.common:
             return ()
-        if self.stated and self.beyond:
+        if self.beyond:
             return (Remark.of(Code.SCALE_WRONG, **numbers),)
         return (Remark.of(Code.SCALE_DOUBTED if self.stated else Code.SCALED, **numbers),)
 
@@ -78,7 +82,7 @@ def scale_of(model: Chain, fit: Fit, off: Total) -> Scale | None:
     change = np.array([x[table.index[off.names[i]]] for i in kept]) - nominal[kept]
     shows = (np.eye(len(off.names)) + off.response)[kept]
     size = off.expected[kept]
-    a, delta = shows @ nominal / size, change / size
+    a, delta, each = shows @ nominal / size, change / size, shows / size[:, None]
     made = shows * off.expected / size[:, None]
     making, noise = made @ made.T, off.noise[np.ix_(kept, kept)] / np.outer(size, size)
     values, vectors = np.linalg.eigh(making + noise)
@@ -89,13 +93,16 @@ def scale_of(model: Chain, fit: Fit, off: Total) -> Scale | None:
     if not information > 0:
         return None
     weight = root @ along / information
+    one = root.T @ each
+    squared = (one.T @ (root.T @ delta)) ** 2 / np.maximum((one**2).sum(axis=0), 1e-300)
+    common = float(weight @ delta) ** 2 * information >= squared.max()
     fitted_part, making_part = (float(np.sqrt(max(weight @ c @ weight, 0.0))) for c in (noise, making))
     stated = not any(KINDS[t.kind].metric for t in fit.problem.terms if isinstance(t, Rows))
-    return Scale(float(weight @ delta), information**-0.5, fitted_part, making_part, stated)
+    return Scale(float(weight @ delta), information**-0.5, fitted_part, making_part, stated, bool(common))
 
 
 def scaled(found: Verdict, scale: Scale | None) -> Verdict:
-    """The verdict, unless the length that gives the scale is wrong: then no gain counts."""
-    if scale is None or not (scale.stated and scale.beyond):
+    """The verdict, unless what gives the scale is wrong: then no gain counts."""
+    if scale is None or not scale.beyond:
         return found
     return found.refused(*scale.remarks)

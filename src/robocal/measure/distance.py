@@ -67,4 +67,4 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
     return numbers(obs, NUMBERS)
 
 
-DISTANCE = register(Kind("distance", 1, terms, parameters, ((0, 1, "m"),), frames=ends))
+DISTANCE = register(Kind("distance", 1, terms, parameters, ((0, 1, "m"),), frames=ends, owner="length"))

@@ -70,4 +70,4 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
     ]
 
 
-PIXELS = register(Kind("pixels", 2, terms, parameters, ((0, 2, "px"),)))
+PIXELS = register(Kind("pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera"))

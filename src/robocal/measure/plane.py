@@ -79,4 +79,4 @@ def frames(obs: Observations) -> tuple[Frame, ...]:
     return (place_of(obs),)
 
 
-PLANE = register(Kind("plane", 1, terms, parameters, ((0, 1, "m"),), frames=frames, contact=True))
+PLANE = register(Kind("plane", 1, terms, parameters, ((0, 1, "m"),), frames=frames, contact=True, owner="radius"))

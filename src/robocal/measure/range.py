@@ -77,4 +77,4 @@ def frames(obs: Observations) -> tuple[Frame, ...]:
     return (place_of(obs),)
 
 
-RANGE = register(Kind("range", 1, terms, parameters, ((0, 1, "m"),), frames=frames, metric=True))
+RANGE = register(Kind("range", 1, terms, parameters, ((0, 1, "m"),), frames=frames, metric=True, owner="medium"))

@@ -227,6 +227,7 @@ class Kind:
         False  # whether readings are lengths themselves; else only a stated length says how long the machine is
     )
     contact: bool = False  # the machine has to touch something, so not every configuration can be measured
+    owner: str = ""  # the option, and the key in a data file, that names the owner of the kind's own numbers
 
 
 KINDS: dict[str, Kind] = {}

@@ -54,4 +54,4 @@ def frames(obs: Observations) -> tuple[Frame, ...]:
     return (place_of(obs),)
 
 
-SPHERE = register(Kind("sphere", 1, terms, parameters, ((0, 1, "m"),), frames=frames, contact=True))
+SPHERE = register(Kind("sphere", 1, terms, parameters, ((0, 1, "m"),), frames=frames, contact=True, owner="radius"))

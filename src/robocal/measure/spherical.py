@@ -1,11 +1,14 @@
-"""A laser tracker in its own coordinates: r = (|p|, azimuth, elevation) - value, of p in the instrument's frame.
+"""A laser tracker in its own coordinates: r = (|p| - zero, azimuth, elevation) - value, of p in the instrument's frame.
 
-value (k, 3): range in m, azimuth and elevation in rad (as for `bearing`), sigma (k, 3) each in its own unit. Range is
+value (k, 3): range in m, azimuth and elevation in rad (as for `bearing`), sigma (k, 3) each in its own unit. `options["zero"]`
+names the zero of the ranges, whose parameter `NAME.zero` (m) adds to the reading (a prism's constant, a distance meter's). Range is
 known to micrometres and angles to microradians: at some metres the point is known far better along the beam than
 across it, which a position with one sigma cannot say.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +16,14 @@ from numpy.typing import NDArray
 from robocal.measure.bearing import angles, wrap
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
-from robocal.measure.rows import Kind, Rows, register
+from robocal.measure.rows import Kind, Number, Rows, number_names, numbers, register
+from robocal.parameters import Parameter
 
 __all__ = ["SPHERICAL"]
 
 Array = NDArray[np.float64]
 UNSTATED = (1e-4, 1e-4, 1e-4)
+NUMBERS = (Number("zero", "zero", expected=1e-3),)
 
 
 class SphericalRows(Rows):
@@ -37,13 +42,23 @@ class SphericalRows(Rows):
         turned, slope = angles(p)
         slope = np.concatenate([(p / np.where(far > 0, far, 1.0))[..., None, :], slope], axis=-2)
         r = np.concatenate([far, turned], axis=-1) - self.measured(which, first, rows)
+        r[..., 0] -= x[:, self.numbers].sum(axis=1)[:, None]
         r[..., 1:] = wrap(r[..., 1:])
-        return r, slope @ j, slope @ jl
+        own = np.zeros((*r.shape, len(self.own)))
+        own[:, :, 0] = -1.0
+        return r, np.concatenate([slope @ j, own], axis=-1), slope @ jl
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term per target."""
-    return [SphericalRows(builder.view(obs, t, index), obs, index, UNSTATED) for t, index in builder.split(obs)]
+    own = builder.rows(number_names(obs, NUMBERS))
+    return [SphericalRows(builder.view(obs, t, index), obs, index, UNSTATED, own) for t, index in builder.split(obs)]
 
 
-SPHERICAL = register(Kind("spherical", 3, terms, parts=((0, 1, "m"), (1, 3, "rad")), metric=True))
+def parameters(obs: Observations) -> Sequence[Parameter]:
+    """The zero of the ranges, where it has a name."""
+    return numbers(obs, NUMBERS)
+
+
+PARTS = ((0, 1, "m"), (1, 3, "rad"))
+SPHERICAL = register(Kind("spherical", 3, terms, parameters, PARTS, metric=True, owner="zero"))

@@ -6,11 +6,26 @@ quarter turn minus the elevation: convert it before.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import FramedModel, ValueModel
-from robocal.files.kinds.base import KindFile, Values, Written, columns, quantity, section
+from robocal.files.datamodel import FramedModel, ScalarModel, ValueModel
+from robocal.files.kinds.base import (
+    Around,
+    KindFile,
+    Part,
+    Values,
+    Written,
+    columns,
+    quantity,
+    scalar,
+    section,
+    show_scalar,
+    whole,
+)
 from robocal.files.units import Units
 from robocal.files.yamlio import Document
 from robocal.measure.data import Observations
@@ -32,6 +47,7 @@ class SphericalModel(BearingModel):
     """Range, azimuth and elevation of a target; the range has a sigma of its own."""
 
     range: ValueModel = ValueModel()
+    zero: ScalarModel | None = None
 
 
 def read_bearing(model: BearingModel, table: CsvTable, document: Document) -> Values:
@@ -69,6 +85,12 @@ def read_spherical(model: SphericalModel, table: CsvTable, document: Document) -
     return Values(np.hstack([far, turned.value]), sigma, units[0], turned.angle)
 
 
+def parts(model: SphericalModel, values: Values, around: Around) -> Sequence[Part]:
+    """All rows are of one instrument; the zero of its ranges, where somebody speaks of it."""
+    options = {} if model.zero is None else scalar(model.zero, "m", "zero", "zero", around)
+    return whole(model, replace(values, options=options), around)
+
+
 def write_bearing(obs: Observations, units: Units) -> Written:
     """Two columns and their sigmas."""
     made = columns(ANGLES, ANGLE_SIGMAS, [units.angle] * 2, obs)
@@ -83,7 +105,7 @@ def write_spherical(obs: Observations, units: Units) -> Written:
         section("range", ("range",), ("s_range",), obs),
         section("bearing", ANGLES, ANGLE_SIGMAS, obs),
     )
-    return Written((*far, *turned), lines)
+    return Written((*far, *turned), (*lines, *show_scalar("zero", obs.options, "zero", units.length)))
 
 
 BEARING = KindFile(
@@ -104,7 +126,9 @@ SPHERICAL = KindFile(
     """range: {{columns: [range], unit: {length}, sigma: 0.01}}
 bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.001}}    # elevation above the horizon
 frame: {{name: tracker, free: true}}    # where the tracker stands is found from the data
+# zero: {{name: prism, value: 0, unit: {length}, free: false}}    # is added to the range; unknown: free: true
 """,
     POINT_SEEN,
+    parts,
     lengths="range",
 )

@@ -96,9 +96,14 @@ TABLE: dict[Code, Words] = {
         "differs so much from its drawing, state how far it may be off (calibrate: prior).",
     ),
     Code.SCALE_WRONG: Words(
-        "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): an arm errs in each on its own, so the length that "
-        "gives the scale, or the nominal lengths, must be wrong",
-        "Check the distance, bar, radius, camera or speed that gives the scale, and its unit; or state one, where nothing does.",
+        "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): an arm errs in each on its own, so what gives "
+        "the scale, or the nominal lengths, must be wrong",
+        "Check the distance, bar, radius, camera, speed or instrument that gives the scale, and its unit; or state a length, "
+        "where nothing does.",
+    ),
+    Code.NUMBER_WRONG: Words(
+        "held at {stated:.4g}, {name} should by these data be {there:.4g} ({z:.0f} sigma): that explains {share:.0%} of what is left",
+        "Put it right in the data file, or let it be identified ({line}).",
     ),
     Code.HOLDS_WHERE_MEASURED: Words(
         "it holds where it was measured, not in the whole {region}: there the model may be off by {band:.3g} rms where it differs "
@@ -186,6 +191,10 @@ TABLE: dict[Code, Words] = {
     Code.SCALED: Words(
         "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): an arm errs in each on its own",
         "Check the scale of the instrument, its unit and its temperature.",
+    ),
+    Code.NUMBER_DOUBTED: Words(
+        "held at {stated:.4g}, {name} should by these data be {there:.4g} ({z:.0f} sigma): that explains {share:.1%} of what is left",
+        "Check it, or let it be identified ({line} in the data file).",
     ),
     Code.SCALE_DOUBTED: Words(
         "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}), more than making mostly leaves",

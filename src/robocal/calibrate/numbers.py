@@ -1,0 +1,146 @@
+"""Numbers of instruments that were stated and held: a ball's radius, a delay, the zero of a range, a lens.
+
+A held number is a column c of its own. With Q an orthonormal basis of the columns that were fitted, and r the whitened
+residuals,
+
+    c_ = c - Q Q^T c,   change = -c_^T r / c_^T c_,   share = (c_^T r)^2 / (c_^T c_ r^T r),   t^2 = (N - n - 1) share / (1 - share)
+
+where freeing it would lower r^T r by that share. Instruments of one kind may share what is wrong: the sum of their columns is
+one more. A number that is off by more than the readings allow, and whose change explains a good part of what is left, is wrong,
+and the model with it: a gain says nothing then. Source: Rao, Large sample tests of statistical hypotheses (1948).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robocal.arms.chain import Chain
+from robocal.calibrate.evidence import Verdict
+from robocal.measure.base import kind_of
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet, Observations
+from robocal.parameters import Parameter
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+
+if TYPE_CHECKING:
+    from robocal.calibrate.fit import Fit
+
+__all__ = ["Held", "held_number", "questioned"]
+
+SURE = 5.0  # sigma
+EXPLAINED = 0.3  # of the squares that are left
+HOLD = 10.0  # expected errors
+HIDDEN = 1e-6  # of a column that the fitted ones leave over: rounding
+
+
+@dataclass(frozen=True)
+class Held:
+    """A number that was held: what was stated, what the data say, how many sigma apart, and the share of the squares that are
+    left which the change explains; `line` lets it be identified."""
+
+    name: str
+    stated: float
+    there: float
+    unit: str
+    z: float
+    share: float
+    line: str
+
+    @property
+    def wrong(self) -> bool:
+        """Whether no gain counts before it is put right."""
+        return self.share > EXPLAINED
+
+    @property
+    def remark(self) -> Remark:
+        """What is said of it."""
+        return Remark.of(
+            Code.NUMBER_WRONG if self.wrong else Code.NUMBER_DOUBTED,
+            name=self.name,
+            stated=Quantity(self.stated, self.unit),
+            there=Quantity(self.there, self.unit),
+            z=self.z,
+            share=self.share,
+            line=self.line,
+        )
+
+
+def held_number(model: Chain, fit: Fit) -> Held | None:
+    """The held number of an instrument that the data contradict most; None where they contradict none."""
+    data = replace(fit.data, observations=tuple(map(_named, fit.data.observations)))
+    own = _own(data)
+    values = dict(zip(fit.problem.table.names, map(float, fit.solution.x[0]), strict=False))
+    held = [n for n in own if n not in fit.problem.free]
+    if not held:
+        return None
+    made = build(model, data, values=values).with_weights(fit.problem.weights)
+    made = made.with_free([*fit.problem.free, *held])
+    seen = made.linearize(made.start)
+    asked = np.isin(made.free, held)
+    # The fitted ones are held softly: otherwise all could shrink to a point with the number, and nothing would be left.
+    soft = np.diag(1 / (HOLD * made.scales))[~asked]
+    j, r = np.vstack([seen.j, soft]), np.concatenate([seen.r, np.zeros(len(soft))])
+    q, _ = np.linalg.qr(j[:, ~asked])
+    some = [*((n,) for n in held), *_shared(own, held)]
+    c = np.stack([j[:, [made.free.index(n) for n in names]].sum(axis=1) for names in some], axis=1)
+    over = c - q @ (q.T @ c)
+    size, whole = (np.linalg.norm(a, axis=0) for a in (over, c))
+    size = np.where(size > HIDDEN * whole, size, np.inf)
+    along = np.where(np.isfinite(size), -(over.T @ r) / size, 0.0)
+    left, dof = float(seen.r @ seen.r), len(seen.r) - q.shape[1] - 1
+    if not left > 0 or dof < 1:
+        return None
+    share = along**2 / left
+    t = np.sqrt(dof * share / np.maximum(1 - share, 1e-12))
+    i = int(np.argmax(t))
+    if t[i] < SURE:
+        return None
+    obs, p = own[some[i][0]]
+    there = p.value + float(along[i] / size[i])
+    return Held(", ".join(some[i]), p.value, there, p.unit, float(t[i]), float(share[i]), _line(obs, p))
+
+
+def questioned(found: Verdict, held: Held | None) -> Verdict:
+    """The verdict, unless a number that was stated is wrong."""
+    return found if held is None or not held.wrong else found.refused(held.remark)
+
+
+def _shared(own: Mapping[str, tuple[Observations, Parameter]], held: Sequence[str]) -> list[tuple[str, ...]]:
+    """Like numbers of several instruments of one kind that were held at one value."""
+    by: dict[tuple[str, str, float], list[str]] = {}
+    for name in held:
+        obs, p = own[name]
+        by.setdefault((obs.kind, name.rpartition(".")[2], p.value), []).append(name)
+    return [tuple(some) for some in by.values() if len(some) > 1]
+
+
+def _named(obs: Observations) -> Observations:
+    """The same rows; a number that is zero because nobody speaks of it gets a name, and can be asked."""
+    owner = kind_of(obs).owner
+    if not owner or obs.options.get(owner):
+        return obs
+    return replace(obs, options={**obs.options, owner: obs.label, "free": ()})
+
+
+def _own(data: DataSet) -> Mapping[str, tuple[Observations, Parameter]]:
+    """The numbers of all instruments that read the machine."""
+    return {p.name: (o, p) for o in data.observations if _reads(o) for p in kind_of(o).parameters(o)}
+
+
+def _reads(obs: Observations) -> bool:
+    """A distance between two things that both stand still gives the scale: nothing can question it."""
+    ends = obs.options.get("ends", ())
+    return not (isinstance(ends, tuple) and ends and all(e.mount == "base" for e in ends))
+
+
+def _line(obs: Observations, number: Parameter) -> str:
+    """What to write in the data file."""
+    owner = kind_of(obs).owner
+    several = len(kind_of(obs).parameters(obs)) > 1
+    symbol = number.name.rpartition(".")[2]
+    return f"{owner}: {{free: [{symbol}]}}" if several else f"{owner}: {{free: true}}"
