@@ -26,7 +26,7 @@ def columns(path: Path) -> dict[str, list[object]]:
     """residuals.csv by column; empty cells are None."""
     with path.open(newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
-    texts = ("configuration", "set", "group", "kind", "target")
+    texts = ("configuration", "set", "set_aside", "group", "kind", "target", "fingerprint")
     return {
         name: [row[name] if name in texts else float(row[name]) if row[name] else None for row in rows]
         for name in rows[0]

@@ -29,7 +29,14 @@ PATTERNS = {"search", "match", "fullmatch", "findall", "finditer", "sub", "subn"
 # Pure facts: nothing is to be done about them.
 FACTS = {
     *(Code.GAIN_ANYWAY, Code.RESTARTED, Code.BOOTSTRAP_SPREAD, Code.ELSEWHERE, Code.NO_EFFECT, Code.CANNOT_BE_TOLD),
-    *(Code.NO_RIPPLE, Code.BLOCKS_FALL, Code.BLOCKS_DO_NOT_FALL, Code.LARGEST_ANGLE, Code.SPREAD_UNLIKE),
+    *(
+        Code.NO_RIPPLE,
+        Code.BLOCKS_FALL,
+        Code.BLOCKS_DO_NOT_FALL,
+        Code.LARGEST_ANGLE,
+        Code.SPREAD_UNLIKE,
+        Code.SEEN_LEFT_OUT,
+    ),
     *(Code.AS_STATED_UNFIT, Code.LAYER_ON_TOP, Code.LAYER_LEFT_OUT, Code.NEEDS_JOINTS, Code.BY_WAY_OF_LIMITS),
     *(Code.NEAREST_REACHED, Code.CORRECTION_LEAPS, Code.LOW_DEXTERITY, Code.ORIENTATION_RELAXED),
     *(Code.REPEATABILITY_UNCHANGED, Code.NO_STANDING_POSITIONS, Code.VISITED_ONCE, Code.NO_ORIENTATIONS),

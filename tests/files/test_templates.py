@@ -11,8 +11,8 @@ from robocal.errors import ModelError
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import open_robot, read_robot
 from robocal.files.templates import convention_chain, templates
-from robocal.files.text import write_files
 from robocal.files.units import UNITS, Units
+from robocal.files.writing import write_files
 
 
 def check(folder, arm, kind, units=None):

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from run_folders import earlier
 
 from robocal.arms.groups import add
 from robocal.calibrate.layer import learn
@@ -87,6 +88,7 @@ def test_a_layer_of_a_run_folder_is_used_by_validate(made):
         output=run,
     )
     assert not (run / "layer.json").exists()  # nothing is left that a layer could learn
+    earlier(run)
     plain = validate(str(run), [str(made / "again" / "data.yaml")])
     q = np.random.default_rng(0).uniform(-2, 2, (60, 4))
     wrong = learn(("j1", "j2", "j3", "j4"), (True,) * 4, q, np.full((60, 3), 1e-3) + 1e-5 * q[:, :3])

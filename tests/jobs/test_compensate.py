@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.runs import Ran, files, robocal, small
+from run_folders import earlier
 
 from robocal.files import orientation
 from robocal.files.robot import describe, open_robot
@@ -210,7 +211,7 @@ def test_the_nominal_model_of_another_robot_is_suspected(run: Path, tmp_path: Pa
 
 
 def test_a_residual_layer_is_said_to_be_left_out(run: Path, tmp_path: Path) -> None:
-    shutil.copytree(run / "run", tmp_path / "run")
+    earlier(shutil.copytree(run / "run", tmp_path / "run"))
     (tmp_path / "run" / "layer.json").write_text("{}", encoding="utf-8")
     (tmp_path / "q.csv").write_text("j1 [deg],j2 [deg],j3 [deg]\n10,20,30\n", encoding="utf-8")
     assert "residual layer" in robocal("compensate", tmp_path / "run", tmp_path / "q.csv").err

@@ -24,8 +24,10 @@ def test_open_arm_takes_files_folders_and_names(tmp_path: Path) -> None:
     with pytest.raises(FileError, match=r"calibrated\.yaml"):
         open_arm(tmp_path)
     (tmp_path / "calibrated.yaml").write_bytes((tmp_path / "truth.yaml").read_bytes())
-    (tmp_path / "result.json").write_text(json.dumps({"provenance": {"options": None}}), encoding="utf-8")
     assert open_arm(tmp_path).chain.table["j2.d"].value != 0.04
+    (tmp_path / "result.json").write_text(json.dumps({"provenance": {"options": None}}), encoding="utf-8")
+    with pytest.raises(FormatError, match="not a result"):
+        open_arm(tmp_path)
 
 
 def test_the_misfit_does_not_depend_on_units(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from run_folders import earlier
 
 from robocal.arms.groups import add
 from robocal.errors import FileError, FormatError, InputError, ModelError
@@ -149,7 +150,7 @@ def test_the_same_data_twice_prove_nothing(place):
 
 
 def test_a_refused_run_and_one_without_rows_say_so(place, tmp_path):
-    folder = Path(shutil.copytree(place / "run-two", tmp_path / "run"))
+    folder = earlier(Path(shutil.copytree(place / "run-two", tmp_path / "run")))
     known = json.loads((folder / "covariance.json").read_text())
     del known["rows"]
     (folder / "covariance.json").write_text(json.dumps(known))
@@ -183,7 +184,7 @@ def test_what_cannot_be_compared_is_said(place, tmp_path):
     )
     with pytest.raises(ModelError, match="different nominal models"):
         drift(place / "run-one", tmp_path / "again")
-    (tmp_path / "run" / "covariance.json").unlink()
+    (earlier(tmp_path / "run") / "covariance.json").unlink()
     with pytest.raises(FileError, match="does not say how far"):
         predict_run(tmp_path / "run", place / "poses.csv")
 
@@ -193,7 +194,7 @@ def test_what_cannot_be_compared_is_said(place, tmp_path):
     [('"names"', '"nams"'), ('"robocal": 1', '"robocal": 2'), ("[", "{"), ('"expected": [', '"expected": [1.0, ')],
 )
 def test_a_damaged_covariance_is_refused(place, tmp_path, old, new):
-    folder = Path(shutil.copytree(place / "run-one", tmp_path / "run"))
+    folder = earlier(Path(shutil.copytree(place / "run-one", tmp_path / "run")))
     file = folder / "covariance.json"
     file.write_text(file.read_text().replace(old, new, 1))
     with pytest.raises(InputError, match=r"covariance\.json"):

@@ -156,6 +156,7 @@ class RowTable:
     parts: tuple[tuple[tuple[int, int, str], ...], ...]
     unseen: Array  # (N,) error when not used for fitting: held out or left one out, NaN otherwise
     aside: NDArray[np.bool_]  # (N,) gross rows: neither fitted nor in the means of held-out ones
+    mark: NDArray[np.uint64]  # (N,) which measurement it is, in whatever file
 
 
 @dataclass(frozen=True)

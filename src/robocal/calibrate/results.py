@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.calibrate.bands import mean_conditions
 from robocal.calibrate.identification import Band, ParameterResult, RowTable
+from robocal.calibrate.noise import owners
 from robocal.calibrate.region import limited
 from robocal.calibrate.workspace import Region
 from robocal.estimate.problem import Problem
@@ -22,6 +23,7 @@ from robocal.geometry import so3
 from robocal.measure.base import KINDS, Rows
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
+from robocal.measure.fingerprint import fingerprints
 from robocal.parameters import Table
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -152,6 +154,7 @@ def row_table(
     count = [len(r.unit) for r in before]
     outside = np.isin(unit, held)
     place, unseen = [], []
+    marks = fingerprints(data)
     seen = dict.fromkeys(missed, 0)
     for a, term in zip(after, part.problem.terms, strict=True):
         assert isinstance(term, Rows)
@@ -176,6 +179,7 @@ def row_table(
         tuple(p for r, n in zip(before, count, strict=True) for p in [r.parts] * n),
         np.concatenate(unseen),
         np.concatenate([~t.used for t in part.problem.terms]),
+        np.concatenate([marks[i][t.index] for i, t in owners(data, part.problem)]),
     )
 
 

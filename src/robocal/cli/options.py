@@ -33,6 +33,9 @@ Base = Annotated[str | None, option("--base", metavar="LINK", text="First link o
 Tip = Annotated[str | None, option("--tip", metavar="LINK", text="Last link of the chain in a URDF.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
 
+ForceRun = Annotated[
+    bool, option("--force", text="Write the run into a folder that holds something else; files of other names stay.")
+]
 RunFolder = Annotated[str | None, option("-o", "--output", metavar="DIR", text="Write a run folder here.")]
 ValidationFolder = Annotated[
     str | None, option("-o", "--output", metavar="DIR", text="Write validation.json and validation.html here.")

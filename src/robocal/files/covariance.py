@@ -33,6 +33,7 @@ __all__ = ["COVARIANCE", "Knowledge", "covariance_text", "read_covariance"]
 
 Array = NDArray[np.float64]
 COVARIANCE = "covariance.json"
+CLOSE, TINY = 1e-6, 1e-30  # rounding: of sigmas, and beside nothing
 
 
 @dataclass(frozen=True)
@@ -172,6 +173,7 @@ def read_covariance(path: str | os.PathLike[str]) -> Knowledge:
         for row in rows:
             _length(source.path, key, len(row), n)
         matrices[key] = np.array(rows, dtype=float).reshape(n, n)
+    _sound(source.path, model, matrices)
     total = Total(
         tuple(model.names), matrices["noise"], matrices["response"], np.array(model.expected),
         float("inf") if model.dof is None else model.dof,
@@ -182,6 +184,38 @@ def read_covariance(path: str | os.PathLike[str]) -> Knowledge:
     values, nominal = (dict(zip(model.names, v, strict=True)) for v in (model.values, model.nominal))
     rows = None if model.rows is None else _kept(source.path, model.rows, model.names)
     return Knowledge(total, values, nominal, joints, model.conditions, model.measurement, model.placed, rows)
+
+
+def _sound(path: Path, model: CovarianceModel, matrices: Mapping[str, Array]) -> None:
+    """Raises FormatError for what no covariance is: names twice, a matrix that is not symmetric, a variance below 0, a whole that
+    is not the sum of its parts."""
+    if len(set(model.names)) < len(model.names):
+        twice = next(n for n in model.names if model.names.count(n) > 1)
+        raise FormatError("a name stands twice", file=path, key="names", found=twice)
+    if model.dof is not None and not model.dof > 0:
+        raise FormatError(
+            "not a number of degrees of freedom", file=path, key="dof", found=model.dof, expected="above 0"
+        )
+    for name, low in (("expected", model.expected), ("measurement", list(model.measurement.values()))):
+        if min(low, default=0.0) < 0:
+            raise FormatError("a standard deviation below 0", file=path, key=name, found=min(low))
+    n = len(model.names)
+    whole = np.array([row for row in model.covariance if len(row) == n], dtype=float)
+    _length(path, "covariance", len(whole), n)
+    response = matrices["response"] * np.array(model.expected)
+    made = matrices["noise"] + response @ response.T
+    for name, matrix in (("noise", matrices["noise"]), ("covariance", whole.reshape(n, n))):
+        size = np.sqrt(np.abs(np.diag(matrix)))
+        if (np.diag(matrix) < 0).any():
+            worst = model.names[int(np.argmin(np.diag(matrix)))]
+            raise FormatError("a variance below 0", file=path, key=name, found=worst)
+        if (abs(matrix - matrix.T) > CLOSE * np.outer(size, size) + TINY).any():
+            raise FormatError("the matrix is not symmetric", file=path, key=name)
+        if (abs(matrix) > (1 + CLOSE) * np.outer(size, size) + TINY).any():
+            raise FormatError("a correlation beyond 1", file=path, key=name)
+    size = np.sqrt(np.abs(np.diag(made)))
+    if (abs(whole.reshape(n, n) - made) > CLOSE * np.outer(size, size) + TINY).any():
+        raise FormatError("the covariance is not that of noise and response", file=path, key="covariance")
 
 
 def _kept(path: Path, rows: RowsModel, names: list[str]) -> Kept:

@@ -270,6 +270,7 @@ class Result(Part):
     warnings: list[str] = Field(default_factory=list)
     remarks: list[Remark] = Field(default_factory=list)
     provenance: Provenance
+    files: dict[str, str] | None = None  # SHA-256 of the other files of the run folder, report.html aside
 
     def to_json(self) -> str:
         """The text of result.json."""

@@ -25,8 +25,9 @@ from robocal.files.frames import frame_changes, frame_vector
 from robocal.files.groups import group_changes, group_lines, read_groups
 from robocal.files.rows import changes, quoted, read_row, same, show_row
 from robocal.files.schema import FrameModel, Model, UnitsModel, Version, validate
-from robocal.files.text import Source, read_text, write_text
+from robocal.files.text import Source, read_text
 from robocal.files.units import UNITS, Unit, Units, number, parse_unit
+from robocal.files.writing import write_text
 from robocal.files.yamlio import Document, Path_, edit, parse
 from robocal.parameters import Table
 from robocal.remarks.code import Code

@@ -3,7 +3,7 @@ none."""
 
 from __future__ import annotations
 
-import contextlib
+import hashlib
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from robocal.errors import nearest
-from robocal.files.covariance import COVARIANCE
 from robocal.files.csvtable import csv_text
-from robocal.files.layerfile import LAYER
 from robocal.files.result import Result
-from robocal.files.text import write_files
+from robocal.files.runfolder import PARTS, REPORT, RESIDUALS, RESULT, ROBOTS
+from robocal.files.writing import write_files
 
-__all__ = ["ACCURACY", "RESIDUAL_COLUMNS", "residual_text", "write_run"]
+__all__ = ["RESIDUAL_COLUMNS", "residual_text", "write_run"]
 
 RESIDUAL_COLUMNS = (
     "configuration", "set", "set_aside", "group", "kind", "target",
@@ -27,14 +26,8 @@ RESIDUAL_COLUMNS = (
     "dx_after_mm", "dy_after_mm", "dz_after_mm",
     "angle_before_deg", "angle_after_deg", "angle_held_out_deg",
     "before_px", "after_px", "held_out_px",
+    "fingerprint",
 )  # fmt: skip
-ACCURACY = "accuracy_map.csv"
-RESULT, RESIDUALS, REPORT, ROBOTS = (
-    "result.json",
-    "residuals.csv",
-    "report.html",
-    ("calibrated.yaml", "calibrated.urdf"),
-)
 
 
 def residual_text(columns: Mapping[str, Sequence[Any]]) -> str:
@@ -69,17 +62,14 @@ def write_run(
     more: Mapping[str, str] | None = None,
 ) -> tuple[Path, ...]:
     """Writes a run folder, with `more` texts by file name; files of an earlier run that this one does not have are
-    removed. Raises FileError, and then nothing changed."""
-    files = {RESULT: result.to_json(), **(more or {})}
+    removed. result.json records what the others are. Raises FileError, and then nothing changed."""
+    files = dict(more or {})
     if robot_text is not None:
         files[robot_name] = robot_text
     if residuals is not None:
         files[RESIDUALS] = residual_text(residuals)
+    recorded = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in files.items()}
     if report is not None:
         files[REPORT] = report
-    written = write_files(folder, files)
-    for name in (RESIDUALS, REPORT, COVARIANCE, ACCURACY, LAYER, *ROBOTS):
-        if name not in files:
-            with contextlib.suppress(OSError):
-                (Path(folder) / name).unlink(missing_ok=True)
-    return written
+    texts = {RESULT: result.model_copy(update={"files": recorded}).to_json(), **files}
+    return write_files(folder, texts, remove=(REPORT, *PARTS))

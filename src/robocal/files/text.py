@@ -1,23 +1,16 @@
-"""Reading text safely and writing files whole: what every format here stands on.
-
-Nothing is ever half-written: bytes go to a temporary name in the same folder, reach the disk, and are renamed; when
-any step of several fails, or Ctrl-C arrives, the folder is as it was.
-"""
+"""Reading text safely: what every format here stands on. Writing is in `writing`."""
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import os
-import secrets
-import signal
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from robocal.errors import FileError, FormatError
+from robocal.files.journal import guard
 
-__all__ = ["Source", "line_of", "read_bytes", "read_text", "write_bytes", "write_files", "write_text"]
+__all__ = ["Source", "line_of", "read_bytes", "read_text"]
 
 MEGABYTE = 1 << 20
 FILE_LIMIT = 64 * MEGABYTE
@@ -43,6 +36,7 @@ def read_bytes(path: str | os.PathLike[str], *, limit: int = FILE_LIMIT) -> byte
             raise FileError("this is a folder", file=place, expected="a file")
         if place.exists() and not place.is_file():
             raise FileError("this is not an ordinary file", file=place, expected="a file")
+        guard(place)
         with place.open("rb") as stream:
             data = stream.read(limit + 1)
     except FileNotFoundError:
@@ -94,103 +88,6 @@ def decode(data: bytes, path: object) -> str:
 def line_of(text: str, index: int) -> int:
     """The 1-based line number of a character."""
     return text.count("\n", 0, index) + 1
-
-
-def write_text(path: str | os.PathLike[str], text: str) -> Path:
-    """Writes a whole UTF-8 file, or nothing."""
-    return write_bytes(path, text.encode("utf-8"))
-
-
-def write_bytes(path: str | os.PathLike[str], data: bytes) -> Path:
-    """Writes a whole file, or nothing; its folder is made when it is missing."""
-    place = Path(path)
-    return write_files(place.parent, {place.name: data})[0]
-
-
-def write_files(folder: str | os.PathLike[str], files: Mapping[str, bytes | str]) -> tuple[Path, ...]:
-    """Writes several files into a folder, all of them or none. Raises FileError; existing files of these names are
-    replaced."""
-    home = Path(folder)
-    targets = tuple(home / name for name in files)
-    made = _make_folder(home)
-    temporary: list[Path] = []
-    try:
-        for target, content in zip(targets, files.values(), strict=True):
-            if target.is_dir():
-                raise FileError("cannot be written: there is a folder of this name", file=target)
-            if target.exists() and not target.is_file():
-                # Renaming onto a device or a pipe would take it away from everybody.
-                raise FileError("cannot be written: this is not an ordinary file", file=target)
-            temporary.append(target.with_name(f".{target.name}.{secrets.token_hex(4)}.tmp"))
-            _write_through(temporary[-1], content.encode("utf-8") if isinstance(content, str) else content)
-        with _undisturbed():
-            _rename_all(temporary, targets)
-            made = []
-    except (OSError, ValueError) as error:
-        raise FileError(f"cannot be written: {_reason(error)}", file=targets[len(temporary) - 1]) from None
-    finally:
-        for leftover in temporary:
-            leftover.unlink(missing_ok=True)
-        for empty in made:
-            with contextlib.suppress(OSError):
-                empty.rmdir()
-    return targets
-
-
-def _make_folder(folder: Path) -> list[Path]:
-    """Makes a folder with its parents; returns those that are new, innermost first."""
-    missing: list[Path] = []
-    try:
-        at = folder
-        while not at.exists():
-            missing.append(at)
-            at = at.parent
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"the folder cannot be made: {_reason(error)}", file=folder) from None
-    return missing
-
-
-def _write_through(path: Path, data: bytes) -> None:
-    with path.open("xb") as stream:
-        stream.write(data)
-        stream.flush()
-        os.fsync(stream.fileno())
-
-
-def _rename_all(temporary: list[Path], targets: tuple[Path, ...]) -> None:
-    """Renames all; when one cannot be renamed, those before it get their old content back."""
-    kept: list[tuple[Path, Path | None]] = []
-    try:
-        for source, target in zip(temporary, targets, strict=True):
-            old = None
-            if target.exists() and len(targets) > 1:
-                old = target.with_name(source.name + ".old")
-                os.replace(target, old)
-            kept.append((target, old))
-            os.replace(source, target)
-    except OSError:
-        for target, old in kept:
-            target.unlink(missing_ok=True)
-            if old is not None:
-                os.replace(old, target)
-        raise
-    for _, old in kept:
-        if old is not None:
-            old.unlink(missing_ok=True)
-
-
-@contextlib.contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Holds Ctrl-C back while files are renamed: microseconds."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _check_lines(data: bytes, path: object) -> None:

@@ -22,7 +22,7 @@ from robocal.files.dataset import InputFile
 from robocal.files.layerfile import LAYER
 from robocal.files.robot import Robot
 from robocal.files.targets import TargetFile, compensated_text, read_targets
-from robocal.files.text import write_files
+from robocal.files.writing import write_files
 from robocal.jobs.inputs import Watch, computable, open_arm, robot_files
 from robocal.jobs.plain import json_text
 from robocal.jobs.predict import known_of, shape_motion
@@ -150,7 +150,7 @@ def compensate(
     known = run_result(robot)
     verdict = None if known is None else known.verdict.status
     notes = tuple(_note(made, i, after, file) for i in range(len(file.ids)))
-    within = _within(Path(robot), replace(arm, chain=after), made, file)
+    within = _within(Path(robot), arm, after, made, file)
     found = Compensated(
         arm, made, file, notes, compensated_text(made, file, after, [str(n or "") for n in notes], within), tool, verdict,
         (*arm.warnings, *_warnings(made, file, verdict, reference, arm), *_layer(Path(robot))),
@@ -184,16 +184,16 @@ def _tools(nominal: Chain, arm: Robot, tool: str) -> tuple[Chain, Chain]:
     return nominal.with_values(values), calibrated.with_values(values)
 
 
-def _within(folder: Path, arm: Robot, made: Compensation, file: TargetFile) -> Array | None:
+def _within(folder: Path, arm: Robot, chain: Chain, made: Compensation, file: TargetFile) -> Array | None:
     """The radius (m,) in m in which the real robot is expected with 95 %: what the calibration does not know of the
     model, and what the model does not say of the robot. None where no run says."""
     some = np.flatnonzero(made.reached)
     if not (folder / COVARIANCE).is_file() or not len(some):
         return None
-    known = known_of(folder)
-    motion = None if known.placed else shape_motion(arm, known)[0]
+    known = known_of(folder, arm)
+    motion = None if known.placed else shape_motion(replace(arm, chain=chain), known)[0]
     extra = {k: v[some] for k, v in file.targets.extra.items()}
-    found = predict(arm.chain, made.joints[some], known.total, {**known.conditions, **extra}, motion)
+    found = predict(chain, made.joints[some], known.total, {**known.conditions, **extra}, motion)
     out = np.full(len(made.status), np.nan)
     out[some] = radius(found.position + known.noise.get("m", 0.0) ** 2 * np.eye(3), known.total.dof)
     return out

@@ -19,7 +19,9 @@ def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[Finding
     copy_example("arm-with-camera", folder)
     files = str(folder / "robot.yaml"), str(folder / "data.yaml")
     command = f"robocal identify {files[0]} {files[1]}"
-    outcome = identify(files[0], [files[1]], Choices(seed=seed), output=folder / "run", command=command, watch=watch)
+    outcome = identify(
+        files[0], [files[1]], Choices(seed=seed), output=folder / "run", force=True, command=command, watch=watch
+    )
     left = outcome.result.residuals
     facts = []
     if left.after and left.leave_one_out and left.after.mean is not None and left.leave_one_out.mean is not None:

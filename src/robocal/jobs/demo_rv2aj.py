@@ -52,7 +52,9 @@ def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[Finding
     ):
         files = str(folder / robot), str(folder / data)
         command = f"robocal identify {files[0]} {files[1]}{options}"
-        outcome = identify(files[0], [files[1]], choices, output=folder / name, command=command, watch=watch)
+        outcome = identify(
+            files[0], [files[1]], choices, output=folder / name, force=True, command=command, watch=watch
+        )
         yield _paper(outcome, command) if name == "paper" else _default(outcome, command)
 
 

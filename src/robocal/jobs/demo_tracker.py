@@ -33,7 +33,9 @@ def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[Finding
     )
     files = str(folder / "robot.yaml"), str(folder / "data.yaml")
     command = f"robocal identify {files[0]} {files[1]}"
-    outcome = identify(files[0], [files[1]], Choices(seed=seed), output=folder / "run", command=command, watch=watch)
+    outcome = identify(
+        files[0], [files[1]], Choices(seed=seed), output=folder / "run", force=True, command=command, watch=watch
+    )
     before, held = outcome.result.residuals.held_out_before, outcome.result.residuals.held_out
     facts = []
     if before and held and before.mean and held.mean:

@@ -15,9 +15,9 @@ from robocal.calibrate.drift import MATTERS, Change, Drift, Single, compare
 from robocal.calibrate.workspace import sample_joints
 from robocal.errors import ModelError
 from robocal.files.covariance import Knowledge
-from robocal.files.result import read_result
 from robocal.files.robot import Robot
-from robocal.files.text import write_files
+from robocal.files.runfolder import open_run
+from robocal.files.writing import write_files
 from robocal.jobs.drifting import doubts, reasons, void
 from robocal.jobs.inputs import Watch, open_arm
 from robocal.jobs.plain import json_text
@@ -119,9 +119,9 @@ def drift(
     if watch:
         watch({"stage": "read"})
     runs = (first, second)
-    known = (known_of(first), known_of(second))
-    results = (read_result(first / "result.json"), read_result(second / "result.json"))
+    results = (open_run(first).result, open_run(second).result)
     robots = (open_arm(first), open_arm(second))
+    known = (known_of(first, robots[0]), known_of(second, robots[1]))
     _comparable(runs, robots, known)
     joints, region = _shared(robots[0], known)
     found = compare(

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import robocal
 from robocal.errors import FileError
-from robocal.files.text import read_bytes, write_files
+from robocal.files.text import read_bytes
+from robocal.files.writing import write_files
 
 __all__ = ["copy_example", "example_folder"]
 

@@ -12,8 +12,8 @@ from robocal.errors import FileError, ModelError, nearest
 from robocal.files.csvtable import csv_text
 from robocal.files.robot import Robot, describe
 from robocal.files.rows import leaves
-from robocal.files.text import write_text
 from robocal.files.units import UNITS, Units, number
+from robocal.files.writing import write_text
 from robocal.jobs.inputs import open_arm
 from robocal.jobs.offsets import OFFSETS, offset_text
 from robocal.jobs.reference import nominal_chain, run_doubts, run_result
@@ -26,8 +26,8 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["FORMATS", "Exported", "export", "parameter_table"]
 
-# What a model lacks that was not read from its run folder.
-LACKING = (Code.RUN_HOLDS_MORE, Code.RESULT_MISSING)
+# What a model lacks that was not read from its run folder, and what nobody can tell of that folder.
+LACKING = (Code.RUN_HOLDS_MORE, Code.RESULT_MISSING, Code.RUN_UNRECORDED)
 FORMATS = ("yaml", "urdf", "dh", "csv", "markdown", *OFFSETS)
 
 

@@ -13,6 +13,7 @@ from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify as solve
 from robocal.errors import FileError, ModelError, nearest
+from robocal.files.runfolder import obstacle
 from robocal.jobs.beside import compared, methods_of
 from robocal.jobs.beyond import group_results, guard_layer, layer_result, select_groups
 from robocal.jobs.inputs import Inputs, Watch, choose, computable, read_inputs
@@ -120,15 +121,18 @@ def identify(
     choices: Choices | None = None,
     *,
     output: Path | None = None,
+    force: bool = False,
     command: str = "",
     watch: Watch | None = None,
 ) -> Outcome:
-    """Identifies a robot from files; with `output`, writes the run folder. Raises InputError for whatever is wrong
-    with them."""
+    """Identifies a robot from files; with `output`, writes the run folder, into one that holds anything but an untouched run
+    only with `force`. Raises InputError for whatever is wrong with them."""
     choices = choices or Choices()
     _ = choices.options
     if output is not None and output.exists() and not output.is_dir():
         raise FileError("this is not a folder", file=output, expected="a folder for the run, or a new name")
+    if output is not None and not force and (there := obstacle(output)):
+        raise there
     links = {"base": choices.base, "tip": choices.tip}
     inputs = read_inputs(robot, data, **links, group=choices.group, exclude=choices.exclude, watch=watch)
     return identify_inputs(inputs, choices, output=output, command=command, watch=watch)

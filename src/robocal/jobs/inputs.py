@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -16,8 +15,8 @@ from robocal.errors import FileError, FormatError, InputError, ModelError, neare
 from robocal.files.dataset import InputFile, Reading, read_datasets
 from robocal.files.groups import added
 from robocal.files.kinds.registry import READERS
-from robocal.files.result import read_result
 from robocal.files.robot import Robot, open_robot, render_robot
+from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
 from robocal.files.text import read_text
 from robocal.files.units import parse_unit
 from robocal.files.yamlio import load
@@ -29,7 +28,7 @@ from robocal.parameters import Table
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Inputs", "Watch", "choose", "computable", "open_arm", "read_inputs", "robot_files", "run_file"]
+__all__ = ["Inputs", "Watch", "choose", "computable", "open_arm", "read_inputs", "robot_files"]
 
 Watch = Callable[[dict[str, object]], None]
 
@@ -59,43 +58,44 @@ def computable(*names: object) -> Iterator[None]:
         raise ModelError("some numbers are far too large or too small to compute with", key=found) from None
 
 
-def run_file(folder: Path, name: str) -> Path:
-    """A file of a run folder. Raises FileError when the folder is none."""
-    found = folder / name
-    if not found.is_file():
-        raise FileError(
-            "this is not a run folder", file=folder, expected=f"a folder with {name}, as robocal identify -o writes it"
-        )
-    return found
-
-
 def open_arm(name: str | os.PathLike[str], *, base: str | None = None, tip: str | None = None) -> Robot:
     """A robot from a file, a run folder (its calibrated robot), or the catalogue; an existing file or folder wins."""
     place = Path(name)
+    run = find_run(place)
     if place.is_dir():
-        calibrated = next((place / f for f in ("calibrated.yaml", "calibrated.urdf") if (place / f).is_file()), None)
-        if calibrated is None:
-            raise FileError(
-                "there is no calibrated robot in this folder", file=place, expected="calibrated.yaml or calibrated.urdf"
-            )
-        options = _recorded_options(place)
-        arm = open_robot(calibrated, base=base or options.get("base"), tip=tip or options.get("tip"))
-        # A robot.yaml holds everything that was fitted; a URDF does not.
-        return _with_result(arm, place / "result.json") if arm.format == "urdf" else arm
-    arm = open_robot(name, base=base, tip=tip)
-    if place.name == "calibrated.urdf" and (place.parent / "result.json").is_file():
-        lost = _with_result(arm, place.parent / "result.json").left_out
+        return _opened(place, run, base, tip)
+    arm = _doubted(open_robot(name, base=base, tip=tip), run)
+    if place.name == "calibrated.urdf" and run is not None:
+        lost = _with_result(arm, run).left_out
         if lost:
             more = Remark.of(Code.RUN_HOLDS_MORE, file=str(place), names=lost, folder=str(place.parent))
             return replace(arm, warnings=(*arm.warnings, more))
     return arm
 
 
-def _with_result(arm: Robot, place: Path) -> Robot:
+def _opened(folder: Path, run: Run | None, base: str | None, tip: str | None) -> Robot:
+    """The calibrated robot of a folder."""
+    calibrated = next((folder / f for f in ROBOTS if (folder / f).is_file()), None)
+    if calibrated is None:
+        raise FileError("there is no calibrated robot in this folder", file=folder, expected=" or ".join(ROBOTS))
+    said = {} if run is None else run.result.provenance.options
+    base, tip = (given or (word if isinstance(word := said.get(key), str) else None)
+                 for given, key in ((base, "base"), (tip, "tip")))  # fmt: skip
+    arm = _doubted(open_robot(calibrated, base=base, tip=tip), run)
+    if arm.format != "urdf":
+        return arm  # a robot.yaml holds everything that was fitted; a URDF does not
+    if run is None:
+        return replace(arm, warnings=(*arm.warnings, Remark.of(Code.RESULT_MISSING, folder=str(folder))))
+    return _with_result(arm, run)
+
+
+def _doubted(arm: Robot, run: Run | None) -> Robot:
+    return arm if run is None else replace(arm, warnings=(*arm.warnings, *run.doubts))
+
+
+def _with_result(arm: Robot, run: Run) -> Robot:
     """The robot with every parameter that its run identified: a URDF has no place for a tool or a gain."""
-    if not place.is_file():
-        return replace(arm, warnings=(*arm.warnings, Remark.of(Code.RESULT_MISSING, folder=str(place.parent))))
-    found = read_result(place)
+    found, place = run.result, run.folder / RESULT
     # What lies beyond geometry has no place in a URDF at all.
     grown = added(arm.chain, [(g.name, g.options) for g in found.beyond])
     arm, table = replace(arm, chain=grown), grown.table
@@ -108,19 +108,10 @@ def _with_result(arm: Robot, place: Path) -> Robot:
     return replace(arm, chain=arm.chain.with_values(values), left_out=left_out)
 
 
-def _recorded_options(folder: Path) -> dict[str, str]:
-    """The options of the run that wrote a folder, where it says so."""
-    try:
-        found = json.loads((folder / "result.json").read_text(encoding="utf-8"))["provenance"]["options"]
-        return {k: v for k, v in found.items() if k in ("base", "tip") and isinstance(v, str)}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return {}
-
-
 def robot_files(robot: Robot, name: str | os.PathLike[str]) -> tuple[InputFile, ...]:
     """The robot as an input of a run: its file, and of a run folder the numbers too."""
     first = InputFile(robot.path if robot.path is not None else Path(f"catalogue:{name}"), robot.sha256)
-    numbers = Path(name) / "result.json"
+    numbers = Path(name) / RESULT
     return (
         (first, InputFile(numbers, read_text(numbers).sha256))
         if robot.format == "urdf" and numbers.is_file()

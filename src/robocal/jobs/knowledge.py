@@ -12,7 +12,7 @@ from robocal.calibrate.identification import Identification
 from robocal.errors import ModelError
 from robocal.files.accuracy import accuracy_columns, accuracy_text
 from robocal.files.covariance import COVARIANCE, Knowledge, covariance_text
-from robocal.files.run import ACCURACY
+from robocal.files.runfolder import ACCURACY
 
 __all__ = ["knowledge", "knowledge_files", "map_columns"]
 

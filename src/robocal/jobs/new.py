@@ -13,7 +13,7 @@ from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import ModelError, nearest
 from robocal.files.cable.templates import cable_templates
 from robocal.files.templates import convention_chain, templates
-from robocal.files.text import write_files
+from robocal.files.writing import write_files
 from robocal.jobs.rigs import RIGS, Instrument, measure
 from robocal.jobs.simulate import refuse_existing, sample_joints
 from robocal.measure.data import DataSet

@@ -264,6 +264,7 @@ def residual_columns(found: Identification) -> dict[str, list[Any]]:
             "group": rows.group[i],
             "kind": rows.kind[i],
             "target": rows.target[i],
+            "fingerprint": f"{int(rows.mark[i]):016x}",
         }
         if metric:
             row |= _metric(rows.before[i], rows.after[i], rows.unseen[i], rows.place[i], metric)

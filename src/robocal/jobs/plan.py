@@ -20,7 +20,7 @@ from robocal.files.dataset import InputFile
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.poses import poses_text, read_poses
 from robocal.files.robot import Robot
-from robocal.files.text import write_files
+from robocal.files.writing import write_files
 from robocal.jobs.inputs import Watch, computable, open_arm, read_inputs, robot_files
 from robocal.jobs.instruments import known, template
 from robocal.jobs.plain import plain

@@ -18,11 +18,13 @@ from robocal.files.csvtable import csv_text
 from robocal.files.dataset import InputFile
 from robocal.files.layerfile import LAYER
 from robocal.files.robot import Robot
+from robocal.files.runfolder import open_run
 from robocal.files.targets import read_targets
-from robocal.files.text import read_text, write_text
+from robocal.files.text import read_text
 from robocal.files.units import number
+from robocal.files.writing import write_text
 from robocal.geometry import so3
-from robocal.jobs.inputs import Watch, open_arm, run_file
+from robocal.jobs.inputs import Watch, open_arm
 from robocal.jobs.reference import run_doubts
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
@@ -30,6 +32,7 @@ from robocal.remarks.remark import Remark, told
 __all__ = ["Prediction", "known_of", "predict_run", "shape_motion"]
 
 Array = NDArray[np.float64]
+SAME = 1e-7  # of a value that was written and read
 ANCHORS = 2000  # configurations over which the base is aligned
 
 
@@ -62,16 +65,24 @@ class Prediction:
         }
 
 
-def known_of(folder: Path) -> Knowledge:
-    """What a run folder knows of its parameters. Raises FileError when it does not say."""
-    run_file(folder, "result.json")
-    if not (folder / COVARIANCE).is_file():
+def known_of(folder: Path, arm: Robot) -> Knowledge:
+    """What a run folder knows of its parameters; `arm` was opened from it. Raises FileError when it does not say, FormatError
+    when it speaks of another robot."""
+    place = open_run(folder).part(COVARIANCE)
+    if place is None:
         raise FileError(
             "this run does not say how far its parameters may be off",
             file=folder,
             expected=f"{COVARIANCE}: identify once more with this version",
         )
-    return read_covariance(folder / COVARIANCE)
+    known = read_covariance(place)
+    for name, value in known.values.items():
+        if name in arm.chain.table and abs(arm.chain.table[name].value - value) > SAME * max(1.0, abs(value)):
+            raise FormatError(
+                "this is not of the calibrated robot beside it", file=place, key=name, found=value,
+                expected=arm.chain.table[name].value,
+            )  # fmt: skip
+    return known
 
 
 def shape_motion(robot: Robot, known: Knowledge) -> tuple[Array, str]:
@@ -92,8 +103,8 @@ def predict_run(
     """
     if watch:
         watch({"stage": "read"})
-    known = known_of(folder)
     robot = open_arm(folder)
+    known = known_of(folder, robot)
     targets = read_targets(poses, robot.chain)
     q = targets.targets.joints
     if q is None:

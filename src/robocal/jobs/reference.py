@@ -6,8 +6,9 @@ from pathlib import Path
 
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
-from robocal.files.result import Result, read_result
+from robocal.files.result import Result
 from robocal.files.robot import Robot
+from robocal.files.runfolder import find_run
 from robocal.jobs.inputs import open_arm
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -17,8 +18,8 @@ __all__ = ["nominal_chain", "run_doubts", "run_result"]
 
 def run_result(name: str) -> Result | None:
     """The result of the run folder that a robot was opened from; None for a file or a catalogue name."""
-    place = Path(name)
-    return read_result(place / "result.json") if place.is_dir() and (place / "result.json").is_file() else None
+    run = find_run(name) if Path(name).is_dir() else None
+    return None if run is None else run.result
 
 
 def run_doubts(name: str) -> tuple[Remark, ...]:

@@ -5,18 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from robocal.errors import FormatError
+from robocal.errors import FileError, FormatError
 from robocal.files.accuracy import read_accuracy
 from robocal.files.csvtable import CsvTable, read_csv
-from robocal.files.result import read_result
-from robocal.files.run import ACCURACY, RESIDUAL_COLUMNS
-from robocal.files.text import write_text
-from robocal.jobs.inputs import run_file
+from robocal.files.run import RESIDUAL_COLUMNS
+from robocal.files.runfolder import ACCURACY, REPORT, RESIDUALS, open_run
+from robocal.files.writing import write_text
 
 __all__ = ["read_residuals", "report"]
 
-TEXTS = ("configuration", "set", "set_aside", "group", "kind", "target")
-LATER = ("set_aside",)  # columns that older folders do not have
+TEXTS = ("configuration", "set", "set_aside", "group", "kind", "target", "fingerprint")
+LATER = ("set_aside", "fingerprint")  # columns that older folders do not have
 
 
 def read_residuals(path: Path) -> dict[str, list[Any]]:
@@ -47,7 +46,11 @@ def report(folder: Path, output: Path | None = None) -> Path:
     """Writes the page of a run folder. Raises FileError, FormatError, or MissingExtra without the report extra."""
     from robocal.report.page import render
 
-    result = read_result(run_file(folder, "result.json"))
-    residuals = read_residuals(run_file(folder, "residuals.csv"))
-    cells = read_accuracy(folder / ACCURACY) if (folder / ACCURACY).is_file() else None
-    return write_text(output or folder / "report.html", render(result.model_dump(mode="json"), residuals, cells))
+    run = open_run(folder)
+    rows, cells = run.part(RESIDUALS), run.part(ACCURACY)
+    if rows is None:
+        raise FileError("this run has no residuals", file=folder, expected=RESIDUALS)
+    page = render(
+        run.result.model_dump(mode="json"), read_residuals(rows), None if cells is None else read_accuracy(cells)
+    )
+    return write_text(output or folder / REPORT, page)

@@ -19,7 +19,8 @@ from robocal.errors import FileError, ModelError, nearest
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.poses import read_poses
 from robocal.files.robot import Robot, describe, parse_robot, render_robot
-from robocal.files.text import Source, write_files
+from robocal.files.text import Source
+from robocal.files.writing import write_files
 from robocal.jobs.hiding import hidden
 from robocal.jobs.inputs import Watch, open_arm
 from robocal.jobs.rigs import CONTACTS, FINE, RIGS, STANDS, Instrument, measure

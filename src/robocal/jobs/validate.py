@@ -8,7 +8,6 @@ identification: what its file does not say of the tool is no error of its geomet
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -26,11 +25,12 @@ from robocal.errors import MissingExtra
 from robocal.estimate.identifiability import analyse
 from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot
-from robocal.files.text import write_files
+from robocal.files.writing import write_files
 from robocal.jobs.inputs import Inputs, Watch, computable, open_arm, read_inputs, robot_files
 from robocal.jobs.layered import layer_beside, layer_words
 from robocal.jobs.offset_robot import OffsetRobot, offset_robot
 from robocal.jobs.plain import json_text, plain
+from robocal.jobs.seen import unseen
 from robocal.jobs.standard import Standard, standard
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
@@ -158,6 +158,8 @@ def validate(
     nothing else is named. `distances` says between which places: see `standard`. Raises InputError."""
     inputs = read_inputs(robot, data, base=base, tip=tip, exclude=exclude, watch=watch)
     other = None if against is None else open_arm(against, base=base, tip=tip)
+    places = (inputs.robot.path, None if offsets is None else Path(offsets))
+    inputs, used, left_out = unseen(inputs, places)
     shifted = None if offsets is None else offset_robot(robot, inputs.robot, offsets)
     if shifted is not None:
         inputs, other = _shifted(inputs, shifted), other or shifted.nominal
@@ -167,7 +169,7 @@ def validate(
         theirs = None if other is None else model_errors(other.chain, inputs.data, watch, tool=True)
         second = None if other is None or theirs is None else (other.chain, theirs.values)
         iso = standard(inputs.data, (inputs.robot.chain, mine.values), second, distances)
-    reasons = list(_already_used(inputs, None if shifted is None else shifted.file.path))
+    reasons = list(used)
     if mine.rows < 2 * len(mine.fitted):
         reasons.append(Remark.of(Code.FEW_AFTER_FRAMES, numbers=mine.rows, fitted=len(mine.fitted)))
     if not len(mine.position):
@@ -185,6 +187,7 @@ def validate(
     layer = None if shifted is not None else layer_beside(robot, inputs, mine.values, mine.factor)
     warnings = (
         *inputs.warnings,
+        *left_out,
         *layer_words(layer),
         *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
     )
@@ -219,22 +222,6 @@ def _save(made: Validation, output: Path) -> Validation:
         made = replace(made, warnings=(*made.warnings, left_out))
     document = json_text(made.document)
     return replace(made, written=write_files(output, {"validation.json": document} | files))
-
-
-def _already_used(inputs: Inputs, offsets: Path | None) -> tuple[Remark, ...]:
-    """Data that the run beside this robot, or beside its offsets, was fitted to prove nothing about it."""
-    used: set[str] = set()
-    for place in (inputs.robot.path, offsets):
-        if place is not None and (place.parent / "result.json").is_file():
-            try:
-                known = json.loads((place.parent / "result.json").read_text(encoding="utf-8"))["provenance"]["inputs"]
-                used |= {i["sha256"] for i in known}
-            except (OSError, ValueError, KeyError, TypeError):
-                continue
-    again = tuple(
-        str(f.file) for f in inputs.reading.files if f.sha256 in used and f.file.suffix.lower() not in (".yaml", ".yml")
-    )
-    return (Remark.of(Code.FITTED_TO_THESE, files=again),) if again else ()
 
 
 def _statistic(e: Errors | None, unit: str) -> Statistic | None:

@@ -123,6 +123,7 @@ class Code(StrEnum):
     TIP_CHOSEN = "tip-chosen"
     RUN_HOLDS_MORE = "run-holds-more"
     RESULT_MISSING = "result-missing"
+    RUN_UNRECORDED = "run-unrecorded"
     NOTHING_FREE = "nothing-free"
     OUTSIDE_LIMITS = "outside-limits"
     REPEATS_DIFFER = "repeats-differ"
@@ -144,6 +145,8 @@ class Code(StrEnum):
 
     # --- a model judged, used and handed on ---
     FITTED_TO_THESE = "fitted-to-these"
+    SEEN_LEFT_OUT = "seen-left-out"
+    FEW_UNSEEN_HERE = "few-unseen-here"
     FEW_AFTER_FRAMES = "few-after-frames"
     NO_LENGTHS = "no-lengths"
     NO_POSITION = "no-position"

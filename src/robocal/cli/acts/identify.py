@@ -13,8 +13,8 @@ __all__ = ["identify"]
 
 
 def identify(
-    *, robot: str, data: Sequence[str], output: str | None, iterations: int, json: bool, free: Sequence[str], fix: Sequence[str],
-    prior: Sequence[str], exclude: Sequence[str], groups: Sequence[str], **choices: Any,
+    *, robot: str, data: Sequence[str], output: str | None, force: bool, iterations: int, json: bool, free: Sequence[str],
+    fix: Sequence[str], prior: Sequence[str], exclude: Sequence[str], groups: Sequence[str], **choices: Any,
 ) -> int:  # fmt: skip
     """identify: 0 when the verdict is `improved`, 3 otherwise."""
     terminal = Terminal(json=json)
@@ -34,7 +34,7 @@ def identify(
             **choices,
         )
         folder = None if output is None else Path(output)
-        outcome = job(robot, data, chosen, output=folder, command=command_line(), watch=watch)
+        outcome = job(robot, data, chosen, output=folder, force=force, command=command_line(), watch=watch)
     from robocal.cli.show import show_outcome
 
     terminal.document(outcome.result.model_dump(mode="json"))

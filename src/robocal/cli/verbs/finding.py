@@ -45,6 +45,7 @@ def identify(
     robot: o.Robot,
     data: o.Data,
     output: o.RunFolder = None,
+    force: o.ForceRun = False,
     free: o.Free = [],  # noqa: B006
     fix: o.Fix = [],  # noqa: B006
     prior: o.Prior = [],  # noqa: B006

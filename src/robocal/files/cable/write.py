@@ -11,7 +11,7 @@ from robocal.errors import ModelError
 from robocal.files.cable.robot import CableFile
 from robocal.files.cable.show import describe_cable
 from robocal.files.rows import same
-from robocal.files.text import write_text
+from robocal.files.writing import write_text
 from robocal.files.yamlio import Path_, edit, path_text
 
 __all__ = ["render_cable", "write_cable"]

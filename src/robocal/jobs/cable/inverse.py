@@ -15,7 +15,7 @@ from robocal.errors import ModelError
 from robocal.files.cable.lists import lengths_text, read_platform_poses
 from robocal.files.cable.robot import read_cable
 from robocal.files.dataset import InputFile
-from robocal.files.text import write_text
+from robocal.files.writing import write_text
 from robocal.jobs.cable.document import framed
 from robocal.jobs.cable.lists import fitting, located, tensions_of
 from robocal.jobs.cable.load import robot_input

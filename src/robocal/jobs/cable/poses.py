@@ -20,7 +20,7 @@ from robocal.calibrate.choose import EXPECTED, Noise, choose
 from robocal.errors import ModelError
 from robocal.files.cable.program import list_text, program_text
 from robocal.files.cable.robot import CableFile, read_cable
-from robocal.files.text import write_files
+from robocal.files.writing import write_files
 from robocal.jobs.cable.load import held_robot, mass_of, numbers_of, robot_input, said_of
 from robocal.jobs.cable.poses_result import Listed
 from robocal.jobs.cable.start import box_of, clearance_of, started

@@ -15,8 +15,8 @@ from robocal.errors import FormatError, ModelError
 from robocal.files.cable.lists import WRENCH, CableList, platform_text, read_platform_poses, tension_columns
 from robocal.files.cable.robot import CableFile, read_cable
 from robocal.files.dataset import InputFile
-from robocal.files.text import write_files
 from robocal.files.units import number
+from robocal.files.writing import write_files
 from robocal.jobs.cable.load import held_robot, lever_of, mass_of, missing_text, robot_input, said_of, wrench_of
 from robocal.jobs.cable.tension_result import Tensions
 from robocal.jobs.plain import json_text

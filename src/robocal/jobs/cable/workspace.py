@@ -17,7 +17,7 @@ from robocal.errors import ModelError
 from robocal.files.cable.grid import cells_text, outlines_text
 from robocal.files.cable.robot import CableFile, read_cable
 from robocal.files.mesh import ply_text, stl_bytes
-from robocal.files.text import write_files
+from robocal.files.writing import write_files
 from robocal.jobs.cable.demand import demand_of
 from robocal.jobs.cable.load import corners_of, held_robot, numbers_of, robot_input
 from robocal.jobs.cable.workspace_result import PLANES, RayStart, Workspace

@@ -24,6 +24,10 @@ TABLE: dict[Code, Words] = {
         "{file} does not hold the fitted {names}; the run folder {folder} does",
         "Give the run folder instead of the file.",
     ),
+    Code.RUN_UNRECORDED: Words(
+        "{run}: this run was written by an earlier version, so nobody can tell whether its files belong together",
+        "Identify once more to have that checked.",
+    ),
     Code.RESULT_MISSING: Words(
         "{folder}: there is no result.json, so what a URDF cannot hold (tool, gains, offsets) is unknown",
         "Give the whole run folder, as robocal identify -o wrote it.",

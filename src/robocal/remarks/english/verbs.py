@@ -12,6 +12,13 @@ TABLE: dict[Code, Words] = {
         "the robot was fitted to {files}: that proves nothing",
         "Validate on measurements that the identification has not seen.",
     ),
+    Code.SEEN_LEFT_OUT: Words(
+        "the robot was fitted to {count} of the {total} measurements in {files}: it is judged on the other {left} configurations"
+    ),
+    Code.FEW_UNSEEN_HERE: Words(
+        "only {left} configurations were not used to fit the robot, and it takes {fewest} to judge it",
+        "Measure some more configurations for validation.",
+    ),
     Code.FEW_AFTER_FRAMES: Words(
         "{numbers} measured numbers are too few to judge anything after {fitted} parameters of the instruments' frames "
         "were fitted",

@@ -1,0 +1,112 @@
+"""Every verb that writes, killed while it does: the old files, the new ones, or none that anybody reads; then the same once more.
+
+ROBOCAL_KILLS sets the number of random moments per verb (10 by default, at calls of the system); with it every call is tried.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli.runs import ROBOT
+from killing import FOREIGN, count_calls, duration, judge, killed_after, killed_at, readable
+
+from robocal.cli import main
+
+KILLS = int(os.environ.get("ROBOCAL_KILLS", "0"))
+LAVAL = Path(__file__).parents[2] / "examples" / "cable-laval" / "robot.yaml"
+CABLE = ("cable",)
+# Words of a command, the folder that it writes last, and words that make it write something else.
+VERBS = {
+    "identify": (("identify", "robot.yaml", "one/data.yaml", "--no-leave-one-out", "--force", "-o", "OUT"), ("--fix", "j3")),
+    "identify, layer": (("identify", "robot.yaml", "one/data.yaml", "--layer", "--force", "-o", "OUT"), ("--seed", "5")),
+    "report": (("report", "run", "-o", "OUT/page.html"), None),
+    "predict": (("predict", "run", "q.csv", "-o", "OUT/predicted.csv"), ("--absolute",)),
+    "validate": (("validate", "run", "two/data.yaml", "-o", "OUT"), ("--against", "robot.yaml")),
+    "drift": (("drift", "run", "run-two", "-o", "OUT"), ("--matters", "0.3mm")),
+    "compensate": (("compensate", "run", "q.csv", "-o", "OUT"), ("--tool", "own")),
+    "export": (("export", "run", "-o", "OUT/robot.txt", "--force"), ("--format", "urdf")),
+    "plan": (("plan", "robot.yaml", "-n", "12", "--force", "-o", "OUT"), ("--seed", "7")),
+    "simulate": (("simulate", "robot.yaml", "-n", "20", "--force", "-o", "OUT"), ("--seed", "7")),
+    "new": (("new", "ur10", "-o", "OUT", "--force"), ("--kind", "pose")),
+    "cable inverse": ((*CABLE, "inverse", "LAVAL", "p.csv", "-o", "OUT/l.csv", "--force"), ("--tension", "60")),
+    "cable forward": ((*CABLE, "forward", "LAVAL", "l.csv", "-o", "OUT/p.csv", "--force"), ("--sigma", "0.5")),
+    "cable tension": ((*CABLE, "tension", "LAVAL", "p.csv", "--force", "-o", "OUT"), ("--payload", "5")),
+    "cable workspace": ((*CABLE, "workspace", "LAVAL", "--cells", "8", "--rays", "100", "--force", "-o", "OUT"), ("--payload", "5")),
+    "cable poses": ((*CABLE, "poses", "LAVAL", "-n", "20", "--force", "-o", "OUT"), ("--seed", "7")),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    """Robots, data and runs that the verbs read."""
+    here = tmp_path_factory.mktemp("killed")
+    small = here / "small.yaml"
+    small.write_text(ROBOT, encoding="utf-8")
+    for name, seed in (("one", "1"), ("two", "2")):
+        assert main(["simulate", str(small), "-n", "40", "--seed", seed, "-o", str(here / name)]) == 0
+    shutil.copy(here / "one" / "robot.yaml", here / "robot.yaml")
+    for run, data in (("run", "one"), ("run-two", "two")):
+        main(["identify", str(here / "robot.yaml"), str(here / data / "data.yaml"), "-o", str(here / run)])
+    (here / "q.csv").write_text("j1 [deg],j2 [deg],j3 [deg]\n10,20,30\n-20,10,5\n")
+    (here / "p.csv").write_text("x [m],y [m],z [m],rx [deg],ry [deg],rz [deg]\n0,0,0.1,0,0,0\n0.1,0,0,0,0,0\n")
+    assert main(["cable", "inverse", str(LAVAL), str(here / "p.csv"), "-o", str(here / "l.csv")]) == 0
+    return here
+
+
+def command(home, words, out):
+    """The words with their files where they are; it is an error to be refused."""
+    given = [str(LAVAL) if w == "LAVAL" else w.replace("OUT", str(out)) for w in words]
+    made = [str(home / w) if (home / w).exists() and not w.startswith("-") else w for w in given]
+
+    def run():
+        assert main(made) in (0, 3), made
+
+    return run
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("verb", VERBS)
+def test_a_verb_that_is_killed(home, tmp_path, verb):
+    words, other = VERBS[verb]
+    old, new = tmp_path / "old", tmp_path / "new"
+    for folder, more in ((old, ()), (new, other or ())):
+        folder.mkdir()
+        command(home, (*words, *more), folder)()  # here, so that kernels are compiled before anything is killed
+    for name, content in FOREIGN.items():
+        (old / name).write_bytes(content)
+        (new / name).write_bytes(content)
+    before, after = readable(old), readable(new)
+    assert other is None or before != after, "the two are to differ"
+
+    def once(number=None, seconds=None):
+        folder = tmp_path / "out"
+        shutil.copytree(old, folder)
+        run = command(home, (*words, *(other or ())), folder)
+        if number is not None:
+            killed_at(run, number)
+        else:
+            killed_after(run, seconds)
+        state = judge(folder, before, after)
+        run()
+        last = readable(folder)
+        assert last.keys() == after.keys() and None not in last.values(), "once more leaves what it always leaves"
+        shutil.rmtree(folder)
+        return state
+
+    scratch = tmp_path / "scratch"
+    shutil.copytree(old, scratch)
+    run = command(home, (*words, *(other or ())), scratch)
+    calls = count_calls(run)
+    assert calls >= 3, "it wrote"
+    numbers = range(1, calls + 1) if KILLS else np.unique(np.linspace(1, calls, 10).astype(int)).tolist()
+    states = [once(number=n) for n in numbers]
+    whole = duration(run)
+    rng = np.random.default_rng(zlib.crc32(verb.encode()))
+    states += [once(seconds=float(rng.uniform(0, 1.1 * whole))) for _ in range(KILLS)]
+    print(f"{verb}: {len(states)} ends: " + ", ".join(f"{s} {states.count(s)}" for s in ("old", "refused", "new")))
+    assert "old" in states or other is None
