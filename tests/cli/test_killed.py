@@ -30,7 +30,7 @@ VERBS = {
     "drift": (("drift", "run", "run-two", "-o", "OUT"), ("--matters", "0.3mm")),
     "compensate": (("compensate", "run", "q.csv", "-o", "OUT"), ("--tool", "own")),
     "export": (("export", "run", "-o", "OUT/robot.txt", "--force"), ("--format", "urdf")),
-    "plan": (("plan", "robot.yaml", "-n", "12", "--force", "-o", "OUT"), ("--seed", "7")),
+    "plan": (("plan", "robot.yaml", "-n", "12", "--draw", "60", "--force", "-o", "OUT"), ("--seed", "7")),
     "simulate": (("simulate", "robot.yaml", "-n", "20", "--force", "-o", "OUT"), ("--seed", "7")),
     "new": (("new", "ur10", "-o", "OUT", "--force"), ("--kind", "pose")),
     "cable inverse": ((*CABLE, "inverse", "LAVAL", "p.csv", "-o", "OUT/l.csv", "--force"), ("--tension", "60")),
