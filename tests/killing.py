@@ -86,20 +86,28 @@ def _run(action: Callable[[], object], finish: Callable[[], object] = lambda: No
 
 
 def readable(folder: Path) -> dict[str, bytes | None]:
-    """Every file that is there, None where it is refused."""
+    """Every file that is there by its path, None where it is refused."""
     out: dict[str, bytes | None] = {}
-    for place in sorted(folder.iterdir()) if folder.is_dir() else ():
+    for place in sorted(folder.rglob("*")):
         if place.is_file():
             try:
-                out[place.name] = read_bytes(place)
+                out[str(place.relative_to(folder))] = read_bytes(place)
             except InputError:
-                out[place.name] = None
+                out[str(place.relative_to(folder))] = None
     return out
 
 
 def judge(folder: Path, old: dict[str, bytes], new: dict[str, bytes]) -> str:
-    """Which of old, new and refused a folder is. Raises AssertionError for a mixture, a lost file or a foreign one touched."""
+    """Which of old, new and refused a folder is, the worst of those in it. Raises AssertionError for a mixture, a lost file or
+    a foreign one touched."""
     found = readable(folder)
+    inside = {str(Path(n).parent) for n in {*old, *new}}
+    states = [_judge(*({n: c for n, c in files.items() if str(Path(n).parent) == one} for files in (found, old, new)))
+              for one in inside]  # fmt: skip
+    return max(states, key=["new", "old", "refused"].index)
+
+
+def _judge(found: dict[str, bytes | None], old: dict[str, bytes], new: dict[str, bytes]) -> str:
     for name, content in FOREIGN.items():
         assert name not in old or found.get(name) == content, f"{name} was touched"
     differ = [n for n in {*old, *new} if old.get(n) != new.get(n)]
