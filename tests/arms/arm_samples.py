@@ -12,6 +12,7 @@ NAMES = tuple(CONVENTIONS)
 COMPLETE = tuple(n for n, c in CONVENTIONS.items() if c.complete)
 BASE = (0.1, -0.2, 0.3, 0.1, -0.2, 0.4)
 TOOL = (0.05, 0.02, 0.11, -0.3, 0.2, 0.1)
+NOTHING = {"R": (), "P": ("shift",), "F": ("shift", "offset")}  # keys of which a row of this type makes nothing
 HOME = (0.4, 0.1, 0.6, 0.2, 0.5, -0.3)
 
 
@@ -25,7 +26,9 @@ def rows(convention, types, rng):
         if letter != "F":
             row["gain"] = float(rng.choice([0.8, -1.0, 1.1]))
         for key in CONVENTIONS[convention].keys:
-            row[key.name] = value(key, kind, rng)
+            made = value(key, kind, rng)
+            if not key.name.startswith(NOTHING[letter]):
+                row[key.name] = made
         if convention == "poe":
             w, p = unit(rng), rng.uniform(-0.5, 0.5, 3)
             row |= {"v": list(np.cross(p, w)), "w": list(w)} if letter == "R" else {"v": list(w), "w": [0.0, 0.0, 0.0]}

@@ -84,7 +84,7 @@ def chain(
     joints: list[Joint] = []
     for i, row in enumerate(rows, start=1):
         pen = Pen(_name(row, i), _type(row, i), row, rule.key)
-        lower, upper = pen.vector("limits")
+        lower, upper = pen.vector("limits") if pen.kind != "fixed" else (-math.inf, math.inf)
         if not lower <= upper:
             raise ModelError(
                 "limits in the wrong order", key=f"{pen.joint}.limits", found=[lower, upper], expected="lower, upper"
@@ -92,6 +92,7 @@ def chain(
         if any(pen.joint == p.name.rpartition(".")[0] for p in parameters):
             raise ModelError("a joint name is used twice", key=pen.joint)
         rule.write(pen)
+        pen.finish()
         if pen.kind != "fixed":
             joints.append(Joint(pen.joint, pen.kind, float(lower), float(upper)))
         elements += pen.elements

@@ -101,6 +101,7 @@ class Pen:
         self.elements: list[Element] = []
         self.parameters: list[Parameter] = []
         self.geometric: list[str] = []
+        self.asked: set[str] = set()
         for name in row:
             if name not in keys:
                 known = ", ".join(keys)
@@ -113,6 +114,7 @@ class Pen:
     def raw(self, name: str) -> object:
         """The value as given, or the default. Raises ModelError when it is required and absent."""
         key = self.keys[name]
+        self.asked.add(name)
         if self.row.get(name) is None:
             if key.required:
                 raise ModelError("a key is missing", key=f"{self.joint}.{name}", expected=QUANTITIES[key.quantity])
@@ -140,6 +142,18 @@ class Pen:
         if not length > 0.0:
             raise ModelError("a direction needs a length", key=f"{self.joint}.{name}", found=list(v))
         return v / length
+
+    def finish(self) -> None:
+        """Raises ModelError for a value that the row states and nothing of it is made of: how much a fixed row is geared, how
+        far a prismatic axis is shifted."""
+        for name, value in self.row.items():
+            default = self.keys[name].default
+            usual = list(default) if isinstance(default, tuple) else default
+            given = list(value) if isinstance(value, Sequence | np.ndarray) and not isinstance(value, str) else value
+            if name in ("name", "type") or name in self.asked or value is None or given == usual:
+                continue
+            message = f"this key means nothing in a row of type {self.kind}"
+            raise ModelError(message, key=f"{self.joint}.{name}", found=value, expected="a row without it")
 
     # --- writing ------------------------------------------------------------------------------------------------------------
 
@@ -170,6 +184,10 @@ class Pen:
         terms = [Term(name)]
         if driven:
             gain = f"{self.joint}.gain"
+            if self.number("gain") == 0.0:
+                raise ModelError(
+                    "a joint with this gain never moves", key=gain, found=0, expected="a gain other than 0"
+                )
             self.parameters.append(Parameter(gain, self.number("gain"), "1"))
             terms.append(Term(gain, self.joint, driven))
         self.elements.append(Element(axis, tuple(terms), 0.0, tuple(float(s) for s in screw)))

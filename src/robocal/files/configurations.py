@@ -15,10 +15,13 @@ from robocal.files.datamodel import DataModel, JointsModel, SecondModel, ValueMo
 from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns
 from robocal.files.kinds.base import column_units
 from robocal.files.units import UNITS, Unit, parse_unit
+from robocal.files.unread import near_miss
 from robocal.files.yamlio import Document, Path_
 from robocal.measure.data import Configurations
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
-__all__ = ["Places", "joint_values", "nowhere", "read_configurations", "recorded"]
+__all__ = ["Places", "carried", "joint_values", "nowhere", "read_configurations", "recorded"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -148,6 +151,22 @@ def recorded(
         else:
             columns[name] = _column(name, given.column, given.unit, table, chain, document, at)
     return columns, groups
+
+
+def carried(model: DataModel, document: Document) -> tuple[Remark, ...]:
+    """A remark on each name under which a column is only carried along, where it looks like one that has a meaning."""
+    known = [n for n in (*CONFIGURATION, "group", *PER_JOINT) if n not in model.configuration]
+    out = []
+    for name in model.configuration:
+        stem, _, joint = name.partition(".")
+        if name in (*CONFIGURATION, "group") or stem in PER_JOINT:
+            continue
+        near = near_miss(stem if joint else name, known)
+        if near is not None:
+            near = f"{near}.{joint}" if joint else near
+            where = {"file": str(document.path), "row": document.row(("configuration", name))}
+            out.append(Remark.of(Code.COLUMN_CARRIED, **where, name=name, near=near))
+    return tuple(out)
 
 
 def _column(

@@ -12,7 +12,7 @@ import math
 import os
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -44,8 +44,9 @@ class MissingCells(Exception):
 @dataclass(frozen=True)
 class CsvTable:
     """Cells by row; `lines` are the line numbers of the rows; `names` are empty without a header; `units` those in the
-    header, or None. `skip` says that rows in which something is missing are left out, `gone` are the ids of rows that
-    were."""
+    header, or None, `head` is its line. `skip` says that rows in which something is missing are left out, `gone` are the
+    ids of rows that were. `asked` notes which columns somebody asked for, so that whoever has finished reading can say
+    which nobody did (`unread`)."""
 
     path: Path
     sha256: str
@@ -56,6 +57,8 @@ class CsvTable:
     decimal: str = "."
     skip: bool = False
     gone: frozenset[str] = frozenset()
+    head: int | None = None
+    asked: set[int] = field(default_factory=set, compare=False, repr=False)  # one set for all tables made of this one
 
     def __len__(self) -> int:
         return len(self.cells)
@@ -89,12 +92,18 @@ class CsvTable:
                 raise self.fail(
                     "there is no such column", column=column, expected=f"0 to {self.width - 1}, counted from zero"
                 )
+            self.asked.add(column)
             return column
         plain = _split_unit(column)[0]
         hits = [i for i, name in enumerate(self.names) if name in (column, plain)]
         if len(hits) > 1:
-            raise self.fail(
-                "several columns have this name", column=column, expected="a column number, counted from zero"
+            raise FormatError(
+                "several columns have this name",
+                file=self.path,
+                row=self.head,
+                column=column,
+                found=f"columns {', '.join(map(str, hits))}, counted from zero",
+                expected="a name of its own for every column that is read",
             )
         if not hits:
             if not self.names:
@@ -105,7 +114,13 @@ class CsvTable:
                 expected=", ".join(self.names),
                 suggestion=nearest(plain, self.names),
             )
+        self.asked.add(hits[0])
         return hits[0]
+
+    def unread(self) -> tuple[str, ...]:
+        """The headers that nobody asked for, as they are to be called; none of a file without a header."""
+        left = (i for i in range(self.width) if self.names and i not in self.asked)
+        return tuple(dict.fromkeys(self.names[i] or f"number {i} (no name)" for i in left))
 
     def label(self, index: int) -> str | int:
         """What to call a column in a message."""
@@ -228,7 +243,8 @@ def read_csv(
     cells = tuple(
         _fit(row, len(units), int(line), source.path, chosen, decimal) for row, line in zip(rows, lines, strict=True)
     )
-    return CsvTable(source.path, source.sha256, names, units, lines, cells, decimal)
+    head = kept[0][0] if header else None
+    return CsvTable(source.path, source.sha256, names, units, lines, cells, decimal, head=head)
 
 
 def csv_text(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError, nearest
-from robocal.files.configurations import nowhere, read_configurations
+from robocal.files.configurations import carried, nowhere, read_configurations
 from robocal.files.csvtable import CsvTable, MissingCells, read_csv
 from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, InstrumentModel, TargetModel
 from robocal.files.doubts import Suspicion, alternatives, limit_warning, repeat_warnings, suspicions
 from robocal.files.frames import frame_vector
-from robocal.files.headers import self_description
+from robocal.files.headers import self_description, vocabulary
 from robocal.files.kinds.base import Around, KindFile, Values
 from robocal.files.kinds.registry import READERS
 from robocal.files.leaving import Excluded, LeftOut, words_of
@@ -29,6 +29,7 @@ from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
 from robocal.files.spoken import Spoken, spoken
 from robocal.files.units import UNITS, Unit, Units
+from robocal.files.unread import Unread, left_over, unread_remarks
 from robocal.files.yamlio import Document, load
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.remarks.remark import Remark
@@ -45,6 +46,7 @@ class InputFile:
 
     file: Path
     sha256: str
+    remarks: tuple[Remark, ...] = field(default=(), compare=False)  # what its reader says of it
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,7 @@ class Reading:
     alternatives: tuple[Suspicion, ...] = ()  # of units, to be tried when nothing fits
     spoken: tuple[Spoken, ...] = ()  # how each table speaks
     left_out: tuple[LeftOut, ...] = ()  # rows that were not read
+    unread: tuple[Unread, ...] = ()  # columns that were not read
 
     def __add__(self, other: Reading) -> Reading:
         """Two readings as one; the units are the first one's."""
@@ -72,6 +75,7 @@ class Reading:
             alternatives=self.alternatives + other.alternatives,
             spoken=self.spoken + other.spoken,
             left_out=self.left_out + other.left_out,
+            unread=self.unread + other.unread,
         )
 
 
@@ -98,7 +102,7 @@ def read_datasets(
         total = made if total is None else total + made
     assert total is not None
     asked.finish()
-    return total
+    return replace(total, warnings=total.warnings + unread_remarks(total.unread))
 
 
 def _refuse_again(made: Reading, known: dict[tuple[object, ...], Path]) -> None:
@@ -198,7 +202,8 @@ def _read_rows(
             table = table.without(rows, ids())
     if missing:
         left.append(LeftOut(table.path, tuple(sorted(missing)), "missing"))
-    return replace(made, left_out=tuple(left), warnings=(*(o.remark for o in left), *made.warnings))
+    said = (*(o.remark for o in left), *made.warnings)
+    return replace(made, left_out=tuple(left), warnings=said, unread=(left_over(table, vocabulary(chain)),))
 
 
 def _reader(kind: object, document: Document) -> KindFile:
@@ -249,7 +254,8 @@ def _read_table(
                 digits=None if part.digits is None else part.digits[kept],
             )
         )
-    warnings = limit_warning(places.joints, chain, table.lines, table.path)
+    warnings = carried(model, document)
+    warnings += limit_warning(places.joints, chain, table.lines, table.path)
     for obs in observations:
         warnings += repeat_warnings(obs, configurations, table.path)
     length = values.length if kind.located else None

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from robocal.arms.chain import Chain
+from robocal.errors import FormatError
 from robocal.files.csvtable import CsvTable
+from robocal.files.unread import near_miss
 
-__all__ = ["CONFIGURATION", "PER_JOINT", "joint_columns", "self_description"]
+__all__ = ["CONFIGURATION", "PER_JOINT", "joint_columns", "self_description", "vocabulary"]
 
 # Columns of a configuration that have a meaning, and their SI unit.
 CONFIGURATION = {
@@ -53,12 +55,24 @@ def joint_columns(table: CsvTable, chain: Chain) -> list[str]:
     raise table.fail("there are no columns for the joints", found=", ".join(table.names), expected=expected)
 
 
+def vocabulary(chain: Chain) -> tuple[str, ...]:
+    """Every header that has a meaning in some table of this arm."""
+    joints = chain.joint_names
+    numbered = [f"{stem}{i}" for stem in ("q", "j") for i in range(1, len(joints) + 1)]
+    each = [f"{stem}.{name}" for stem in ("second", *PER_JOINT) for name in (*joints, *numbered)]
+    groups = (*POSITIONS, *SIGMAS, *(names for names, _ in TURNS), *TURN_SIGMAS)
+    others = [n for sections in OTHERS.values() for _, names, spread in sections for n in (*names, *spread)]
+    located = [n for names in groups for n in names]
+    known = (*IDS, *CONFIGURATION, "group", "target", "second", *located, *others)
+    return tuple(dict.fromkeys((*known, *joints, *numbered, *each)))
+
+
 def self_description(table: CsvTable, chain: Chain, kind: str | None) -> dict[str, Any]:
     """The mapping that a data.yaml for this table would hold. Raises FormatError when the headers do not say enough."""
     joints = joint_columns(table, chain)
     out: dict[str, Any] = {"robocal": 1, "file": table.path.name, "joints": {"columns": joints}}
     second = [f"second.{name}" for name in joints]
-    two = all(name in table.names for name in second)
+    two = _first(table, (second,)) is not None
     found = _other(table, two) if kind is None or kind in OTHERS else None
     out |= found if found is not None else _located(table, two, kind)
     if two:
@@ -98,8 +112,8 @@ def _other(table: CsvTable, two: bool) -> dict[str, Any] | None:
 def _located(table: CsvTable, two: bool, kind: str | None) -> dict[str, Any]:
     """What the headers of positions and poses say."""
     out: dict[str, Any] = {}
-    position = _first(table, POSITIONS)
-    turn = next(((list(c), f) for c, f in TURNS if all(n in table.names for n in c)), None)
+    position = _first(table, POSITIONS, least=4)
+    turn = next(((list(c), f) for c, f in TURNS if _first(table, (c,), least=2)), None)
     prefixes = [
         n.removesuffix("_00") for n in table.names if n.endswith("_00") and n.removesuffix("_00") + "_22" in table.names
     ]
@@ -123,8 +137,25 @@ def _located(table: CsvTable, two: bool, kind: str | None) -> dict[str, Any]:
     return {**out, "kind": kind or (usual if "orientation" in out else "position")}
 
 
-def _first(table: CsvTable, options: Sequence[Sequence[str]]) -> list[str] | None:
-    return next((list(o) for o in options if all(n in table.names for n in o)), None)
+def _first(table: CsvTable, options: Sequence[Sequence[str]], least: int = 1) -> list[str] | None:
+    """The first of some sets of columns that is there. Raises FormatError where `least` of a set are there and others are
+    not, unless another set is whole: without a word the measurements would count as something else."""
+    whole = next((list(o) for o in options if all(n in table.names for n in o)), None)
+    for names in options if whole is None else ():
+        there = [n for n in names if n in table.names]
+        if len(there) >= least:
+            absent = next(n for n in names if n not in table.names)
+            free = [n for n in table.names if n and n not in names]
+            raise FormatError(
+                "columns that belong together are not all there",
+                file=table.path,
+                row=table.head,
+                column=absent,
+                found=", ".join(n for n in table.names if n in there),
+                expected=", ".join(names),
+                suggestion=near_miss(absent, free),
+            )
+    return whole
 
 
 def _sigma(table: CsvTable, options: Sequence[Sequence[str]]) -> dict[str, Any]:

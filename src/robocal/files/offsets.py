@@ -17,8 +17,10 @@ from robocal.files.csvtable import csv_text, read_csv
 from robocal.files.rows import quoted
 from robocal.files.text import Source, read_text
 from robocal.files.units import Unit, number, parse_unit
+from robocal.files.unread import left_over, unread_remarks
 from robocal.files.urdftree import parse_tree
 from robocal.files.yamlio import parse
+from robocal.remarks.remark import Remark
 
 __all__ = ["OFFSETS", "Offset", "OffsetFile", "read_offsets"]
 
@@ -46,6 +48,7 @@ class OffsetFile:
     sha256: str
     values: dict[str, float]
     missing: tuple[str, ...]
+    remarks: tuple[Remark, ...] = ()
 
 
 # --- writing --------------------------------------------------------------------------------------------------------
@@ -109,16 +112,17 @@ def read_offsets(path: str | os.PathLike[str], chain: Chain) -> OffsetFile:
     """Reads a file of any of these forms for a robot. Raises FileError, or FormatError naming row, column or key; joints that
     the robot lacks are refused."""
     source = read_text(path)
+    said: tuple[Remark, ...] = ()
     if source.text.lstrip().startswith("<"):
         values = _from_xacro(source, chain)
     elif source.path.suffix.lower() in (".yaml", ".yml") or "ros__parameters" in source.text:
         values = _from_ros(source, chain)
     else:
-        values = _from_table(source, chain)
+        values, said = _from_table(source, chain)
     if not values:
         raise FormatError("there are no joint offsets in this file", file=source.path, expected=EXPECTED)
     missing = tuple(n for n in chain.joint_names if n not in values)
-    return OffsetFile(source.path, source.sha256, values, missing)
+    return OffsetFile(source.path, source.sha256, values, missing, said)
 
 
 def _joint(chain: Chain, name: str, file: Path, row: int | None, key: str | None = None) -> Joint:
@@ -133,7 +137,7 @@ def _joint(chain: Chain, name: str, file: Path, row: int | None, key: str | None
     return found
 
 
-def _from_table(source: Source, chain: Chain) -> dict[str, float]:
+def _from_table(source: Source, chain: Chain) -> tuple[dict[str, float], tuple[Remark, ...]]:
     table = read_csv(source.path)
     names = table.texts("joint")
     offsets = table.numbers(["offset"])[:, 0]
@@ -147,7 +151,7 @@ def _from_table(source: Source, chain: Chain) -> dict[str, float]:
             raise FormatError("this joint stands there twice", file=source.path, row=row, column="joint", found=name)
         si = "m" if joint.type == "prismatic" else "rad"
         out[name] = float(parse_unit(units[i], si, file=source.path, row=row, column="unit").to_si(float(offsets[i])))
-    return out
+    return out, unread_remarks([left_over(table, ("unit", "sigma"), ("sigma",))])
 
 
 def _from_ros(source: Source, chain: Chain) -> dict[str, float]:

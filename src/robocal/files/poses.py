@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.files.csvtable import csv_text, read_csv
 from robocal.files.dataset import InputFile, read_dataset
-from robocal.files.headers import IDS, joint_columns
+from robocal.files.headers import IDS, joint_columns, vocabulary
 from robocal.files.kinds.base import column_units
 from robocal.files.units import Units, number
+from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import Document
 
 __all__ = ["poses_text", "read_poses"]
@@ -41,7 +42,8 @@ def read_poses(path: str | os.PathLike[str], chain: Chain) -> tuple[tuple[str, .
     twice = next((i for i, n in enumerate(names) if n in names[:i]), None)
     if twice is not None:
         raise table.fail("two poses have one name", twice, named, found=names[twice], expected="a name for each")
-    return names, q, (InputFile(table.path, table.sha256),)
+    said = unread_remarks([left_over(table, IDS, (*vocabulary(chain), "rank"))])
+    return names, q, (InputFile(table.path, table.sha256, said),)
 
 
 def poses_text(chain: Chain, names: Sequence[str], q: Array, rank: Sequence[int], units: Units | None = None) -> str:

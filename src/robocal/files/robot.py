@@ -27,6 +27,7 @@ from robocal.files.rows import changes, quoted, read_row, same, show_row
 from robocal.files.schema import FrameModel, Model, UnitsModel, Version, validate
 from robocal.files.text import Source, read_text
 from robocal.files.units import UNITS, Unit, Units, number, parse_unit
+from robocal.files.unstated import completed, unstated_remarks
 from robocal.files.writing import write_text
 from robocal.files.yamlio import Document, Path_, edit, parse
 from robocal.parameters import Table
@@ -154,7 +155,8 @@ def parse_robot(source: Source) -> Robot:
     except ModelError as error:
         raise _located(error, document, made) from None
     arm = replace(arm, table=table)
-    return Robot(arm, units, source.path, source.text, source.sha256, warnings=_doubts(arm, units, document))
+    warnings = (*unstated_remarks(model.joints, rule, document), *_doubts(arm, units, document))
+    return Robot(arm, units, source.path, source.text, source.sha256, warnings=warnings)
 
 
 def read_units(model: UnitsModel, document: Document, at: Path_ = ("units",)) -> Units:
@@ -288,9 +290,10 @@ def render_robot(robot: Robot, values: Mapping[str, float]) -> tuple[str, tuple[
     after = robot.chain.with_values(changed)
     rule = CONVENTIONS[robot.chain.convention]
     out: dict[Path_, float | str] = {}
+    given = document.data["joints"]
     for i, (old, new) in enumerate(zip(rows(robot.chain), rows(after), strict=True)):
-        given = document.data["joints"][i]
-        out.update({("joints", i, *p): v for p, v in changes(old, new, given, rule, robot.units).items()})
+        out.update({("joints", i, *p): v for p, v in changes(old, new, given[i], rule, robot.units).items()})
+    out.update(completed(given, out, rule))
     for owner in ("base", "home", "tool"):
         names = [n for n in robot.chain.table.names if n.rpartition(".")[0] == owner]
         if any(n in changed for n in names):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, cast
 
@@ -20,15 +20,16 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.compensate import STATUS, Compensation, Targets
 from robocal.errors import FormatError
 from robocal.files import orientation
-from robocal.files.configurations import joint_values, recorded
+from robocal.files.configurations import carried, joint_values, recorded
 from robocal.files.csvtable import CsvTable, csv_text, read_csv
 from robocal.files.datamodel import OrientationModel
 from robocal.files.dataset import InputFile
-from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns
+from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns, vocabulary
 from robocal.files.kinds.pose import PoseModel, read_pose
 from robocal.files.kinds.position import PositionModel, read_position
 from robocal.files.schema import validate
 from robocal.files.units import UNITS, Unit, Units, number
+from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import Document, load
 from robocal.geometry import so3
 
@@ -42,6 +43,7 @@ TURNS = (
     (("rx", "ry", "rz"), "rotation_vector"),
 )
 IDS = ("id", "configuration", "pose_id", "target", "name")
+CONFIGURED = {*IDS, *CONFIGURATION, *PER_JOINT}
 
 
 class TargetsModel(PositionModel):
@@ -81,7 +83,12 @@ def read_targets(path: str | os.PathLike[str], chain: Chain) -> TargetFile:
         table, files = read_csv(place), []
         document = Document(place, "", "", _self_description(table))
         model = validate(TargetsModel, document)
-    return _targets(model, table, chain, document, (*files, InputFile(table.path, table.sha256)))
+    made = _targets(model, table, chain, document, tuple(files))
+    known = vocabulary(chain)
+    # Where a table of measurements serves as targets, what they say of noise and instruments belongs there.
+    silent = [n for n in known if n.partition(".")[0] not in CONFIGURED]
+    said = (*carried(model, document), *unread_remarks([left_over(table, (*IDS, *known), (*silent, "rank"))]))
+    return replace(made, files=(*made.files, InputFile(table.path, table.sha256, said)))
 
 
 def _self_description(table: CsvTable) -> dict[str, Any]:

@@ -153,7 +153,7 @@ def compensate(
     within = _within(Path(robot), arm, after, made, file)
     found = Compensated(
         arm, made, file, notes, compensated_text(made, file, after, [str(n or "") for n in notes], within), tool, verdict,
-        (*arm.warnings, *_warnings(made, file, verdict, reference, arm), *_layer(Path(robot))),
+        (*arm.warnings, *(r for f in file.files for r in f.remarks), *_warnings(made, file, verdict, reference, arm), *_layer(Path(robot))),
         (*robot_files(arm, robot), *file.files), command, within=within,
     )  # fmt: skip
     if output is None:

@@ -166,6 +166,7 @@ def identify_inputs(
         "hold_out": found.options.hold_out,
         "leave_one_out": any(s.leave_one_out is not None for s in found.stages),
     }
+    said = (*inputs.warnings, *(remark for file in read for remark in file.remarks))
     recipe = provenance(
         command,
         every,
@@ -176,7 +177,7 @@ def identify_inputs(
         inputs.reading.left_out,
     )
     more = {"comparison": others, "layer": layer_result(guarded)} | group_results(robot, tried)
-    result = to_result(found, robot, recipe, inputs.warnings).model_copy(update=more)
+    result = to_result(found, robot, recipe, said).model_copy(update=more)
     outcome = Outcome(result, residual_columns(found), found, robot, layer=guarded.layer if guarded else None)
     if output is None:
         return outcome

@@ -31,4 +31,4 @@ def offset_robot(name: str, arm: Robot, file: str) -> OffsetRobot:
     found = read_offsets(file, nominal.chain)
     lacks = Remark.of(Code.OFFSETS_MISSING, file=str(found.path), joints=found.missing)
     moved = replace(nominal, chain=with_offsets(nominal.chain, found.values))
-    return OffsetRobot(nominal, moved, found, (lacks,) if found.missing else ())
+    return OffsetRobot(nominal, moved, found, (*found.remarks, *((lacks,) if found.missing else ())))

@@ -158,6 +158,7 @@ def plan_poses(
     if tests is not None:
         _, there, read = read_poses(tests, chain)
         files = (*files, *read)
+    warnings = (*warnings, *(remark for file in files for remark in file.remarks))
     wanted = None if accuracy is None else size.to_si(_positive("--accuracy", accuracy))
     options = PlanOptions(
         count, criterion, candidates, accuracy=wanted, seed=seed, region=region,

@@ -119,6 +119,7 @@ def predict_run(
     warnings = [
         *run_doubts(str(folder)),
         *robot.warnings,
+        *(remark for file in targets.files for remark in file.remarks),
         *_outside(robot, known, q),
         *_assumed(robot, known, q, targets.targets.extra),
     ]

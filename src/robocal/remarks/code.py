@@ -142,6 +142,10 @@ class Code(StrEnum):
     ROW_COLUMN = "row-column"
     ROWS_EXCLUDED = "rows-excluded"
     ROWS_MISSING = "rows-missing"
+    COLUMNS_UNREAD = "columns-unread"
+    COLUMN_CARRIED = "column-carried"
+    KEYS_UNSTATED = "keys-unstated"
+    ELEMENTS_UNREAD = "elements-unread"
 
     # --- a model judged, used and handed on ---
     FITTED_TO_THESE = "fitted-to-these"

@@ -22,9 +22,11 @@ from robocal.files.csvtable import CsvTable, csv_text, read_csv
 from robocal.files.headers import IDS
 from robocal.files.kinds.base import column_units
 from robocal.files.units import number
+from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import Document
 from robocal.geometry import se3
 from robocal.parameters import FRAME_SYMBOLS
+from robocal.remarks.remark import Remark
 
 __all__ = [
     "COLUMNS",
@@ -50,7 +52,8 @@ COLUMNS = (
 @dataclass(frozen=True, eq=False)
 class CableList:
     """Names of the rows, their values in SI (poses (k, 4, 4) or lengths (k, m)), and where given tensions (k, m) and
-    wrenches (k, 6); `lines` are the rows as an editor numbers them, `sha256` is that of the file."""
+    wrenches (k, 6); `lines` are the rows as an editor numbers them, `sha256` is that of the file, `warnings` are what is odd
+    about it."""
 
     names: tuple[str, ...]
     values: Array
@@ -58,19 +61,30 @@ class CableList:
     wrench: Array | None = None
     lines: tuple[int, ...] = ()
     sha256: str = ""
+    warnings: tuple[Remark, ...] = ()
 
 
 def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
     """Poses of the platform. Raises FileError or FormatError naming file, row and column."""
     table = read_csv(path)
     vectors = _columns(table, FRAME_SYMBOLS, ("m", "m", "m", "rad", "rad", "rad"))
-    return replace(_list(table, se3.from_vector(vectors), robot), wrench=_wrenches(table))
+    made = replace(_list(table, se3.from_vector(vectors), robot), wrench=_wrenches(table))
+    return replace(made, warnings=_unread(table, robot, (*IDS, *WRENCH)))
 
 
 def read_cable_lengths(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
     """Measured lengths of all cables. Raises FileError or FormatError naming file, row and column."""
     table = read_csv(path)
-    return _list(table, _columns(table, robot.cables, ("m",) * len(robot.cables)), robot)
+    made = _list(table, _columns(table, robot.cables, ("m",) * len(robot.cables)), robot)
+    return replace(made, warnings=_unread(table, robot, IDS))
+
+
+def _unread(table: CsvTable, robot: CableRobot, known: Sequence[str]) -> tuple[Remark, ...]:
+    """What nobody read, but for columns of other lists and those that `cable tension` adds."""
+    pulls = [f"{cable}.tension" for cable in robot.cables]
+    missing = [f"missing.{name}" for name in WRENCH]
+    silent = (*COLUMNS, *robot.cables, *missing)
+    return unread_remarks([left_over(table, (*known, *pulls), silent)])
 
 
 def _list(table: CsvTable, values: Array, robot: CableRobot) -> CableList:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -74,9 +75,7 @@ def read_range(model: RangeModel, table: CsvTable, document: Document) -> Values
 
 def _bare(table: CsvTable) -> CsvTable:
     """The table without the units of its headers."""
-    return CsvTable(
-        table.path, table.sha256, table.names, (None,) * table.width, table.lines, table.cells, table.decimal
-    )
+    return replace(table, units=(None,) * table.width)
 
 
 def _unit(

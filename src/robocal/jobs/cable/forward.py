@@ -111,7 +111,7 @@ def cable_forward(
     text = platform_text(rows.names, found.pose, file.units, more)
     doubts = _doubts(rows.names, found, noise)
     return Poses(
-        file.robot, rows.names, found, rms, spread, text, (*file.warnings, *said), doubts,
+        file.robot, rows.names, found, rms, spread, text, (*file.warnings, *rows.warnings, *said), doubts,
         (robot_input(file, robot), InputFile(Path(lengths), rows.sha256)), command,
         None if output is None else write_text(output, text),
     )  # fmt: skip

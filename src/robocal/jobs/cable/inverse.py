@@ -71,7 +71,7 @@ def cable_inverse(
         raise located(error, poses, rows) from None
     text = lengths_text(file.robot, rows.names, lengths, file.units, rows.tension)
     return Lengths(
-        file.robot, rows.names, lengths, text, (*file.warnings, *warnings),
+        file.robot, rows.names, lengths, text, (*file.warnings, *rows.warnings, *warnings),
         (robot_input(file, robot), InputFile(Path(poses), rows.sha256)), command,
         None if output is None else write_text(output, text),
     )  # fmt: skip

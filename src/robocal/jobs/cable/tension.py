@@ -71,7 +71,8 @@ def cable_tension(
     missing = spread.missing(lever)
     made = Tensions(
         able, rows.names, rows.values, spread, margin, missing, exponent, lever, weight,
-        _text(able, rows, spread, margin, missing, file), (*file.warnings, *_leaning(able, rows), *_bare(able, rows.names, spread, margin)),
+        _text(able, rows, spread, margin, missing, file),
+        (*file.warnings, *rows.warnings, *_leaning(able, rows), *_bare(able, rows.names, spread, margin)),
         _doubts(able, rows.names, spread, missing),
         (robot_input(file, robot), InputFile(Path(poses), rows.sha256)), command,
     )  # fmt: skip

@@ -88,4 +88,20 @@ TABLE: dict[Code, Words] = {
         "{file}: {count} rows were left out because something in them is missing ({rows})",
         "The figures are those of the other rows.",
     ),
+    Code.COLUMNS_UNREAD: Words(
+        "{file}: columns that are not read: {columns}[ and {more} more][; did you mean {near} by {misspelt}?]",
+        "Correct the header, or name the column in the data file, where it is to be read.",
+    ),
+    Code.COLUMN_CARRIED: Words(
+        "{file}, row {row}: configuration.{name} has no meaning and is only carried along; did you mean {near}?",
+        "Correct the name where it is misspelt.",
+    ),
+    Code.KEYS_UNSTATED: Words(
+        "{file}[, row {row}]: {joint} does not state {keys}, as all others do, and is taken with {values}",
+        "State {keys} there, if only that it is so.",
+    ),
+    Code.ELEMENTS_UNREAD: Words(
+        "{file}: what is not read: {elements}[ and {more} more][; did you mean {near} by {misspelt}?]",
+        "Correct the name where it is misspelt.",
+    ),
 }

@@ -1,0 +1,78 @@
+"""Columns that nobody read: said once of each file, with the names that may have been meant.
+
+A reader asks its table for columns; when it has finished, those that nobody asked for are left over. So a header that is
+misspelt is named whatever the table is for, and no reader keeps a list of what it does not know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from robocal.errors import nearest
+from robocal.files.csvtable import CsvTable
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+
+__all__ = ["Unread", "left_over", "near_miss", "unread_remarks"]
+
+SHOWN = 6  # columns that a sentence names; more are counted
+LOOKED = 200  # columns for which a known name is looked for
+LONG = 40  # letters; no name that is known is longer
+
+
+@dataclass(frozen=True)
+class Unread:
+    """The columns of a file that one reader left over, and the names that it would have read."""
+
+    file: Path
+    columns: tuple[str, ...]
+    known: tuple[str, ...] = ()
+
+
+def left_over(table: CsvTable, known: Iterable[str], silent: Iterable[str] = ()) -> Unread:
+    """What nobody asked a table for. `known` are names that this reader would have read, `silent` those that other readers
+    know, which belong there and need no word."""
+    aside, there = set(silent), set(table.names)
+    columns = tuple(c for c in table.unread() if c not in aside)
+    return Unread(table.path, columns, tuple(k for k in dict.fromkeys(known) if k not in there))
+
+
+def near_miss(word: str, known: Iterable[str]) -> str | None:
+    """The known name of which a word looks like a slip of the pen: close, and alike in more than half of its letters."""
+    from difflib import SequenceMatcher
+
+    if len(word) > LONG:
+        return None
+    guess = nearest(word, known)
+    alike = 0.0 if guess is None else SequenceMatcher(None, word.lower(), guess.lower()).ratio()
+    return guess if alike > 2 / 3 else None
+
+
+def unread_remarks(found: Iterable[Unread]) -> tuple[Remark, ...]:
+    """One remark for each file: of a table that several data files read, on what none of them did."""
+    files: dict[Path, Unread] = {}
+    for one in found:
+        before = files.get(one.file)
+        if before is not None:
+            both = tuple(c for c in before.columns if c in one.columns)
+            one = Unread(one.file, both, tuple(dict.fromkeys((*before.known, *one.known))))
+        files[one.file] = one
+    return tuple(_remark(one) for one in files.values() if one.columns)
+
+
+def _remark(one: Unread) -> Remark:
+    guesses = {c: near_miss(c, one.known) for c in one.columns[:LOOKED]}
+    missed = {c: near for c, near in guesses.items() if near is not None}
+    # What may have been meant is named first.
+    order = [*missed, *(c for c in one.columns if c not in missed)]
+    more = len(order) - SHOWN
+    return Remark.of(
+        Code.COLUMNS_UNREAD,
+        file=str(one.file),
+        columns=tuple(order[:SHOWN]),
+        more=more if more > 0 else None,
+        near=tuple(list(missed.values())[:SHOWN]) or None,
+        misspelt=tuple(list(missed)[:SHOWN]) or None,
+    )
