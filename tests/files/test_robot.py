@@ -213,6 +213,8 @@ def arms(draw, convention):
         for key in rule.keys:
             if not key.required and draw(st.booleans()):
                 continue
+            if kind == "prismatic" and key.name.startswith("shift"):
+                continue
             strategy = {"direction": DIRECTIONS, "point": VECTORS, "moment": VECTORS, "angles": VECTORS}.get(
                 key.quantity, NUMBERS
             )

@@ -69,6 +69,9 @@ def to_denavit(chain: Chain) -> Chain:
             step = _step(frame, axis[i + 1], point[i + 1])
             row |= step
             frame = frame @ _matrix(step)
+        else:
+            # Behind the last axis comes the tool; stated, so that nobody must ask whether a row was forgotten.
+            row |= dict.fromkeys(("theta", "d", "a", "alpha", "beta"), 0.0)
         rows.append(row)
     rest = se3.to_vector(np.linalg.inv(frame) @ tool)
     made = build(chain.name, "dh-hayati", rows, base=base.tolist(), tool=rest.tolist(), source=chain.source)

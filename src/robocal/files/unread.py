@@ -6,7 +6,7 @@ misspelt is named whatever the table is for, and no reader keeps a list of what 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from robocal.files.csvtable import CsvTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Unread", "left_over", "near_miss", "unread_remarks"]
+__all__ = ["Unread", "left_over", "named", "near_miss", "unread_remarks"]
 
 SHOWN = 6  # columns that a sentence names; more are counted
 LOOKED = 200  # columns for which a known name is looked for
@@ -59,20 +59,23 @@ def unread_remarks(found: Iterable[Unread]) -> tuple[Remark, ...]:
             both = tuple(c for c in before.columns if c in one.columns)
             one = Unread(one.file, both, tuple(dict.fromkeys((*before.known, *one.known))))
         files[one.file] = one
-    return tuple(_remark(one) for one in files.values() if one.columns)
+    return tuple(named(Code.COLUMNS_UNREAD, one.file, _guesses(one)) for one in files.values() if one.columns)
 
 
-def _remark(one: Unread) -> Remark:
-    guesses = {c: near_miss(c, one.known) for c in one.columns[:LOOKED]}
-    missed = {c: near for c, near in guesses.items() if near is not None}
-    # What may have been meant is named first.
-    order = [*missed, *(c for c in one.columns if c not in missed)]
+def named(code: Code, file: object, found: Mapping[str, str | None]) -> Remark:
+    """A remark on words of a file that are not read, each with the known one that it looks like; these are named first."""
+    missed = {word: near for word, near in found.items() if near is not None}
+    order = [*missed, *(word for word in found if word not in missed)]
     more = len(order) - SHOWN
     return Remark.of(
-        Code.COLUMNS_UNREAD,
-        file=str(one.file),
-        columns=tuple(order[:SHOWN]),
+        code,
+        file=str(file),
+        names=tuple(order[:SHOWN]),
         more=more if more > 0 else None,
         near=tuple(list(missed.values())[:SHOWN]) or None,
         misspelt=tuple(list(missed)[:SHOWN]) or None,
     )
+
+
+def _guesses(one: Unread) -> dict[str, str | None]:
+    return {c: near_miss(c, one.known) if i < LOOKED else None for i, c in enumerate(one.columns)}

@@ -26,29 +26,27 @@ def unstated(rows: Sequence[Row], rule: Convention) -> Iterator[tuple[int, tuple
     """The rows, by number, that leave out keys which all others state; `rows` are those of a file.
 
     A fixed row is no measure for joints that move; and the number to which the joint's own value is added is compared
-    among joints of one type.
+    among joints of one type. Few rows, or rows of which each states other keys, tell no habit.
     """
     kinds = [str(row.get("type") or "revolute") for row in rows]
-    plain = _states_zeros(rows, rule)
+    own = [k.name for k in rule.keys]
+    sets = [{key for key in own if row.get(key) is not None} for row in rows]
+    plain = any(row.get(key) == 0 and not isinstance(row.get(key), bool) for row in rows for key in own)
     for i, row in enumerate(rows):
+        moving = [j for j in range(len(rows)) if j != i and (kinds[i] == "fixed" or kinds[j] != "fixed")]
         lacking = []
         for key in rule.key:
             if row.get(key) is not None or (kinds[i] == "fixed" and key in STILL):
                 continue
-            others = [j for j in range(len(rows)) if j != i and (kinds[i] == "fixed" or kinds[j] != "fixed")]
-            if key in (rule.revolute, rule.prismatic):
-                others = [j for j in others if kinds[j] == kinds[i]]
-            # Of two rows, one that leaves its zeros out says nothing of the other.
-            if len(others) >= (1 if plain else 2) and all(rows[j].get(key) is not None for j in others):
+            alike = [j for j in moving if kinds[j] == kinds[i]] if key in (rule.revolute, rule.prismatic) else moving
+            if alike and all(rows[j].get(key) is not None for j in alike):
                 lacking.append(key)
-        if lacking:
-            yield i, tuple(lacking)
-
-
-def _states_zeros(rows: Sequence[Row], rule: Convention) -> bool:
-    """Whether a file writes zeros down."""
-    own = [k.name for k in rule.keys]
-    return any(row.get(key) == 0 and not isinstance(row.get(key), bool) for row in rows for key in own)
+        regular = len({frozenset(sets[j] - {rule.revolute, rule.prismatic}) for j in moving}) == 1
+        regular = regular and len([key for key in lacking if key in own]) == 1
+        telling = (regular and (plain or len(moving) > 1)) or (plain and len(moving) > 2)
+        said = tuple(key for key in lacking if (telling if key in own else len(moving) > 1))
+        if said:
+            yield i, said
 
 
 def _default(rule: Convention, key: str, i: int) -> str:
@@ -86,7 +84,7 @@ def _steps(rows: Sequence[Row], document: Document) -> Iterator[Remark]:
 
 def _remark(document: Document, at: Path_, joint: str, keys: tuple[str, ...], values: tuple[str, ...]) -> Remark:
     file, row = str(document.path), document.row(at)
-    return Remark.of(Code.KEYS_UNSTATED, file=file, row=row, joint=joint, keys=keys, values=values)
+    return Remark.of(Code.KEYS_UNSTATED, file=file, row=row, joint=joint, keys=keys, others="all others", values=values)
 
 
 def completed(given: Sequence[Row], made: Mapping[Path_, float | str], rule: Convention) -> dict[Path_, str]:

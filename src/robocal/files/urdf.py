@@ -28,6 +28,7 @@ from robocal.files.urdftree import (
     parse_tree,
     root_of,
 )
+from robocal.files.urdfwords import joint_remarks
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -83,6 +84,7 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
         path.insert(0, into[at])
         at = into[at].parent
     made = [_row(j, source.path) for j in path]
+    notes = (*notes, *joint_remarks(path, source.path))
     if not any(row["type"] != "fixed" for row in made):
         raise FormatError("no joint moves between base and tip", file=source.path, found=f"{base or start} to {tip}")
     try:

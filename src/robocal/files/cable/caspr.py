@@ -6,16 +6,16 @@ other chains, muscles and springs that nobody drives are other machines, and are
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any, NoReturn
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from robocal.cables.check import PRINTED
 from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
-from robocal.errors import FileError, FormatError
+from robocal.errors import FileError
+from robocal.files.cable.casprtree import Node, parse_caspr, unread_elements
 from robocal.files.cable.robot import CableFile, checked
 from robocal.files.cable.values import CableUnits
 from robocal.files.text import Source, read_text
@@ -41,43 +41,6 @@ PASSIVE = "passive"  # cables that nobody drives: cable_passive_...
 OFF = 1e-6  # m; a body's plane further than this from that of the frame anchors is another one
 
 
-@dataclass
-class Node:
-    """An element with its text, on line `row`."""
-
-    tag: str
-    attributes: dict[str, str]
-    row: int
-    file: Path
-    text: str = ""
-    children: list[Node] = field(default_factory=list)
-
-    def all(self, tag: str) -> list[Node]:
-        """Its children of this tag."""
-        return [c for c in self.children if c.tag == tag]
-
-    def one(self, tag: str) -> Node:
-        """Its child of this tag. Raises FormatError when there is none."""
-        found = self.all(tag)
-        if not found:
-            self.fail(f"<{self.tag}> has no <{tag}>")
-        return found[0]
-
-    def numbers(self, count: int) -> list[float]:
-        """Its text as numbers. Raises FormatError."""
-        try:
-            out = [float(w) for w in self.text.replace(",", " ").split()]
-        except ValueError:
-            out = []
-        if len(out) != count or not np.isfinite(out).all():
-            self.fail("not numbers", found=self.text.strip(), expected=f"{count} finite numbers")
-        return out
-
-    def fail(self, message: str, **facts: Any) -> NoReturn:
-        """Raises FormatError at this element."""
-        raise FormatError(message, file=self.file, row=self.row, key=f"<{self.tag}>", **facts)
-
-
 @dataclass(frozen=True)
 class Cable:
     """Anchors (3,), pulley (radius, axis (3,)) of the frame's, tension limits, strain per newton and diameter where they
@@ -94,16 +57,17 @@ class Cable:
 def read_caspr(source: Source) -> CableFile:
     """A robot of CASPR from `X_cables.xml`: the default cable set, or the only one. Lengths in m, forces in N, masses in
     kg. Raises FileError or FormatError."""
-    cables = _tree(source, "cables")
+    top, cables = _open(source, "cables")
     name = source.path.name
     if not name.endswith("_cables.xml"):
         cables.fail("CASPR's bodies are looked for beside X_cables.xml", found=name, expected="a file X_cables.xml")
     beside = source.path.with_name(name.removesuffix("_cables.xml") + "_bodies.xml")
     if not beside.exists():
         raise FileError("the file of the bodies is not beside that of the cables", file=beside, found="nothing")
-    body = _body(_tree(read_text(beside), "links"))
+    bodies, links = _open(read_text(beside), "links")
+    body = _body(links)
     doubts, home = body.pop("doubts"), body.pop("home")
-    rows = [_cable(node, body["com"]) for node in _default_set(cables).children]
+    rows = [_cable(node, body["com"]) for node in _default_set(cables).every()]
     if not rows:
         cables.fail("no cables")
     known: dict[str, Any] = {"limits": np.array([row.limits for row in rows]), **body}
@@ -119,8 +83,10 @@ def read_caspr(source: Source) -> CableFile:
     robot = cable_robot(name.removesuffix("_cables.xml"), [r.a for r in rows], [r.b for r in rows], **known)
     _plane(robot, home, cables)
     document = Document(source.path, source.text, source.sha256, {}, {(): 1})
-    warnings = (*(doubt.of_file(source.path) for doubt in doubts), *checked(robot, document))
-    return CableFile(robot, CableUnits(), source.path, source.text, source.sha256, "caspr", warnings)
+    said = (*(doubt.of_file(source.path) for doubt in doubts), *unread_elements(top), *unread_elements(bodies))
+    return CableFile(
+        robot, CableUnits(), source.path, source.text, source.sha256, "caspr", (*said, *checked(robot, document))
+    )
 
 
 def _plane(robot: CableRobot, home: np.ndarray, cables: Node) -> None:
@@ -135,68 +101,41 @@ def _plane(robot: CableRobot, home: np.ndarray, cables: Node) -> None:
         )
 
 
-def _tree(source: Source, expected: str) -> Node:
-    """The tree of elements. A document type is skipped (CASPR writes one), an entity in it refused."""
-    from xml.parsers import expat
-
-    parser = expat.ParserCreate("utf-8")
-    top: list[Node] = []
-    stack: list[Node] = []
-
-    def begin(tag: str, attributes: dict[str, str]) -> None:
-        node = Node(tag, attributes, parser.CurrentLineNumber, source.path)
-        (stack[-1].children if stack else top).append(node)
-        stack.append(node)
-
-    def said(text: str) -> None:
-        if stack:
-            stack[-1].text += text
-
-    def refuse(*_: Any) -> NoReturn:
-        raise FormatError("an entity is not accepted", file=source.path, row=parser.CurrentLineNumber)
-
-    parser.StartElementHandler = begin
-    parser.EndElementHandler = lambda tag: stack.pop()
-    parser.CharacterDataHandler = said
-    parser.EntityDeclHandler = refuse
-    try:
-        parser.Parse(source.text.encode("utf-8"), True)
-    except expat.ExpatError as error:
-        raise FormatError(
-            f"not valid XML: {expat.ErrorString(error.code)}", file=source.path, row=error.lineno
-        ) from None
+def _open(source: Source, expected: str) -> tuple[Node, Node]:
+    """The whole tree, and its element of this tag. Raises FormatError."""
+    top = parse_caspr(source)
     # Bodies stand in <links>, or since 2017 one level down.
-    found = top[0].one(expected) if top[0].tag == "bodies_system" and expected == "links" else top[0]
+    found = top.one(expected) if top.tag == "bodies_system" and expected == "links" else top
     if found.tag == "robot":
         found.fail("this is a URDF of an arm, and a cable robot is needed", expected="kind: cable, or CASPR's XML")
     if found.tag != expected:
         found.fail("this is not that file of CASPR", expected=f"<{expected}>")
-    return found
+    return top, found
 
 
 def _default_set(cables: Node) -> Node:
     """The set that is called the default, or the only one where none is."""
-    wanted = cables.attributes.get("default_cable_set")
+    wanted = cables.said("default_cable_set")
     sets = cables.all("cable_set")
-    if wanted is None and len(sets) == 1:
-        return sets[0]
-    found = next((s for s in sets if s.attributes.get("id") == wanted), None)
-    if found is None:
+    found = sets if wanted is None and len(sets) == 1 else [s for s in sets if s.said("id") == wanted]
+    for other in sets:
+        other.aside = other not in found
+    if len(found) != 1:
         names = ", ".join(s.attributes.get("id", "") for s in sets)
-        cables.fail("the default cable set is not there", found=wanted, expected=names or "a <cable_set>")
-    return found
+        cables.fail("there is not one default cable set", found=wanted, expected=names or "a <cable_set>")
+    return found[0]
 
 
 def _body(links: Node) -> dict[str, Any]:
     """Degrees of freedom, mass, centre of mass, inertia about it; where the body stands at zero, and what is odd."""
-    bodies = [b for b in links.children if b.tag.startswith("link")]
+    bodies = [b for b in links.every() if b.tag.startswith("link")]
     if len(bodies) != 1 or bodies[0].tag != "link_rigid":
         found = ", ".join(f"{len(links.all(tag))} <{tag}>" for tag in sorted({b.tag for b in bodies})) or "none"
         links.fail("a platform is one rigid body; arms and other chains of bodies are not read", found=found,
                    expected="one <link_rigid>")  # fmt: skip
     body = bodies[0]
     if body.all("joint"):
-        joint = body.one("joint").attributes.get("type", "")
+        joint = body.one("joint").said("type") or ""
     else:
         joint = body.one("joint_type").text.strip()
     if joint not in JOINTS:
@@ -205,8 +144,8 @@ def _body(links: Node) -> dict[str, Any]:
     physical = body.one("physical")
     tensor = physical.one("inertia")
     xx, yy, zz, xy, xz, yz = (tensor.one(f"I{k}").numbers(1)[0] for k in ("xx", "yy", "zz", "xy", "xz", "yz"))
-    if tensor.attributes.get("ref", "com").lower() != "com":
-        tensor.fail("the inertia is about another point", found=tensor.attributes["ref"], expected="com")
+    if (tensor.said("ref") or "com").lower() != "com":
+        tensor.fail("the inertia is about another point", found=tensor.said("ref"), expected="com")
     inertia, doubts = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), []
     if degrees != "3R3T" and not _solid(inertia):
         # A planar model needs one moment only, and zeros are written for the others.
@@ -216,8 +155,15 @@ def _body(links: Node) -> dict[str, Any]:
         known = {"inertia": inertia}
     com = np.array(physical.one("com_location").numbers(3))
     mass = physical.one("mass").numbers(1)[0]
-    home = np.array(body.one("parent").one("location").numbers(3)) if body.all("parent") else np.zeros(3)
+    home = _stands(body.one("parent")) if body.all("parent") else np.zeros(3)
     return {"degrees": degrees, "plane": plane, "mass": mass, "com": com, "home": home, "doubts": doubts, **known}
+
+
+def _stands(parent: Node) -> np.ndarray:
+    """Where the body stands at zero. Raises FormatError where it hangs on another body."""
+    if parent.all("num") and parent.one("num").numbers(1) != [0.0]:
+        parent.one("num").fail("a platform hangs on the base", found=parent.one("num").text.strip(), expected="0")
+    return np.array(parent.one("location").numbers(3))
 
 
 def _solid(inertia: np.ndarray) -> bool:
@@ -230,17 +176,18 @@ def _cable(node: Node, com: np.ndarray) -> Cable:
     if node.tag not in ("cable_ideal", "cable_linear_spring"):
         why = "nobody drives this one" if PASSIVE in node.tag else "this kind of actuator is not read"
         node.fail(f"a cable robot pulls on cables: {why}", expected="<cable_ideal> or <cable_linear_spring>")
-    ends = node.one("attachments").children
+    ends = node.one("attachments").every()
     if len(ends) != 2 or ends[1].tag != "attachment" or ends[0].tag not in ("attachment", "base_rotating_pulley"):
         node.fail(
             "a cable runs from the base straight to the body",
             found=", ".join(f"<{end.tag}>" for end in ends),
             expected="an <attachment> or <base_rotating_pulley>, and an <attachment>",
         )
-    links = [0 if end.tag == "base_rotating_pulley" else int(end.one("link").numbers(1)[0]) for end in ends]
+    links = [0 if end.tag == "base_rotating_pulley" else end.one("link").numbers(1)[0] for end in ends]
     if links != [0, 1]:
-        node.fail("a cable runs from the base (0) to the body (1)", found=f"links {links}", expected="links 0 and 1")
-    reference = node.attributes.get("attachment_reference")
+        shown = f"links [{', '.join(f'{v:g}' for v in links)}]"
+        node.fail("a cable runs from the base (0) to the body (1)", found=shown, expected="links 0 and 1")
+    reference = node.said("attachment_reference")
     if reference not in ("joint", "com") and (reference or com.any()):
         node.fail(
             "it is not said which point the attachments are measured from", found=reference, expected="joint, com"

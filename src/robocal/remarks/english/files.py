@@ -89,7 +89,7 @@ TABLE: dict[Code, Words] = {
         "The figures are those of the other rows.",
     ),
     Code.COLUMNS_UNREAD: Words(
-        "{file}: columns that are not read: {columns}[ and {more} more][; did you mean {near} by {misspelt}?]",
+        "{file}: columns that are not read: {names}[ and {more} more][; did you mean {near} by {misspelt}?]",
         "Correct the header, or name the column in the data file, where it is to be read.",
     ),
     Code.COLUMN_CARRIED: Words(
@@ -97,11 +97,11 @@ TABLE: dict[Code, Words] = {
         "Correct the name where it is misspelt.",
     ),
     Code.KEYS_UNSTATED: Words(
-        "{file}[, row {row}]: {joint} does not state {keys}, as all others do, and is taken with {values}",
+        "{file}[, row {row}]: {joint} does not state {keys}[, as {others} do]: it is taken with {values}",
         "State {keys} there, if only that it is so.",
     ),
     Code.ELEMENTS_UNREAD: Words(
-        "{file}: what is not read: {elements}[ and {more} more][; did you mean {near} by {misspelt}?]",
+        "{file}: what is not read: {names}[ and {more} more][; did you mean {near} by {misspelt}?]",
         "Correct the name where it is misspelt.",
     ),
 }

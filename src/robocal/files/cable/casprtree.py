@@ -1,0 +1,154 @@
+"""The XML of CASPR as a tree whose elements know what was asked of them: one that is given twice, text where none belongs and
+entities are refused, and what nobody asked for is named."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from robocal.errors import FormatError
+from robocal.files.text import Source, line_of
+from robocal.files.unread import named, near_miss
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+
+__all__ = ["Node", "parse_caspr", "unread_elements"]
+
+# What CASPR writes for simulations of other things; a cable robot is the same without.
+SILENT = {"end_location", "num", "operational_spaces", "operational_set", "end_effectors"}
+_QUIET = re.compile(r"<!--.*?-->|<!\[CDATA\[.*?\]\]>|<\?.*?\?>", re.DOTALL)
+_ENTITY = re.compile(r"&(?!(?:amp|lt|gt|quot|apos);|#)[^;\s<&]*;?")
+
+
+@dataclass(eq=False)
+class Node:
+    """An element with its text, on line `row`; `asked` are the tags and attributes that somebody wanted of it, `aside` says
+    that nobody wants any of it."""
+
+    tag: str
+    attributes: dict[str, str]
+    row: int
+    file: Path
+    text: str = ""
+    children: list[Node] = field(default_factory=list)
+    asked: set[str] = field(default_factory=set)
+    aside: bool = False
+
+    def all(self, tag: str) -> list[Node]:
+        """Its children of this tag."""
+        self.asked.add(tag)
+        return [c for c in self.children if c.tag == tag]
+
+    def every(self) -> list[Node]:
+        """All its children, in order."""
+        self.asked |= {c.tag for c in self.children}
+        return self.children
+
+    def one(self, tag: str) -> Node:
+        """Its child of this tag. Raises FormatError when there is none, or more than one."""
+        found = self.all(tag)
+        if not found:
+            near = near_miss(tag, [c.tag for c in self.children])
+            self.fail(f"<{self.tag}> has no <{tag}>", suggestion=near)
+        if len(found) > 1:
+            rows = " and ".join(str(node.row) for node in found[:2])
+            found[1].fail(f"<{self.tag}> has more than one <{tag}>", found=f"rows {rows}", expected="one")
+        return found[0]
+
+    def said(self, name: str) -> str | None:
+        """An attribute, None where it is absent."""
+        self.asked.add(f"@{name}")
+        return self.attributes.get(name)
+
+    def numbers(self, count: int) -> list[float]:
+        """Its text as numbers. Raises FormatError."""
+        try:
+            out = [float(w) for w in self.text.replace(",", " ").split()]
+        except ValueError:
+            out = []
+        if len(out) != count or not np.isfinite(out).all() or self.children or "_" in self.text:
+            found = f"<{self.children[0].tag}> inside" if self.children else self.text.strip()
+            self.fail("not numbers", found=found, expected=f"{count} finite numbers")
+        return out
+
+    def fail(self, message: str, **facts: Any) -> NoReturn:
+        """Raises FormatError at this element."""
+        raise FormatError(message, file=self.file, row=self.row, key=f"<{self.tag}>", **facts)
+
+
+def parse_caspr(source: Source) -> Node:
+    """The tree of elements. A document type is skipped (CASPR writes one), an entity is refused: where it is declared in
+    another file, a parser drops it without a word. Raises FormatError."""
+    from xml.parsers import expat
+
+    parser = expat.ParserCreate("utf-8")
+    top: list[Node] = []
+    stack: list[Node] = []
+
+    def begin(tag: str, attributes: dict[str, str]) -> None:
+        node = Node(tag, attributes, parser.CurrentLineNumber, source.path)
+        (stack[-1].children if stack else top).append(node)
+        stack.append(node)
+
+    pieces: dict[int, list[str]] = {}
+
+    def said(text: str) -> None:
+        if stack:
+            pieces.setdefault(id(stack[-1]), []).append(text)
+
+    def end(_: str) -> None:
+        node = stack.pop()
+        node.text = "".join(pieces.pop(id(node), ()))
+        if node.children and node.text.strip():
+            node.fail("text between elements", found=node.text.strip(), expected="elements alone")
+
+    def refuse(*_: Any) -> NoReturn:
+        raise FormatError("an entity is not accepted", file=source.path, row=parser.CurrentLineNumber)
+
+    parser.StartElementHandler = begin
+    parser.EndElementHandler = end
+    parser.CharacterDataHandler = said
+    parser.EntityDeclHandler = refuse
+    try:
+        parser.Parse(source.text.encode("utf-8"), True)
+    except expat.ExpatError as error:
+        raise FormatError(
+            f"not valid XML: {expat.ErrorString(error.code)}", file=source.path, row=error.lineno
+        ) from None
+    plain = _QUIET.sub(lambda part: "\n" * part[0].count("\n"), source.text)
+    entity = _ENTITY.search(plain)
+    if entity is not None:
+        row = line_of(plain, entity.start())
+        raise FormatError("an entity is not accepted", file=source.path, row=row, found=entity[0])
+    return top[0]
+
+
+def unread_elements(top: Node) -> tuple[Remark, ...]:
+    """One remark on the elements of a file that nobody asked for, and on attributes that look like one that was wanted."""
+    found: dict[str, str | None] = {}
+    for node in _visited(top):
+        there = {c.tag for c in node.children}
+        wanted = [tag for tag in node.asked if not tag.startswith("@") and tag not in there]
+        for tag in dict.fromkeys(c.tag for c in node.children if c.tag not in node.asked and c.tag not in SILENT):
+            found[f"<{tag}>"] = found.get(f"<{tag}>") or near_miss(tag, wanted)
+        missing = [a[1:] for a in node.asked if a.startswith("@") and a[1:] not in node.attributes]
+        for name in node.attributes:
+            near = None if f"@{name}" in node.asked else near_miss(name, missing)
+            if near is not None:
+                found[name] = near
+    return (named(Code.ELEMENTS_UNREAD, top.file, found),) if found else ()
+
+
+def _visited(top: Node) -> Iterator[Node]:
+    """The elements of which something was read."""
+    stack = [top]
+    while stack:
+        node = stack.pop()
+        if not node.aside:
+            yield node
+            stack.extend(c for c in reversed(node.children) if c.tag in node.asked)
