@@ -25,6 +25,7 @@ from robocal.files.headers import self_description, vocabulary
 from robocal.files.kinds.base import Around, KindFile, Values
 from robocal.files.kinds.registry import READERS
 from robocal.files.leaving import Excluded, LeftOut, words_of
+from robocal.files.onething import one_thing, refuse_again
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
 from robocal.files.spoken import Spoken, spoken
@@ -97,33 +98,13 @@ def read_datasets(
     asked = Excluded(words_of(exclude), "--exclude")
     for path in paths:
         made = read_dataset(path, chain, kind=kind, taken=taken, group=group, exclude=asked)
-        _refuse_again(made, known)
+        refuse_again(made.dataset, {str(f.file): f.sha256 for f in made.files}, known)
         taken |= {o.frame.name for o in made.dataset.observations if o.frame}
         total = made if total is None else total + made
     assert total is not None
     asked.finish()
-    return replace(total, warnings=total.warnings + unread_remarks(total.unread))
-
-
-def _refuse_again(made: Reading, known: dict[tuple[object, ...], Path]) -> None:
-    """Raises FormatError for a table that was read before, under whatever name: counted twice, it would look twice as
-    sure. Other columns of one table are other measurements."""
-    hashes = {str(f.file): f.sha256 for f in made.files}
-    for obs in made.dataset.observations:
-        joints = made.dataset.configurations.joints
-        where = b"" if joints is None else joints[obs.configuration].tobytes()
-        ends = obs.options.get("ends", ())
-        names = tuple(f.name for f in ends) if isinstance(ends, tuple) else ()
-        values = obs.value.tobytes(), where, names, b"" if obs.target is None else obs.target.tobytes()
-        key = (hashes.get(obs.source), obs.kind, *values)
-        if key in known:
-            raise FormatError(
-                "the same measurements are given twice",
-                file=obs.source,
-                found=f"as in {known[key].parent.name}/{known[key].name}",
-                expected="every data file once",
-            )
-        known[key] = Path(obs.source)
+    said = one_thing(total.dataset)
+    return replace(total, dataset=said, warnings=total.warnings + unread_remarks(total.unread))
 
 
 def read_dataset(
@@ -306,7 +287,7 @@ def _frame_name(
 def _instrument(given: InstrumentModel, name: str, units: Units) -> Frame:
     # An instrument stands where it stands: metres and any turn, unless its place is stated.
     expected = (0.1, 0.1) if given.given else (10.0, 3.0)
-    return Frame(name, frame_vector(given, units), given.free_flags(True), given.mount, expected)
+    return Frame(name, frame_vector(given, units), given.free_flags(True), given.mount, expected, given.said)
 
 
 def _targets(
@@ -334,7 +315,8 @@ def _targets(
         if given.free is None or given.free is True:
             flags = tuple(f and s for f, s in zip(flags, kind.sees, strict=True))
         expected = (0.01, 0.05) if given.given else (0.2, 3.0)
-        frames.append(Frame(name, frame_vector(given, units), flags, getattr(given, "mount", "tool"), expected))
+        mount = getattr(given, "mount", "tool")
+        frames.append(Frame(name, frame_vector(given, units), flags, mount, expected, given.said))
     if cells is None:
         if len(frames) > 1:
             document.fail(

@@ -192,6 +192,11 @@ class FrameModel(Model):
         """Whether any value is stated."""
         return any(v is not None for v in (self.xyz, self.rotation_vector, self.rpy))
 
+    @property
+    def said(self) -> bool:
+        """Whether more is stated than a name."""
+        return bool(self.model_fields_set - {"name"})
+
     def free_flags(self, default: bool) -> tuple[bool, ...]:
         """Six flags."""
         chosen = default if self.free is None else self.free

@@ -83,9 +83,9 @@ def read_caspr(source: Source) -> CableFile:
     robot = cable_robot(name.removesuffix("_cables.xml"), [r.a for r in rows], [r.b for r in rows], **known)
     _plane(robot, home, cables)
     document = Document(source.path, source.text, source.sha256, {}, {(): 1})
-    said = (*(doubt.of_file(source.path) for doubt in doubts), *unread_elements(top), *unread_elements(bodies))
+    odd = (*(doubt.of_file(source.path) for doubt in doubts), *unread_elements(top), *unread_elements(bodies))
     return CableFile(
-        robot, CableUnits(), source.path, source.text, source.sha256, "caspr", (*said, *checked(robot, document))
+        robot, CableUnits(), source.path, source.text, source.sha256, "caspr", (*odd, *checked(robot, document))
     )
 
 

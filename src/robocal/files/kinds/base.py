@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, ScalarModel, SigmaModel, ValueModel
+from robocal.files.onething import UNSAID
 from robocal.files.rows import quoted
 from robocal.files.units import Unit, Units, number, parse_unit
 from robocal.files.yamlio import Document, Path_
@@ -173,6 +174,8 @@ def scalar(model: ScalarModel | None, si: str, option: str, symbol: str, around:
         out["values"] = {symbol: unit.to_si(model.value)}
     elif model.unit is not None or model.free is False:
         document.fail("a key is missing", (option, "value"), expected="a number, or free: true")
+    if not model.model_fields_set - {"name"}:
+        out[UNSAID] = True
     free = model.value is None if model.free is None else model.free
     return {**out, "free": (symbol,) if free else ()}
 

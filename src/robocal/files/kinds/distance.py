@@ -95,7 +95,7 @@ def _end(name: str, given: EndModel, around: Around) -> Frame:
     if given.free is True:
         flags = POINT
     expected = (0.01, 0.05) if given.given and given.mount == "tool" else (0.1, 0.1) if given.given else (3.0, 3.0)
-    return Frame(name, frame_vector(given, around.units), flags, given.mount, expected)
+    return Frame(name, frame_vector(given, around.units), flags, given.mount, expected, given.said)
 
 
 def write_distance(obs: Observations, units: Units) -> Written:

@@ -84,7 +84,7 @@ def frame_of(name: str, given: PlaceModel, free: Sequence[bool], around: Around,
         flags = tuple(free)
     # Stated by hand it is right to a few centimetres; unknown it is anywhere in reach.
     expected = (0.1, 0.1) if given.given else (3.0, 3.0)
-    return Frame(name, frame_vector(given, around.units), flags, "base", expected)
+    return Frame(name, frame_vector(given, around.units), flags, "base", expected, given.said)
 
 
 def frame_line(frame: Frame, units: Units, mount: bool = False) -> str:

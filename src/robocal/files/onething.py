@@ -1,0 +1,104 @@
+"""Whatever has a name is one thing in all files of an identification: a file that only names a place, a ball or a target takes
+what another one says of it, and a distance that two files state is stated once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from robocal.errors import FormatError
+from robocal.measure.data import DataSet, Frame, Observations
+
+__all__ = ["UNSAID", "one_thing", "refuse_again"]
+
+UNSAID = "unsaid"  # the option of a number of which its file says no more than the name
+NUMBERS = ("values", "free")
+
+
+def one_thing(data: DataSet) -> DataSet:
+    """The data with what is said of a name in any file said of it in all; who contradicts whom is not decided here."""
+    said = {f.name: f for obs in data.observations for f in _frames(obs) if f.said}
+    numbers = {
+        key: {k: obs.options[k] for k in NUMBERS if k in obs.options}
+        for obs in data.observations
+        if UNSAID not in obs.options
+        for key in _owners(obs)
+    }
+    renewed = []
+    for obs in data.observations:
+        options = {k: _known(v, said) for k, v in obs.options.items() if k != UNSAID}
+        for key in _owners(obs) if UNSAID in obs.options else ():
+            options |= numbers.get(key, {})
+        frame = None if obs.frame is None else said.get(obs.frame.name, obs.frame) if not obs.frame.said else obs.frame
+        targets = tuple(f if f.said else said.get(f.name, f) for f in obs.targets)
+        renewed.append(replace(obs, frame=frame, targets=targets, options=options))
+    return _once(DataSet(data.configurations, tuple(renewed)))
+
+
+def _frames(obs: Observations) -> Iterator[Frame]:
+    if obs.frame is not None:
+        yield obs.frame
+    yield from obs.targets
+    for value in obs.options.values():
+        yield from (v for v in (value if isinstance(value, tuple) else (value,)) if isinstance(v, Frame))
+
+
+def _known(value: object, said: dict[str, Frame]) -> object:
+    """A frame, or several, as whoever describes them does."""
+    if isinstance(value, Frame):
+        return value if value.said else said.get(value.name, value)
+    if isinstance(value, tuple) and value and all(isinstance(v, Frame) for v in value):
+        return tuple(_known(v, said) for v in value)
+    return value
+
+
+def _owners(obs: Observations) -> Iterator[tuple[str, str]]:
+    """Numbers of an instrument, by what they are and whose."""
+    return ((k, v) for k, v in obs.options.items() if k in ("radius", "length", "zero") and isinstance(v, str))
+
+
+def _once(data: DataSet) -> DataSet:
+    """The data without distances between places that were said before: they are of a drawing, and no second reading."""
+    joints = data.configurations.joints
+    if joints is None:
+        return data
+    seen: set[tuple[object, ...]] = set()
+    kept, idle = [], []
+    for obs in data.observations:
+        ends = obs.options.get("ends")
+        if isinstance(ends, tuple) and obs.rows is None and np.isnan(joints[obs.configuration]).all():
+            sigma = None if obs.sigma is None else obs.sigma.tobytes()
+            key = (frozenset(f.name for f in ends), obs.value.tobytes(), sigma)
+            if key in seen:
+                idle.append(obs.configuration)
+                continue
+            seen.add(key)
+        kept.append(obs)
+    if not idle:
+        return data
+    rest = np.setdiff1d(np.arange(len(data.configurations)), np.concatenate(idle))
+    return DataSet(data.configurations, tuple(kept)).take(rest)
+
+
+def refuse_again(made: DataSet, hashes: Mapping[str, str], known: dict[tuple[object, ...], Path]) -> None:
+    """Raises FormatError for a table that was read before, under whatever name: counted twice, it would look twice as
+    sure. Other columns of one table are other measurements. `hashes` are those of
+    the files, `known` what was read before."""
+    for obs in made.observations:
+        joints = made.configurations.joints
+        where = b"" if joints is None else joints[obs.configuration].tobytes()
+        ends = obs.options.get("ends", ())
+        names = tuple(f.name for f in ends) if isinstance(ends, tuple) else ()
+        values = obs.value.tobytes(), where, names, b"" if obs.target is None else obs.target.tobytes()
+        key = (hashes.get(obs.source), obs.kind, *values)
+        if key in known:
+            raise FormatError(
+                "the same measurements are given twice",
+                file=obs.source,
+                found=f"as in {known[key].parent.name}/{known[key].name}",
+                expected="every data file once",
+            )
+        known[key] = Path(obs.source)
