@@ -25,7 +25,7 @@ from robocal.files.headers import self_description, vocabulary
 from robocal.files.kinds.base import Around, KindFile, Values
 from robocal.files.kinds.registry import READERS
 from robocal.files.leaving import Excluded, LeftOut, words_of
-from robocal.files.onething import one_thing, refuse_again
+from robocal.files.onething import distances_told, one_thing, refuse_again, untouched
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
 from robocal.files.spoken import Spoken, spoken
@@ -64,6 +64,7 @@ class Reading:
     spoken: tuple[Spoken, ...] = ()  # how each table speaks
     left_out: tuple[LeftOut, ...] = ()  # rows that were not read
     unread: tuple[Unread, ...] = ()  # columns that were not read
+    described: Mapping[str, Path] = field(default_factory=dict)  # places and targets, and the file that describes them
 
     def __add__(self, other: Reading) -> Reading:
         """Two readings as one; the units are the first one's."""
@@ -77,6 +78,7 @@ class Reading:
             spoken=self.spoken + other.spoken,
             left_out=self.left_out + other.left_out,
             unread=self.unread + other.unread,
+            described={**other.described, **self.described},
         )
 
 
@@ -104,7 +106,8 @@ def read_datasets(
     assert total is not None
     asked.finish()
     said = one_thing(total.dataset)
-    return replace(total, dataset=said, warnings=total.warnings + unread_remarks(total.unread))
+    warnings = total.warnings + unread_remarks(total.unread) + untouched(said, total.described)
+    return replace(total, dataset=distances_told(said), warnings=warnings)
 
 
 def read_dataset(
@@ -147,7 +150,8 @@ def read_dataset(
     total = parts[0]
     for part in parts[1:]:
         total = total + part
-    return replace(total, path=place, files=tuple(files))
+    described = dict.fromkeys((*model.targets, *getattr(model, "places", ())), place)
+    return replace(total, path=place, files=tuple(files), described=described)
 
 
 def _read_rows(

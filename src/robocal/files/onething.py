@@ -10,9 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from robocal.errors import FormatError
+from robocal.files.unread import SHOWN
 from robocal.measure.data import DataSet, Frame, Observations
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
-__all__ = ["UNSAID", "one_thing", "refuse_again"]
+__all__ = ["UNSAID", "distances_told", "one_thing", "refuse_again", "untouched"]
 
 UNSAID = "unsaid"  # the option of a number of which its file says no more than the name
 NUMBERS = ("values", "free")
@@ -35,7 +38,7 @@ def one_thing(data: DataSet) -> DataSet:
         frame = None if obs.frame is None else said.get(obs.frame.name, obs.frame) if not obs.frame.said else obs.frame
         targets = tuple(f if f.said else said.get(f.name, f) for f in obs.targets)
         renewed.append(replace(obs, frame=frame, targets=targets, options=options))
-    return _once(DataSet(data.configurations, tuple(renewed)))
+    return DataSet(data.configurations, tuple(renewed))
 
 
 def _frames(obs: Observations) -> Iterator[Frame]:
@@ -60,11 +63,25 @@ def _owners(obs: Observations) -> Iterator[tuple[str, str]]:
     return ((k, v) for k, v in obs.options.items() if k in ("radius", "length", "zero") and isinstance(v, str))
 
 
-def _once(data: DataSet) -> DataSet:
-    """The data without distances between places that were said before: they are of a drawing, and no second reading."""
+def untouched(data: DataSet, described: Mapping[str, Path]) -> tuple[Remark, ...]:
+    """A remark on each file that describes places or targets which no row is about; `described` says which file does."""
+    seen = {obs.targets[i].name for obs in data.observations if obs.target is not None for i in np.unique(obs.target)}
+    seen |= {f.name for obs in data.observations if obs.rows is not None for f in _frames(obs) if f not in obs.targets}
+    seen |= {f.name for obs in data.observations if obs.target is None for f in obs.targets}
+    idle: dict[Path, list[str]] = {}
+    for name, file in described.items():
+        if name not in seen:
+            idle.setdefault(file, []).append(name)
+    return tuple(Remark.of(Code.PLACES_UNTOUCHED, file=str(f), names=tuple(names[:SHOWN])) for f, names in idle.items())
+
+
+def distances_told(data: DataSet) -> DataSet:
+    """The data without distances between places that tell nothing: those that were said before, since they are of a drawing
+    and no second reading, and those to a place which is free and is touched nowhere."""
     joints = data.configurations.joints
     if joints is None:
         return data
+    touched = {f.name for obs in data.observations if obs.rows is not None for f in _frames(obs)}
     seen: set[tuple[object, ...]] = set()
     kept, idle = [], []
     for obs in data.observations:
@@ -72,7 +89,7 @@ def _once(data: DataSet) -> DataSet:
         if isinstance(ends, tuple) and obs.rows is None and np.isnan(joints[obs.configuration]).all():
             sigma = None if obs.sigma is None else obs.sigma.tobytes()
             key = (frozenset(f.name for f in ends), obs.value.tobytes(), sigma)
-            if key in seen:
+            if key in seen or any(any(f.free) and f.name not in touched for f in ends):
                 idle.append(obs.configuration)
                 continue
             seen.add(key)
@@ -91,7 +108,8 @@ def refuse_again(made: DataSet, hashes: Mapping[str, str], known: dict[tuple[obj
         joints = made.configurations.joints
         where = b"" if joints is None else joints[obs.configuration].tobytes()
         ends = obs.options.get("ends", ())
-        names = tuple(f.name for f in ends) if isinstance(ends, tuple) else ()
+        place = obs.options.get("place")
+        names = tuple(f.name for f in (*(ends if isinstance(ends, tuple) else ()), place) if isinstance(f, Frame))
         values = obs.value.tobytes(), where, names, b"" if obs.target is None else obs.target.tobytes()
         key = (hashes.get(obs.source), obs.kind, *values)
         if key in known:

@@ -20,13 +20,15 @@ from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.remarks.remark import Remark
 
-__all__ = ["doubt_units", "misfit"]
+__all__ = ["doubt_units", "misfit", "refuse_still"]
 
 Array = NDArray[np.float64]
 Watch = Callable[[dict[str, object]], None]
 TENFOLD = 10.0
 SPARE = 3  # numbers beyond what frames can meet: by luck each falls tenfold once in ten times
 BAD = 0.05  # of the spread of what was measured: from here on every other unit is tried
+PLACED = ("position", "pose", "spherical", "bearing", "range", "pixels")  # kinds that read where the tool is
+LEAST, MOVED = 4, 0.02  # places, and rad or m between them, from which on equal readings are no chance
 MANY = 300  # configurations that are enough to tell units apart
 
 
@@ -76,8 +78,34 @@ def _tools(chain: Chain, data: DataSet) -> list[Array]:
     return [chain.pose(q, data.configurations.columns)[used, :3, 3]] if len(used) else []
 
 
-def doubt_units(chain: Chain, reading: Reading, watch: Watch | None = None) -> tuple[Remark, ...]:
-    """Tries every suspected unit: raises FormatError when other units lower the misfit tenfold, warns otherwise."""
+def refuse_still(data: DataSet) -> None:
+    """Raises FormatError for an instrument that reads one and the same wherever the arm stands: it was stuck, or columns were
+    filled in. A bar of fixed length may, and so may a contact."""
+    joints = data.configurations.joints
+    for obs in data.observations if joints is not None else ():
+        if obs.kind not in PLACED or obs.rows is None or len(obs) < LEAST:
+            continue
+        where = joints[obs.configuration]  # type: ignore[index]
+        if (
+            np.ptp(obs.value, axis=0).any()
+            or len(np.unique(where, axis=0)) < LEAST
+            or np.ptp(where, axis=0).max() < MOVED
+        ):
+            continue
+        raise FormatError(
+            "all readings are equal, though the joints move",
+            file=obs.source,
+            key=kind_of(obs).name,
+            found=f"{len(obs)} equal rows",
+            expected="another reading wherever the arm stands elsewhere",
+        )
+
+
+def doubt_units(
+    chain: Chain, reading: Reading, watch: Watch | None = None, others: tuple[Remark, ...] = ()
+) -> tuple[Remark, ...]:
+    """Tries every suspected unit: raises FormatError when other units lower the misfit tenfold and then fit, warns otherwise.
+    `others` are remarks of which each may explain a misfit as well; then units are a remark too."""
     doubts = reading.suspicions[:6]
     sample = _sample(reading.dataset)
     as_read = misfit(chain, sample)
@@ -97,12 +125,15 @@ def doubt_units(chain: Chain, reading: Reading, watch: Watch | None = None) -> t
         # Of two equally good explanations the one with fewer changes stands.
         if np.isfinite(found) and found < 0.9 * best:
             best, chosen = found, some
-    if chosen and best * TENFOLD <= as_read:
+    # What leaves much of the misfit is no explanation, whatever it lowers.
+    if chosen and best * TENFOLD <= as_read and best <= BAD:
+        if others:
+            return tuple(dict.fromkeys(d.remark for d in (*chosen, *doubts)))
         first = chosen[0]
-        others = "".join(f"; likewise the {d.part} values of {d.source} in {d.alternative}" for d in chosen[1:])
+        likewise = "".join(f"; likewise the {d.part} values of {d.source} in {d.alternative}" for d in chosen[1:])
         raise FormatError(
             f"the {first.part} values are probably in {first.alternative}: {first.reason}, "
-            f"and the misfit falls {as_read / best if best > 0 else np.inf:.3g} times{others}",
+            f"and the misfit falls {as_read / best if best > 0 else np.inf:.3g} times{likewise}",
             file=first.source,
             key=f"{first.part}.unit",
             found=first.stated,

@@ -20,7 +20,7 @@ from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
 from robocal.files.text import read_text
 from robocal.files.units import parse_unit
 from robocal.files.yamlio import load
-from robocal.jobs.doubting import doubt_units
+from robocal.jobs.doubting import doubt_units, refuse_still
 from robocal.jobs.naming import refuse_wrong
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
@@ -152,7 +152,9 @@ def read_inputs(
         raise
     _one_frame_per_name(reading)
     with computable(robot, *data):
-        doubts = doubt_units(arm.chain, reading, watch)
+        refuse_still(reading.dataset)
+        forgotten = tuple(w for w in arm.warnings if w.code == Code.KEYS_UNSTATED)
+        doubts = doubt_units(arm.chain, reading, watch, forgotten)
         doubts += refuse_wrong(arm, reading, lambda chain: reading_for(chain).dataset)
     return Inputs(arm, reading, (*robot_files(arm, robot), *reading.files), (*arm.warnings, *reading.warnings, *doubts))
 

@@ -146,6 +146,7 @@ class Code(StrEnum):
     COLUMN_CARRIED = "column-carried"
     KEYS_UNSTATED = "keys-unstated"
     ELEMENTS_UNREAD = "elements-unread"
+    PLACES_UNTOUCHED = "places-untouched"
 
     # --- a model judged, used and handed on ---
     FITTED_TO_THESE = "fitted-to-these"

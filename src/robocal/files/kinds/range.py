@@ -60,7 +60,7 @@ def read_range(model: RangeModel, table: CsvTable, document: Document) -> Values
     if (value <= 0).any():
         row, column = (int(i) for i in np.argwhere(value <= 0)[0])
         label = table.label(table.find(names[column]))
-        raise table.fail("a range must be above 0", row, label, found=value[row, column] / units[column].factor)
+        raise table.fail("a range must be above 0", row, label, found=float(value[row, column] / units[column].factor))
     given = model.range
     if isinstance(given.sigma, SigmaModel):
         # A sigma column may speak of time or of length on its own.

@@ -100,6 +100,10 @@ TABLE: dict[Code, Words] = {
         "{file}[, row {row}]: {joint} does not state {keys}[, as {others} do]: it is taken with {values}",
         "State {keys} there, if only that it is so.",
     ),
+    Code.PLACES_UNTOUCHED: Words(
+        "{file}: described, but never touched or seen: {names}",
+        "Check the names in the column that says which; a distance to such a place is left out while the place is free.",
+    ),
     Code.ELEMENTS_UNREAD: Words(
         "{file}: what is not read: {names}[ and {more} more][; did you mean {near} by {misspelt}?]",
         "Correct the name where it is misspelt.",
