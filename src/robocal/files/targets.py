@@ -43,7 +43,8 @@ TURNS = (
     (("rx", "ry", "rz"), "rotation_vector"),
 )
 IDS = ("id", "configuration", "pose_id", "target", "name")
-CONFIGURED = {*IDS, *CONFIGURATION, *PER_JOINT}
+# What targets have a use for.
+READ = {*IDS, *CONFIGURATION, *PER_JOINT, *(n for c in POSITIONS for n in c), *(n for c, _ in TURNS for n in c)}
 
 
 class TargetsModel(PositionModel):
@@ -86,7 +87,7 @@ def read_targets(path: str | os.PathLike[str], chain: Chain) -> TargetFile:
     made = _targets(model, table, chain, document, tuple(files))
     known = vocabulary(chain)
     # Where a table of measurements serves as targets, what they say of noise and instruments belongs there.
-    silent = [n for n in known if n.partition(".")[0] not in CONFIGURED]
+    silent = [n for n in known if n.partition(".")[0] not in READ and n not in chain.joint_names]
     said = (*carried(model, document), *unread_remarks([left_over(table, (*IDS, *known), (*silent, "rank"))]))
     return replace(made, files=(*made.files, InputFile(table.path, table.sha256, said)))
 

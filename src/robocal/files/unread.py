@@ -10,7 +10,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from robocal.errors import nearest
 from robocal.files.csvtable import CsvTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -20,6 +19,7 @@ __all__ = ["Unread", "left_over", "named", "near_miss", "unread_remarks"]
 SHOWN = 6  # columns that a sentence names; more are counted
 LOOKED = 200  # columns for which a known name is looked for
 LONG = 40  # letters; no name that is known is longer
+ALIKE = 0.68  # of the letters of two words
 
 
 @dataclass(frozen=True)
@@ -40,14 +40,12 @@ def left_over(table: CsvTable, known: Iterable[str], silent: Iterable[str] = ())
 
 
 def near_miss(word: str, known: Iterable[str]) -> str | None:
-    """The known name of which a word looks like a slip of the pen: close, and alike in more than half of its letters."""
-    from difflib import SequenceMatcher
+    """The known name of which a word looks like a slip of the pen: more than two thirds of the letters of both are alike."""
+    from difflib import get_close_matches
 
-    if len(word) > LONG:
-        return None
-    guess = nearest(word, known)
-    alike = 0.0 if guess is None else SequenceMatcher(None, word.lower(), guess.lower()).ratio()
-    return guess if alike > 2 / 3 else None
+    options = {name.lower(): name for name in known if len(name) <= LONG}
+    found = get_close_matches(word.lower(), options, n=1, cutoff=ALIKE) if len(word) <= LONG else []
+    return options[found[0]] if found else None
 
 
 def unread_remarks(found: Iterable[Unread]) -> tuple[Remark, ...]:

@@ -79,7 +79,7 @@ def _described(source: Source, document: Document) -> CableFile:
     frame, platform = (_anchors(document, key, values) for key in ("frame_anchors", "platform_anchors"))
     rows = _joined(model, document, frame, platform)
     robot, places = _robot(model, rows, frame, platform, values)
-    warnings = (*checked(robot, document), *_idle(rows, frame, platform, document))
+    warnings = (*checked(robot, document), *_idle(rows, frame, platform, document), *_unstated(rows, robot, document))
     return CableFile(robot, units, source.path, source.text, source.sha256, "yaml", warnings, places)
 
 
@@ -199,6 +199,19 @@ def _idle(
     file = str(document.path)
     return tuple(
         Remark.of(Code.ANCHORS_UNUSED, file=file, side=side, anchors=tuple(names)) for side, names in spare if names
+    )
+
+
+def _unstated(rows: list[tuple[CableModel, str, str]], robot: CableRobot, document: Document) -> tuple[Remark, ...]:
+    """A remark on the one cable without a zero where all others state theirs: it may have been forgotten."""
+    silent = [i for i, (row, *_) in enumerate(rows) if row.zero is None]
+    if len(silent) != 1 or len(rows) < 3:
+        return ()
+    cable = f"cable {robot.cables[silent[0]]}"
+    row = document.row(("cables", silent[0]))
+    file, keys, values = str(document.path), ("zero",), ("zero: 0",)
+    return (
+        Remark.of(Code.KEYS_UNSTATED, file=file, row=row, joint=cable, keys=keys, others="all others", values=values),
     )
 
 

@@ -1,0 +1,395 @@
+"""No key and no column that means something is passed over without a word: for every format, each is misspelt, doubled and
+left out, and what follows is an error, a remark that was not there before, or the same result.
+
+What a file may leave out, and what then holds, stands in docs/files.md, docs/conventions.md and docs/cable-robots.md; those
+keys are named here, and nothing else may be gone without a word.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from arms.arm_samples import BASE, HOME, NAMES, TOOL, rows
+from files.kind_samples import ARM, KINDS, texts
+from files.slips import Path_, header_slips, quick, xml_slips, yaml_slips, yaml_text
+from files.test_cable import BODIES, CABLE
+from files.test_cable import ROBOT as CABLES
+
+from robocal.arms.conventions import CONVENTIONS, chain
+from robocal.errors import InputError
+from robocal.files.cable.lists import read_cable_lengths, read_platform_poses
+from robocal.files.cable.robot import read_cable
+from robocal.files.dataset import Reading, read_datasets
+from robocal.files.offsets import read_offsets
+from robocal.files.poses import read_poses
+from robocal.files.region import read_region
+from robocal.files.robot import describe, parse_robot, read_robot
+from robocal.files.targets import read_targets
+from robocal.files.text import Source, read_text
+from robocal.files.yamlio import parse
+
+Read = Callable[[str], tuple[Any, tuple[object, ...]]]
+
+
+def plain(value: Any) -> Any:
+    """Whatever was read, as something that compares; where it was read from does not count."""
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes() if value.dtype != object else tuple(map(plain, value))
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return tuple(
+            plain(getattr(value, f.name)) for f in dataclasses.fields(value) if f.name not in ("meta", "source", "rows")
+        )
+    if isinstance(value, dict):
+        return tuple((k, plain(v)) for k, v in value.items())
+    return tuple(map(plain, value)) if isinstance(value, list | tuple) else value
+
+
+def silent(read: Read, text: str, slips: Iterator[tuple[str, Path_, str]], may: Callable[[Path_], bool]) -> list[str]:
+    """The slips of which nobody said anything though the result is another; `may` says which keys may be left out."""
+    before, said = read(text)
+    found = []
+    for what, path, slip in slips:
+        try:
+            after, now = read(slip)
+        except InputError:
+            continue
+        if set(now) - set(said) or plain(after) == plain(before) or (what == "deleted" and may(path)):
+            continue
+        found.append(f"{what} {'.'.join(map(str, path))}")
+    return found
+
+
+@pytest.fixture(autouse=True)
+def _quick(monkeypatch):
+    for module in ("robot", "cable.robot"):
+        monkeypatch.setattr(f"robocal.files.{module}.parse", quick)
+    for module in ("dataset", "region"):
+        monkeypatch.setattr(f"robocal.files.{module}.load", lambda path: quick(read_text(path)))
+
+
+def source(text: str) -> Source:
+    return Source(Path("file.yaml"), text, "0")
+
+
+# --- robots -----------------------------------------------------------------------------------------------------------------
+
+
+def robot(text: str) -> tuple[Any, tuple[object, ...]]:
+    made = parse_robot(source(text))
+    return (made.chain.elements, made.chain.joints, made.chain.table, made.units), made.warnings
+
+
+OPTIONAL_ROBOT = {
+    "kind",
+    "base",
+    "home",
+    "tool",
+    "calibrate",
+    "source",
+    "free",
+    "fixed",
+    "prior",
+    "bounds",
+    "xyz",
+    "rotation_vector",
+}
+
+
+@pytest.mark.parametrize("convention", NAMES)
+def test_robots_of_every_convention(convention):
+    rng = np.random.default_rng(5)
+    rule = CONVENTIONS[convention]
+    home = HOME if rule.home else None
+    given = rows(convention, "RRPRR", rng)
+    for i, row in enumerate(given):
+        row |= {"name": f"axis{i + 1}", "limits": (-1.5, 1.5)}
+    arm = chain("an arm", convention, given, base=BASE, tool=TOOL, home=home)
+    data = parse(source(describe(arm))).data
+    data["calibrate"] |= {
+        "prior": {"length": 1.0},
+        "fixed": [next(n for n in arm.table.names if n.startswith("axis2"))],
+    }
+    text = yaml_text(data)
+
+    def chosen() -> Iterator[tuple[str, Path_, str]]:
+        """One joint of each type is enough for what is said alike of all; and what no convention says, in one of them."""
+        for what, path, slip in yaml_slips(data):
+            inside = path[0] == "joints" and len(path) > 1
+            if path[1] in ((1, 2) if what == "deleted" else (1,)) if inside else convention == NAMES[0]:
+                yield what, path, slip
+
+    def may(path: Path_) -> bool:
+        # An element without a symbol is a constant.
+        return path[-1] == "symbol" if path[0] == "joints" else path[-1] in OPTIONAL_ROBOT
+
+    assert silent(robot, text, chosen(), may) == []
+
+
+URDF = """<robot name="three"><link name="base_link"/><link name="a"/><link name="b"/><link name="c"/><link name="t"/>
+<joint name="j1" type="revolute"><origin xyz="0 0 0.3" rpy="0 0 0.1"/><parent link="base_link"/><child link="a"/><axis xyz="0 0 1"/>
+<limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+<joint name="j2" type="revolute"><origin xyz="0.1 0 0.2" rpy="0.2 0 0"/><parent link="a"/><child link="b"/><axis xyz="0 1 0"/>
+<limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+<joint name="j3" type="prismatic"><origin xyz="0.4 0 0" rpy="0 0.3 0"/><parent link="b"/><child link="c"/><axis xyz="0 0 1"/>
+<limit lower="-0.2" upper="0.2" effort="1" velocity="1"/></joint>
+<joint name="flange" type="fixed"><origin xyz="0 0 0.1" rpy="0 0.1 0"/><parent link="c"/><child link="t"/></joint></robot>"""
+
+
+def test_urdf(tmp_path):
+    place = tmp_path / "arm.urdf"
+
+    def read(text: str) -> tuple[Any, tuple[object, ...]]:
+        place.write_text(text, encoding="utf-8")
+        made = read_robot(place, base="base_link", tip="t")
+        return (made.chain.elements, made.chain.joints, made.chain.table), made.warnings
+
+    # The robot's name is that of the file where it states none.
+    assert silent(read, URDF, xml_slips(URDF), lambda path: path == ("robot", "@name")) == []
+
+
+OPTIONAL_CABLE = {
+    *("angle", "force", "mass", "degrees", "plane", "source", "assumed", "unit", "name", "zero", "frame", "platform"),
+    *(
+        "pulley",
+        "tension",
+        "elasticity",
+        "density",
+        "diameter",
+        "centre_of_mass",
+        "inertia",
+        "calibrate",
+        "every_cable",
+        "cables",
+    ),
+}
+
+
+def test_cable_robots(tmp_path):
+    data = parse(source(CABLES)).data
+    place = tmp_path / "robot.yaml"
+
+    def read(text: str) -> tuple[Any, tuple[object, ...]]:
+        place.write_text(text, encoding="utf-8")
+        made = read_cable(place)
+        return (made.robot, made.units), made.warnings
+
+    own = ("frame_anchors", "platform_anchors")  # names of one's own
+
+    def slips() -> Iterator[tuple[str, Path_, str]]:
+        return (s for s in yaml_slips(data) if not (s[1][0] in own and len(s[1]) == 2 and s[0] == "misspelt"))
+
+    found = silent(read, yaml_text(data), slips(), lambda path: path[-1] in OPTIONAL_CABLE)
+    assert found == []
+
+
+def test_caspr(tmp_path):
+    ends = (("-1 0 0", "-.1 0 0"), ("1 0 0", "0.1 0 0"), ("1 0 2", "0.1 0 0.1"), ("-1 0 2", "-0.1 0 0.1"))
+    cables = "".join(CABLE.format(name=f"cable {i}", reference="joint", a=a, b=b) for i, (a, b) in enumerate(ends))
+    cables = f'<cables default_cable_set="used"><cable_set id="used">{cables}</cable_set></cables>'
+    bodies = BODIES.partition("?>")[2].replace("0 0 0</location>", "0.05 0 0</location>", 1)
+    place = tmp_path / "flat_cables.xml"
+
+    def reader(name: str, other: tuple[str, str]) -> Read:
+        def read(text: str) -> tuple[Any, tuple[object, ...]]:
+            (tmp_path / other[0]).write_text(other[1], encoding="utf-8")
+            (tmp_path / name).write_text(text, encoding="utf-8")
+            made = read_cable(place)
+            return made.robot, made.warnings
+
+        return read
+
+    def first(slips: Iterator[tuple[str, Path_, str]]) -> Iterator[tuple[str, Path_, str]]:
+        seen: dict[tuple[str, Path_], None] = {}
+        for slip in slips:
+            if slip[:2] not in seen:
+                seen[slip[:2]] = None
+                yield slip
+
+    def never(path: Path_) -> bool:
+        return False
+
+    of_cables = reader("flat_cables.xml", ("flat_bodies.xml", bodies))
+    assert silent(of_cables, cables, first(xml_slips(cables)), lambda path: path[-1] == "cable_ideal") == []
+    of_bodies = reader("flat_bodies.xml", ("flat_cables.xml", cables))
+    # Without <parent> the body stands where the base is, which the plane of the anchors says too.
+    assert silent(of_bodies, bodies, first(xml_slips(bodies)), lambda path: path[-1] in ("parent", "@ref")) == []
+
+
+# --- data -------------------------------------------------------------------------------------------------------------------
+
+OPTIONAL_DATA = {
+    *(
+        "units",
+        "frame",
+        "targets",
+        "target",
+        "configuration",
+        "group",
+        "place",
+        "places",
+        "between",
+        "id",
+        "second",
+        "length",
+    ),
+    *(
+        "name",
+        "mount",
+        "free",
+        "xyz",
+        "rotation_vector",
+        "unit",
+        "sigma",
+        "contact",
+        "radius",
+        "value",
+        "medium",
+        "speed",
+    ),
+    *("delay", "k1", "k2", "p1", "p2", "k3"),
+}
+
+
+def reading(folder: Path, described: str | None, table: str) -> tuple[Any, tuple[object, ...]]:
+    (folder / "table.csv").write_text(table, encoding="utf-8")
+    name = "table.csv"
+    if described is not None:
+        (folder / "data.yaml").write_text(described, encoding="utf-8")
+        name = "data.yaml"
+    made: Reading = read_datasets([folder / name], ARM)
+    observations = [dataclasses.replace(o, source="", digits=None) for o in made.dataset.observations]
+    return (made.dataset.configurations, observations, made.units), made.warnings
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_data_files_of_every_kind(kind, tmp_path):
+    described, table = texts(kind)
+    data = parse(source(described)).data
+    own = ("ends", "places", "targets", "configuration")
+
+    def slips() -> Iterator[tuple[str, Path_, str]]:
+        return (s for s in yaml_slips(data, 4) if not (s[1][0] in own[:3] and len(s[1]) == 2 and s[0] == "misspelt"))
+
+    def may(path: Path_) -> bool:
+        return path[-1] in OPTIONAL_DATA or path[0] in own
+
+    assert silent(lambda text: reading(tmp_path, text, table), yaml_text(data), slips(), may) == []
+
+
+MORE = {
+    "temperature [degC]": "20.5",
+    "time [s]": "3",
+    "payload [kg]": "1.5",
+    "approach.j2": "1",
+    "torque.j1 [Nm]": "0.5",
+    "group": "a",
+}
+
+
+@pytest.mark.parametrize("kind", ["position", "pose", "spherical", "bearing", "displacement", "relative_pose"])
+def test_headers_that_describe_themselves(kind, tmp_path):
+    head, *lines = texts(kind)[1].splitlines()
+    head = head.replace(",second,", ",") if ",second," in head else head
+    if head != texts(kind)[1].splitlines()[0]:
+        at = texts(kind)[1].splitlines()[0].split(",").index("second")
+        lines = [",".join(c for i, c in enumerate(line.split(",")) if i != at) for line in lines]
+    table = "\n".join([",".join([head, *MORE]), *(",".join([line, *MORE.values()]) for line in lines)]) + "\n"
+    alone = {*(name.partition(" [")[0] for name in MORE), "configuration"}
+    # A column that stands for itself may be absent: nobody can know that it was there.
+    assert (
+        silent(lambda text: reading(tmp_path, None, text), table, header_slips(table), lambda p: p[-1] in alone) == []
+    )
+
+
+def test_names_under_which_columns_are_carried_along(tmp_path):
+    described, table = texts("position")
+    more = "\n".join(f"{line},{'T' if i == 0 else 20}" for i, line in enumerate(table.splitlines())) + "\n"
+    for name, near in (
+        ("tempreature", "temperature"),
+        ("paylod", "payload"),
+        ("humidity", None),
+        ("aproach.j1", "approach.j1"),
+    ):
+        text = described.replace("{id: configuration}", f"{{id: configuration, {name}: {{column: T, unit: degC}}}}")
+        said = [str(w) for w in reading(tmp_path, text, more)[1]]
+        assert [s for s in said if "carried along" in s] == ([] if near is None else said), said
+        assert near is None or f"did you mean {near}?" in said[0]
+
+
+# --- lists ------------------------------------------------------------------------------------------------------------------
+
+
+def test_lists_of_cable_robots(tmp_path):
+    (tmp_path / "robot.yaml").write_text(CABLES, encoding="utf-8")
+    cables = read_cable(tmp_path / "robot.yaml").robot
+    place = tmp_path / "list.csv"
+
+    def reader(read: Callable[..., Any]) -> Read:
+        def made(text: str) -> tuple[Any, tuple[object, ...]]:
+            place.write_text(text, encoding="utf-8")
+            found = read(place, cables)
+            return (found.names, found.values, found.tension, found.wrench), found.warnings
+
+        return made
+
+    pulls = ",".join(f"{c}.tension [N]" for c in cables.cables)
+    poses = f"id,x [m],y [m],z [m],rx [deg],ry [deg],rz [deg],fx [N],fy [N],fz [N],mx [Nm],my [Nm],mz [Nm],{pulls}\n"
+    poses += "p1,0,0.1,1,0,2,0,1,2,3,4,5,6,7,8,9,10\np2,0.1,0,1.2,0,1,0,1,2,3,4,5,6,7,8,9,11\n"
+    # Forces that are not stated are none.
+    may = ("id", "fx", "fy", "fz", "mx", "my", "mz")
+    assert silent(reader(read_platform_poses), poses, header_slips(poses), lambda p: p[-1] in may) == []
+    lengths = "id," + ",".join(f"{c} [m]" for c in cables.cables) + f",{pulls}\np1,1,2,3,4,5,6,7,8\n"
+    assert silent(reader(read_cable_lengths), lengths, header_slips(lengths), lambda p: p[-1] == "id") == []
+
+
+def test_lists_of_arms(tmp_path):
+    place = tmp_path / "list.csv"
+
+    def reader(read: Callable[[Path], tuple[Any, Any]]) -> Read:
+        def made(text: str) -> tuple[Any, tuple[object, ...]]:
+            place.write_text(text, encoding="utf-8")
+            return read(place)
+
+        return made
+
+    def poses(at: Path) -> tuple[Any, Any]:
+        names, q, files = read_poses(at, ARM)
+        return (names, q), [w for f in files for w in f.remarks]
+
+    def targets(at: Path) -> tuple[Any, Any]:
+        found = read_targets(at, ARM)
+        return (found.targets, found.ids), [w for f in found.files for w in f.remarks]
+
+    def offsets(at: Path) -> tuple[Any, Any]:
+        found = read_offsets(at, ARM)
+        return (found.values, found.missing), found.remarks
+
+    listed = "id,j1 [deg],j2 [deg],j3 [deg]\np1,0,10,20\np2,5,10,30\n"
+    assert silent(reader(poses), listed, header_slips(listed), lambda p: p[-1] == "id") == []
+    wanted = "id,x [mm],y [mm],z [mm],rx [deg],ry [deg],rz [deg],temperature [degC],j1 [deg],j2 [deg],j3 [deg]\n"
+    wanted += "a,100,20,300,0,10,0,21,0,10,20\nb,110,20,300,0,10,5,22,5,10,30\n"
+    alone = ("id", "temperature")
+    assert silent(reader(targets), wanted, header_slips(wanted), lambda p: p[-1] in alone) == []
+    zeros = "joint,offset,sigma,unit\nj1,0.5,0.1,deg\nj2,-0.2,0.1,deg\nj3,0.1,0.1,deg\n"
+    assert silent(reader(offsets), zeros, header_slips(zeros), lambda p: False) == []
+
+
+def test_regions(tmp_path):
+    data = {
+        "robocal": 1,
+        "kind": "region",
+        "units": {"length": "mm", "angle": "deg"},
+        "joints": {"j1": [-9, 9], "j2": [0, 6]},
+    }
+    place = tmp_path / "region.yaml"
+
+    def read(text: str) -> tuple[Any, tuple[object, ...]]:
+        place.write_text(text, encoding="utf-8")
+        return read_region(place, ARM).ranges, ()
+
+    assert silent(read, yaml_text(data), yaml_slips(data), lambda path: path[0] == "joints") == []
