@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from robocal.files.text import Source
+import numpy as np
+
+from robocal.errors import InputError
+from robocal.files.text import Source, read_text
 from robocal.files.yamlio import Document, parse
 
 Path_ = tuple[str | int, ...]
 TWICE = "\x00again"
+Read = Callable[[str], tuple[Any, tuple[object, ...]]]
 
 
 def every_key(data: Any, at: Path_ = ()) -> Iterator[Path_]:
@@ -120,3 +126,44 @@ def xml_slips(text: str) -> Iterator[tuple[str, Path_, str]]:
                 if what == "misspelt":
                     node.attrib[misspelt(name)] = value
                 yield what, (*path, f"@{name}"), ElementTree.tostring(root, encoding="unicode")
+
+
+def quicker(monkeypatch: Any) -> None:
+    """All readers take documents by `quick`."""
+    for module in ("robot", "cable.robot"):
+        monkeypatch.setattr(f"robocal.files.{module}.parse", quick)
+    for module in ("dataset", "region"):
+        monkeypatch.setattr(f"robocal.files.{module}.load", lambda path: quick(read_text(path)))
+
+
+def source(text: str) -> Source:
+    """A text as a file."""
+    return Source(Path("file.yaml"), text, "0")
+
+
+def plain(value: Any) -> Any:
+    """Whatever was read, as something that compares; where it was read from does not count."""
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes() if value.dtype != object else tuple(map(plain, value))
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return tuple(
+            plain(getattr(value, f.name)) for f in dataclasses.fields(value) if f.name not in ("meta", "source", "rows")
+        )
+    if isinstance(value, dict):
+        return tuple((k, plain(v)) for k, v in value.items())
+    return tuple(map(plain, value)) if isinstance(value, list | tuple) else value
+
+
+def silent(read: Read, text: str, slips: Iterator[tuple[str, Path_, str]], may: Callable[[Path_], bool]) -> list[str]:
+    """The slips of which nobody said anything though the result is another; `may` says which keys may be left out."""
+    before, said = read(text)
+    found = []
+    for what, path, slip in slips:
+        try:
+            after, now = read(slip)
+        except InputError:
+            continue
+        if set(now) - set(said) or plain(after) == plain(before) or (what == "deleted" and may(path)):
+            continue
+        found.append(f"{what} {'.'.join(map(str, path))}")
+    return found
