@@ -30,7 +30,7 @@ def measured(robot, truth, rng, m):
     return replace(data, observations=tuple(replace(o, frame=lost) for o in data.observations))
 
 
-def draw(seed, m, *, everything=False, size=5e-3, fresh=1000):
+def draw(seed, m, *, everything=False, size=5e-3, fresh=1000, folds=None):
     """An arm with joint offsets, or with all errors: what its run says of offsets alone, and the mean error (m) of nominal
     robot and offsets on fresh poses."""
     rng = np.random.default_rng(seed)
@@ -39,7 +39,7 @@ def draw(seed, m, *, everything=False, size=5e-3, fresh=1000):
     scale = {"m": 1e-3, "rad": size}
     moved = {n: robot.table[n].value + rng.normal(0, scale[robot.table[n].unit]) for n in names}
     truth = robot.with_values(moved)
-    found = identify(robot, measured(robot, truth, rng, m), Options(seed=seed)).offsets
+    found = identify(robot, measured(robot, truth, rng, m), Options(seed=seed, folds=folds)).offsets
     held = with_offsets(robot, {o.joint: o.offset for o in found.offsets})
     there = measured(robot, truth, rng, fresh)
     before, after = (model_errors(r, there, tool=True) for r in (robot, held))
@@ -110,18 +110,16 @@ def test_offsets_of_an_arm_that_has_nothing_else(size):
 
 @pytest.mark.slow
 def test_the_worth_of_offsets_among_all_errors():
-    """Exported if and only if the interval of the gain is above zero; then fresh poses agree with what was printed as well as
-    400 measured ones can know it: in 30 draws the mean error was off by 1.9 % of the nominal one rms (1.1 standard errors), 25 of 29
-    within 3 %; the gain, 28 of 29."""
-    drawn = [draw(300 + s, 400, everything=True, fresh=3000) for s in range(TRIALS)]
+    """Exported if and only if the interval of the gain is above zero; then fresh poses agree with what was printed, where that rests
+    on as many poses as it takes to know it: held out in five folds, 2000 of them know a mean error to 0.8 % of the nominal one.
+    (Of 400 poses they know 1.9 %, and which poses were measured is what the figures differ by, nominal and offsets alike.)"""
+    drawn = [draw(300 + s, 2000, everything=True, fresh=4000, folds=5) for s in range(TRIALS)]
     assert all(found.proven is bool(found.gain[1] > 0) for found, *_ in drawn)
-    proven = [(f.before.mean - f.after.mean, f.after, b, a) for f, b, a in drawn if f.proven]
+    proven = [(f.before.mean - f.after.mean, f.after.mean, b, a) for f, b, a in drawn if f.proven]
     gain = np.array([(told - (before - after)) / before for told, _, before, after in proven])
-    mean = np.array([(told.mean - after) / before for _, told, before, after in proven])
-    own = np.array([np.sqrt((t.rms**2 - t.mean**2) / t.n) / before for _, t, before, _ in proven])
+    mean = np.array([(told - after) / before for _, told, before, after in proven])
     print(
-        f"{len(gain)} of {len(drawn)} exported; gain off by {abs(gain).max():.2%} of the nominal error at most, {(abs(gain) < 0.03).sum()} within 3 %; "
-        f"mean error off by {mean.mean():+.2%} on average, {mean.std():.2%} rms, {(abs(mean) < 0.03).sum()} within 3 %, "
-        f"{np.sqrt(np.mean((mean / own) ** 2)):.2f} standard errors rms"
+        f"{len(gain)} of {len(drawn)} exported; of the nominal error, gain off by {abs(gain).max():.2%} at most, "
+        f"mean error by {mean.mean():+.2%} on average, {mean.std():.2%} rms, {abs(mean).max():.2%} at most"
     )
-    assert (abs(gain) < 0.03).mean() >= 0.9 and (abs(mean / own) < 4).all()
+    assert len(gain) and (abs(gain) < 0.03).all() and (abs(mean) < 0.03).all()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from real.test_ur10 import load  # noqa: F401  (a fixture)
+from sizes import size
 
 from robocal.calibrate.baseline import baseline
 from robocal.calibrate.evidence import bootstrap_gain, errors
@@ -53,7 +54,7 @@ def test_ripple_of_the_gears_on_a_third_of_the_rows(load):  # noqa: F811
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how", ["blocks", 0.2])
+@pytest.mark.parametrize("how", size(("blocks", 0.2), ("blocks",)))
 def test_geometry_groups_and_layer_on_rows_that_nothing_has_seen(load, how):  # noqa: F811
     """Groups, their orders of ripple, the fit and the layer know the training rows of a round alone."""
     robot, data = load("C")

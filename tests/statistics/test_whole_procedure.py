@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sizes import size
 from trials import TRACKER, joints, observations, perturbed
 
 from robocal.calibrate.identification import Options
@@ -17,7 +18,7 @@ from robocal.measure.base import synthesise
 from robocal.measure.data import DataSet
 
 pytestmark = pytest.mark.slow
-TRIALS = 200
+TRIALS = size(200, 60)
 
 
 def measured(robot, rng, kind, m):
@@ -64,7 +65,7 @@ def test_five_percent_gross_outliers(robot, kind):
     model, rng, m = open_robot(robot).chain, np.random.default_rng(5), 100
     q = joints(model, np.random.default_rng(6), 300).joints
     errors = []
-    for _ in range(20):
+    for _ in range(size(20, 8)):
         truth, _, data = measured(model, rng, kind, m)
         obs = data.observations[0]
         value = np.array(obs.value)

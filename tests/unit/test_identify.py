@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sizes import size
 from unit.arm_data import TOOL, TRACKER, arm, away, measured, true_arm
 
 from robocal.arms.conventions import chain, default_free
@@ -146,12 +147,13 @@ def test_a_perfect_robot_is_not_improved(seed):
 @pytest.mark.slow
 def test_a_perfect_robot_is_seldom_improved_by_chance():
     """The interval is two-sided 95 %, and a fit of noise loses on unseen poses: fewer than 2.5 % may pass."""
+    many = size(200, 60)
     count = sum(
         identify(arm(), measured(50, truth=arm(), seed=s), Options(leave_one_out=False)).verdict.status == "improved"
-        for s in range(200)
+        for s in range(many)
     )
-    print(f"{count} of 200, Monte Carlo error {np.sqrt(200 * 0.025):.1f}")
-    assert count <= 5 + 3 * np.sqrt(5)
+    print(f"{count} of {many}, Monte Carlo error {np.sqrt(many * 0.025):.1f}")
+    assert count <= many * 0.025 + 3 * np.sqrt(many * 0.025)
 
 
 # --- options ----------------------------------------------------------------------------------------------------------------

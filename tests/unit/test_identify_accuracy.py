@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sizes import size
 from unit.arm_data import SIX, TOOL, TRACKER, arm, measured, true_arm
 
 from robocal.calibrate.identification import Options
@@ -74,7 +75,7 @@ def test_identified_parameters_scatter_as_told():
     """95 % intervals over experiments with new truths: sigma covers 93 to 97 %."""
     robot = arm(free=("j2.theta", "j3.d", "j3.theta", "j4.d", "j5.theta", *TOOL))
     inside, total = 0, 0
-    for seed in range(250):
+    for seed in range(size(250, 100)):
         truth = true_arm(seed=seed, names=robot.table.free, robot=robot)
         found = identify(
             robot, measured(30, seed=seed, truth=truth, sigma=1e-4), Options(hold_out=0.0, leave_one_out=False)

@@ -7,7 +7,7 @@ delta are the changes of the fitted lengths, n the nominal lengths, C the noise 
 B the estimate's answer to the truth (`Total`: a length that was not fitted shows in its partners), S the errors that
 making leaves. An arm errs in each of its lengths on its own; all of them together by a factor that making does not leave
 is the length that was stated, or the instrument, not the arm. Where one length alone (column i of R instead of a) explains
-delta better, it is that length. Generalised least squares: Aitken (1935).
+delta better, and leaves nothing for a factor beside it, it is that length. Generalised least squares: Aitken (1935).
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import Verdict
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Scale", "scale_of", "scaled"]
 
+Array = NDArray[np.float64]
 REFUSED, REMARKED = 3.0, 2.0  # of its own sigma
 READ = 5.0  # the same where readings are lengths themselves: trackers have a scale that was calibrated
 OPEN = 0.1  # a scale that is known no better is that of the nominal model
@@ -93,12 +95,23 @@ def scale_of(model: Chain, fit: Fit, off: Total) -> Scale | None:
     if not information > 0:
         return None
     weight = root @ along / information
-    one = root.T @ each
-    squared = (one.T @ (root.T @ delta)) ** 2 / np.maximum((one**2).sum(axis=0), 1e-300)
-    common = float(weight @ delta) ** 2 * information >= squared.max()
+    common = _common(along, root.T @ each, root.T @ delta)
     fitted_part, making_part = (float(np.sqrt(max(weight @ c @ weight, 0.0))) for c in (noise, making))
     stated = not any(KINDS[t.kind].metric for t in fit.problem.terms if isinstance(t, Rows))
-    return Scale(float(weight @ delta), information**-0.5, fitted_part, making_part, stated, bool(common))
+    return Scale(float(weight @ delta), information**-0.5, fitted_part, making_part, stated, common)
+
+
+def _common(factor: Array, each: Array, change: Array) -> bool:
+    """Whether one factor explains white changes better than one length does, or is needed beside the best of them."""
+    size = np.linalg.norm(each, axis=0)
+    alone = np.where(size > 0, np.abs(each.T @ change) / np.where(size > 0, size, 1.0), 0.0)
+    best = int(np.argmax(alone))
+    if abs(factor @ change) / np.linalg.norm(factor) >= alone[best]:
+        return True
+    other = each[:, best] / size[best]
+    rest = factor - other * (other @ factor)
+    left = float(np.linalg.norm(rest))
+    return left > 1e-9 * float(np.linalg.norm(factor)) and abs(float(rest @ change)) > REFUSED * left
 
 
 def scaled(found: Verdict, scale: Scale | None) -> Verdict:
