@@ -14,6 +14,7 @@ from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, JointsModel, SecondModel, ValueModel
 from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns
 from robocal.files.kinds.base import column_units
+from robocal.files.names import meant
 from robocal.files.units import UNITS, Unit, parse_unit
 from robocal.files.unread import near_miss
 from robocal.files.yamlio import Document, Path_
@@ -251,7 +252,7 @@ def _named(second: SecondModel, table: CsvTable, made: Configurations, own: Ints
     number = {name: i for i, name in enumerate(made.ids)}
     other, measuring = np.zeros(len(table), dtype=np.int64), []
     for i, row in enumerate(table.cells):
-        cell = row[at].strip()
+        cell = meant(row[at].strip())
         if cell and cell in table.gone:
             raise table.fail(
                 "this row compares with one that is left out", i, table.label(at), found=cell,
