@@ -27,6 +27,7 @@ from robocal.files.kinds.registry import READERS
 from robocal.files.leaving import Excluded, LeftOut, words_of
 from robocal.files.onething import distances_told, one_thing, refuse_again, untouched
 from robocal.files.names import meant
+from robocal.files.outside import discreet
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
 from robocal.files.spoken import Spoken, spoken
@@ -111,6 +112,7 @@ def read_datasets(
     return replace(total, dataset=distances_told(said), warnings=warnings)
 
 
+@discreet
 def read_dataset(
     path: str | os.PathLike[str],
     chain: Chain,

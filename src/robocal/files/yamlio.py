@@ -155,7 +155,7 @@ def _compose(text: str, path: object) -> Any:
 
     inspect = _Inspector(path)
 
-    class Inspected(Parser):  # type: ignore[misc]
+    class Inspected(Parser):
         """What harms is refused when it is met: the text is gone through once."""
 
         def get_event(self) -> Any:

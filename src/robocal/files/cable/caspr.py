@@ -18,6 +18,7 @@ from robocal.errors import FileError
 from robocal.files.cable.casprtree import Node, parse_caspr, unread_elements
 from robocal.files.cable.robot import CableFile, checked
 from robocal.files.cable.values import CableUnits
+from robocal.files.outside import discreet
 from robocal.files.text import Source, read_text
 from robocal.files.yamlio import Document
 from robocal.remarks.code import Code
@@ -54,6 +55,7 @@ class Cable:
     diameter: float | None
 
 
+@discreet
 def read_caspr(source: Source) -> CableFile:
     """A robot of CASPR from `X_cables.xml`: the default cable set, or the only one. Lengths in m, forces in N, masses in
     kg. Raises FileError or FormatError."""
