@@ -148,5 +148,5 @@ def misspelt(rng: random.Random, text: str) -> tuple[str, str]:
     found = rng.choice(list(re.finditer(r"(?m)(?:^|[{,] ?|- )([a-z_]{4,})(?=: )", text)))
     word = found[1]
     at = rng.randrange(len(word))
-    wrong = word[:at] + rng.choice("qxzw") + word[at + 1 :]
+    wrong = word[:at] + rng.choice([c for c in "qxzw" if c != word[at]]) + word[at + 1 :]
     return wrong, text[: found.start(1)] + wrong + text[found.end(1) :]
