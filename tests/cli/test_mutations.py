@@ -87,8 +87,8 @@ def attempt(about: str, act: Callable[[], Ran]) -> Ran:
             log.write(f"{ran.status}\t{time.process_time() - began:.2f}\t{first}\t{ran.err.strip()[:150]!r}\n")
     about += f"\n--- status {ran.status}\n{ran.err}"
     assert "Traceback" not in ran.err and ran.status in (0, 2, 3), about
-    for stream in (ran.out, ran.err):
-        strange = CONTROL.search(stream.replace("\n", " ").replace("\t", " "))
+    for stream, lines in ((ran.out, "\n\t\r"), (ran.err, "\n")):  # a document may end its lines as its file does
+        strange = CONTROL.search(stream.translate(dict.fromkeys(map(ord, lines), " ")))
         assert strange is None, f"{strange} reaches the terminal: {about}"
     for line in ran.err.splitlines():
         # A message is told apart from what stands before it, and from the advice that may stand behind it.

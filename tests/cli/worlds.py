@@ -126,7 +126,7 @@ def kinds(folder: Path, rng: random.Random) -> World:
     """Data of any kind of measurement."""
     described, table = texts(rng.choice(KINDS))
     robot = small(folder / "arm", poses=14)["robot.yaml"]
-    commands = [read("robot.yaml", "data.yaml")] * 11 + [("check", "robot.yaml", "data.yaml")]
+    commands = [read("robot.yaml", "data.yaml")] * 19 + [("check", "robot.yaml", "data.yaml")]
     return World({"robot.yaml": robot, "data.yaml": described, "table.csv": table}, commands)
 
 
@@ -177,7 +177,7 @@ def runs(folder: Path, rng: random.Random) -> World:
 
 # How many of a hundred mutations each gets.
 WORLDS: dict[str, tuple[Callable[[Path, random.Random], World], int]] = {
-    "robots": (robots, 22), "kinds": (kinds, 25), "urdf": (urdf, 12), "caspr": (caspr_files, 10), "cables": (cables, 14),
-    "runs": (runs, 12),
+    "robots": (robots, 26), "kinds": (kinds, 24), "urdf": (urdf, 12), "caspr": (caspr_files, 10), "cables": (cables, 14),
+    "runs": (runs, 11),
 }  # fmt: skip
-ARMS = 5  # of a hundred: identified, and judged by the truth
+ARMS = 3  # of a hundred: identified, and judged by the truth
