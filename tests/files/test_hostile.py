@@ -157,6 +157,21 @@ def test_what_is_too_big_is_refused_with_the_limit(tmp_path, monkeypatch, name, 
     assert str(limit) in str(info.value) and name in str(info.value)
 
 
+@pytest.mark.parametrize("name", ["a.yaml", "a.urdf"])
+def test_arms_of_endless_joints(tmp_path, name):
+    n = 300
+    links = "".join(f'<link name="x{i}"/>\n' for i in range(n + 1))
+    joint = '<joint name="y{0}" type="revolute"><parent link="x{0}"/><child link="x{1}"/><limit lower="-1" upper="1"/></joint>\n'
+    yaml = "robocal: 1\nname: a\nunits: {length: m, angle: deg}\nconvention: dh\njoints:\n" + "- {a: 1}\n" * n
+    urdf = f'<robot name="a">{links}{"".join(joint.format(i, i + 1) for i in range(n))}</robot>'
+    (tmp_path / name).write_text(yaml if name == "a.yaml" else urdf)
+    with pytest.raises(FormatError, match=r"not so many joints; found 300; expected at most 200"):
+        read_robot(tmp_path / name)
+    (tmp_path / name).write_text("<!-- x -->\n" * 900_000)
+    with pytest.raises(FileError, match="at most 8 MB"):
+        read_robot(tmp_path / name)
+
+
 # --- what is said -----------------------------------------------------------------------------------------------------
 
 

@@ -16,6 +16,7 @@ __all__ = ["Source", "line_of", "read_bytes", "read_text"]
 MEGABYTE = 1 << 20
 FILE_LIMIT = 64 * MEGABYTE
 LINE_LIMIT = MEGABYTE
+ROBOT_LIMIT = 8 * MEGABYTE  # descriptions of machines: four seconds
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from robocal.files.cable.casprtree import Node, parse_caspr, unread_elements
 from robocal.files.cable.robot import CableFile, checked
 from robocal.files.cable.values import CableUnits
 from robocal.files.outside import discreet
-from robocal.files.text import Source, read_text
+from robocal.files.text import ROBOT_LIMIT, Source, read_text
 from robocal.files.yamlio import Document
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -68,6 +68,7 @@ def read_caspr(source: Source) -> CableFile:
         raise FileError("the file of the bodies is not beside that of the cables", file=beside, found="nothing")
     bodies, links = _open(read_text(beside), "links")
     body = _body(links)
+    body = _body(_tree(read_text(beside, limit=ROBOT_LIMIT), "links"))
     doubts, home = body.pop("doubts"), body.pop("home")
     rows = [_cable(node, body["com"]) for node in _default_set(cables).every()]
     if not rows:
