@@ -273,3 +273,19 @@ def test_what_is_called_an_improvement_is_one(tmp_path: Path, one_app: None, chu
         (tmp_path / name).write_text(texts[name], encoding="utf-8")
     # A fuzz that only ever sees one end tests nothing.
     assert sum(ends.values()) < 50 or (ends[0] > 5 and ends[2] > 5), ends
+
+
+def test_a_fingerprint_that_is_none(tmp_path: Path) -> None:
+    """Found by mutation: a table that a stranger sealed again, with something else in the column of fingerprints."""
+    world = WORLDS["runs"][0](tmp_path, random.Random(0))
+    rows = world.files["run/residuals.csv"].splitlines()
+    at = rows[0].split(",").index("fingerprint")
+    for wrong in ("file:///etc/passwd", "f" * 17, "-1", "0x12", "1_0"):
+        world.write(tmp_path)
+        cells = rows[3].split(",")
+        cells[at] = wrong
+        text = "\n".join([*rows[:3], ",".join(cells), *rows[4:]]) + "\n"
+        (tmp_path / "run" / "residuals.csv").write_text(text, encoding="utf-8")
+        world.seal(tmp_path, "run/residuals.csv")
+        ran = robocal("validate", tmp_path / "run", tmp_path / "data.yaml")
+        ran.assert_refused("residuals.csv", "fingerprint")
