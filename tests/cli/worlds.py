@@ -177,7 +177,7 @@ def runs(folder: Path, rng: random.Random) -> World:
 
 # How many of a hundred mutations each gets.
 WORLDS: dict[str, tuple[Callable[[Path, random.Random], World], int]] = {
-    "robots": (robots, 26), "kinds": (kinds, 24), "urdf": (urdf, 12), "caspr": (caspr_files, 10), "cables": (cables, 14),
-    "runs": (runs, 11),
+    "robots": (robots, 20), "kinds": (kinds, 18), "urdf": (urdf, 21), "caspr": (caspr_files, 19), "cables": (cables, 11),
+    "runs": (runs, 8),
 }  # fmt: skip
 ARMS = 3  # of a hundred: identified, and judged by the truth
