@@ -221,8 +221,9 @@ def _merge(given: Configurations, table: CsvTable, row: Ints) -> tuple[Configura
     for i in map(int, np.flatnonzero((np.abs(joints - joints[kept][index]) > 1e-9).any(axis=1))):
         original = int(table.lines[row[first[ids[i]]]])
         raise table.fail(
-            f"configuration {ids[i]!r} has other joint values than in row {original}",
+            f"this configuration has other joint values than in row {original}",
             int(row[i]),
+            found=ids[i],
             expected="one id per configuration",
         )
     if given.groups is not None:

@@ -25,8 +25,8 @@ from robocal.files.headers import self_description, vocabulary
 from robocal.files.kinds.base import Around, KindFile, Values
 from robocal.files.kinds.registry import READERS
 from robocal.files.leaving import Excluded, LeftOut, words_of
-from robocal.files.onething import distances_told, one_thing, refuse_again, untouched
 from robocal.files.names import meant
+from robocal.files.onething import distances_told, one_thing, refuse_again, untouched
 from robocal.files.outside import discreet
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate

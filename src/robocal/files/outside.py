@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 import os
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Concatenate, ParamSpec, TypeVar
@@ -21,7 +20,6 @@ __all__ = ["discreet"]
 P = ParamSpec("P")
 R = TypeVar("R")
 F = TypeVar("F", bound="str | os.PathLike[str] | Source")
-QUOTED = re.compile(r"'[^']*'|\"[^\"]*\"")
 
 
 def discreet(read: Callable[Concatenate[F, P], R]) -> Callable[Concatenate[F, P], R]:
@@ -37,7 +35,7 @@ def discreet(read: Callable[Concatenate[F, P], R]) -> Callable[Concatenate[F, P]
             if error.file is None or error.file == str(place) or not _outside(Path(error.file), place):
                 raise
             raise type(error)(
-                QUOTED.sub("'...'", error.message),
+                error.message,
                 file=error.file,
                 row=error.row,
                 column=error.column if _asked(error.column, place) else None,

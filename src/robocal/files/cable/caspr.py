@@ -66,9 +66,8 @@ def read_caspr(source: Source) -> CableFile:
     beside = source.path.with_name(name.removesuffix("_cables.xml") + "_bodies.xml")
     if not beside.exists():
         raise FileError("the file of the bodies is not beside that of the cables", file=beside, found="nothing")
-    bodies, links = _open(read_text(beside), "links")
+    bodies, links = _open(read_text(beside, limit=ROBOT_LIMIT), "links")
     body = _body(links)
-    body = _body(_tree(read_text(beside, limit=ROBOT_LIMIT), "links"))
     doubts, home = body.pop("doubts"), body.pop("home")
     rows = [_cable(node, body["com"]) for node in _default_set(cables).every()]
     if not rows:
