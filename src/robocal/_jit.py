@@ -249,28 +249,52 @@ def _folder_name(sources: list[Path]) -> str:
 
 
 def _bases() -> Iterator[Path]:
-    """Where cache folders may lie, best first: the user's cache, then a temporary folder that only the user can write to."""
+    """Where cache folders may lie, best first: the user's cache, then a temporary folder; only such as `_is_private`."""
     override = os.environ.get("ROBOCAL_CACHE_DIR")
     xdg = os.environ.get("XDG_CACHE_HOME", "")
     home = os.path.expanduser("~")
+    wanted: list[Path] = []
     if override:
-        yield Path(override).absolute() / "kernels"
+        wanted.append(Path(override).absolute() / "kernels")
     elif os.path.isabs(xdg):
-        yield Path(xdg) / "robocal" / "kernels"
+        wanted.append(Path(xdg) / "robocal" / "kernels")
     elif os.path.isabs(home):  # "~" itself when nobody knows the user's home
-        yield Path(home) / ".cache" / "robocal" / "kernels"
+        wanted.append(Path(home) / ".cache" / "robocal" / "kernels")
     with contextlib.suppress(OSError, AttributeError):  # no temporary folder at all; no user numbers, as on Windows
         private = Path(tempfile.gettempdir()) / f"robocal-{os.getuid()}"
-        private.mkdir(mode=0o700, exist_ok=True)
-        status = private.lstat()
-        # Machine code is loaded from here: never from a folder that somebody else made or can write to.
-        if stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o077:
-            yield private / "kernels"
+        if _is_private(private):
+            wanted.append(private / "kernels")
+    yield from (base for base in wanted if _is_private(base))
+
+
+def _is_private(folder: Path) -> bool:
+    """Makes a folder if need be; whether machine code may be loaded from it: nobody else can have put it there.
+
+    It is a folder of the user's own, no link, which nobody else can write to; and none above it is one that a stranger owns
+    or that everybody may rename things in.
+    """
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not hasattr(os, "getuid"):
+            return True
+        status, ours = folder.lstat(), (0, os.getuid())
+        if not stat.S_ISDIR(status.st_mode) or status.st_uid != ours[1] or status.st_mode & 0o022:
+            return False
+        for above in folder.resolve().parents:
+            found = above.stat()
+            if found.st_uid not in ours or (found.st_mode & 0o002 and not found.st_mode & stat.S_ISVTX):
+                return False
+        if status.st_mode & 0o077:
+            folder.chmod(0o700)
+    except OSError:
+        return False
+    return True
 
 
 def _is_writable(folder: Path) -> bool:
+    if not _is_private(folder):
+        return False
     try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder) as probe:
             probe.write(bytes(4096))
     except OSError:

@@ -11,9 +11,12 @@ RobocalError
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 
 __all__ = [
+    "CONTROL",
+    "MESSAGE_LIMIT",
     "Cancelled",
     "FileError",
     "FormatError",
@@ -22,17 +25,40 @@ __all__ = [
     "ModelError",
     "RobocalError",
     "nearest",
+    "printable",
+    "shortened",
 ]
 
 
+# What a person can take in at once, and what a slip of the pen can be looked for in.
+MESSAGE_LIMIT = 400
+FOUND_LIMIT = 80
+WORD_LIMIT = 64
+WORK_LIMIT = 400_000  # cells of the table of distances: a tenth of a second
+
+# What moves the cursor, changes the colour or the direction of a text: control characters, line separators, embeddings.
+CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """The known word closest to `word` by insertions, deletions, changes and swaps; None when none is close."""
-    lowered = word.lower()
-    scored = [(_distance(lowered, option.lower()), option) for option in known]
-    if not scored:
+    """The known word closest to `word` by insertions, deletions, changes and swaps; None when none is close.
+
+    A slip changes few letters: words that differ in length by more are passed over, words over 64 letters are nobody's slip,
+    and of very many words those are tried that are most nearly as long.
+    """
+    if len(word) > WORD_LIMIT:
         return None
-    best, option = min(scored, key=lambda pair: pair[0])
-    return option if best <= max(1, len(word) // 2) and best < len(option) else None
+    lowered, slips, work = word.lower(), max(1, len(word) // 2), 0
+    best, found = slips + 1, None
+    near = (k for k in known if len(k) <= WORD_LIMIT and abs(len(k) - len(word)) <= slips)
+    for option in sorted(near, key=lambda k: abs(len(k) - len(word))):
+        work += (len(word) + 1) * (len(option) + 1)
+        if work > WORK_LIMIT:
+            break
+        distance = _distance(lowered, option.lower())
+        if distance < best and distance < len(option):
+            best, found = distance, option
+    return found
 
 
 def _distance(a: str, b: str) -> int:
@@ -46,6 +72,32 @@ def _distance(a: str, b: str) -> int:
             if i > 1 and j > 1 and x == b[j - 2] and a[i - 2] == y:
                 row[j] = min(row[j], last[j - 2] + 1)
     return row[-1]
+
+
+def printable(text: str) -> str:
+    """A text on one line of a terminal: what would move the cursor or change colours is spelt out (`\\x1b`)."""
+    return CONTROL.sub(lambda c: c[0].encode("unicode_escape", "backslashreplace").decode("ascii"), text)
+
+
+def shortened(text: str, most: int) -> str:
+    """A text of at most `most` characters; what is too much goes from its middle."""
+    if len(text) <= most:
+        return text
+    tail = (most - 3) // 2
+    return f"{text[: most - 3 - tail]}...{text[len(text) - tail :]}"
+
+
+def _fitting(parts: list[str], most: int) -> list[str]:
+    """Parts that together have at most `most` characters: the longest are shortened, all to one length."""
+    if sum(map(len, parts)) <= most:
+        return parts
+    left, share = most, 0
+    for i, size in enumerate(sorted(map(len, parts))):
+        share = left // (len(parts) - i)
+        if size > share:
+            break
+        left -= size
+    return [shortened(part, share) for part in parts]
 
 
 class RobocalError(Exception):
@@ -85,14 +137,19 @@ class InputError(RobocalError):
             place.append(f"column {self.column}")
         if self.key is not None:
             place.append(f"key {self.key}")
-        text = f"{', '.join(place)}: {self.message}" if place else self.message
-        if self.found is not None:
-            text += f"; found {_short(self.found)}"
-        if self.expected is not None:
-            text += f"; expected {self.expected}"
-        if self.suggestion:
-            text += f"; did you mean {self.suggestion!r}?"
-        return text
+        parts = [*place, self.message]
+        marks = [*([", "] * (len(place) - 1)), *([": "] if place else []), ""]
+        for mark, said in (
+            ("; found ", None if self.found is None else _short(self.found)),
+            ("; expected ", None if self.expected is None else str(self.expected)),
+            ("; did you mean ", f"{self.suggestion!r}?" if self.suggestion else None),
+        ):
+            if said is not None:
+                marks[-1] = mark
+                parts.append(said)
+                marks.append("")
+        kept = _fitting([printable(part) for part in parts], MESSAGE_LIMIT - 1 - sum(map(len, marks)))
+        return "".join(part + mark for part, mark in zip(kept, marks, strict=True))
 
 
 class FileError(InputError):
@@ -121,6 +178,15 @@ class Cancelled(RobocalError):
 
 
 def _short(value: object) -> str:
-    text = value if isinstance(value, str) else repr(value)
-    text = text if len(text) <= 80 else text[:77] + "..."
+    text = shortened(value if isinstance(value, str) else _spelt(value), FOUND_LIMIT)
     return repr(text) if isinstance(value, str) else text
+
+
+def _spelt(value: object) -> str:
+    """What Python would write, of a list or mapping that may be huge: its beginning and its size."""
+    from reprlib import Repr
+
+    brief = Repr()
+    brief.maxlist = brief.maxtuple = brief.maxdict = brief.maxset = 12
+    brief.maxstring = brief.maxother = brief.maxlong = FOUND_LIMIT
+    return brief.repr(value)

@@ -6,8 +6,9 @@ import random
 
 import numpy as np
 import pytest
+from cli.mutations import SLIPS as ANY
 from cli.runs import ROBOT, files, robocal
-from cli.test_mutations import ANY, true_error
+from cli.test_mutations import true_error
 from files.kind_samples import KINDS
 
 from robocal.files.robot import read_robot

@@ -74,6 +74,33 @@ def test_stopping_in_the_middle_leaves_nothing(case: Path, number: signal.Signal
     assert files(case) == before and not (case / "run").exists()
 
 
+def test_the_suite_can_be_stopped_whoever_started_it() -> None:
+    """Started with Ctrl-C ignored (`trap '' INT`, a background job of a script), tests still stop their children."""
+    code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); import pytest, sys; sys.exit(pytest.main(sys.argv[1:]))"
+    those = (
+        f"{__file__}::test_stopping_in_the_middle_leaves_nothing",
+        f"{__file__}::test_a_swallowed_interrupt_still_stops",
+    )
+    command = [sys.executable, "-c", code, "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *those]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False, cwd=Path(__file__).parents[2])
+    assert ran.returncode == 0 and "3 passed" in ran.stdout, ran.stdout
+
+
+def test_ignoring_ctrl_c_is_inherited_and_sigterm_still_stops(case: Path) -> None:
+    """What `nohup` and a script's background jobs ask for: Ctrl-C goes to somebody else."""
+    (case / "slow.py").write_text(SLOW, encoding="utf-8")
+    command = f"trap '' INT; exec {sys.executable} slow.py identify robot.yaml data.yaml -o run"
+    started = subprocess.Popen(["sh", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert started.stdout is not None and started.stdout.readline() == "ready\n"
+    time.sleep(1.0)
+    started.send_signal(signal.SIGINT)
+    time.sleep(0.5)
+    assert started.poll() is None
+    started.send_signal(signal.SIGTERM)
+    ran = finished(started)
+    assert ran.status == 128 + signal.SIGTERM and not (case / "run").exists()
+
+
 def test_stopping_while_it_still_starts(case: Path) -> None:
     for delay in (0.02, 0.1, 0.25, 0.45):
         started = process("identify", "robot.yaml", "data.yaml", "-o", "run")

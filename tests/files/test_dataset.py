@@ -206,7 +206,7 @@ def test_rows_with_one_id_are_one_configuration(tmp_path):
         2,
     ]
     with pytest.raises(
-        FormatError, match=r"table\.csv, row 4: configuration 'p1' has other joint values than in row 3"
+        FormatError, match=r"table\.csv, row 4: this configuration has other joint values than in row 3; found 'p1'"
     ):
         read(tmp_path, table=TABLE.replace("p2", "p1"))
 

@@ -28,7 +28,7 @@ tool: {}
 calibrate:
   prior:
     length: 1
-note: |
+source: |
   text: 3
 """
 

@@ -207,6 +207,46 @@ def test_a_temporary_folder_that_others_can_write_to_is_refused(somewhere: Path)
     assert private / "kernels" not in list(_jit._bases())
 
 
+GIVEN = {"ROBOCAL_CACHE_DIR": "", "XDG_CACHE_HOME": "robocal", "HOME": ".cache/robocal"}
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="this system has no user numbers")
+@pytest.mark.parametrize("name", GIVEN)
+def test_a_folder_that_the_environment_names_is_the_users_own(
+    somewhere: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """Machine code is never loaded from where somebody else can have put it."""
+    monkeypatch.setenv(name, str(somewhere / "given"))
+    base = somewhere / "given" / GIVEN[name] / "kernels"
+    assert next(_jit._bases()) == base and base.stat().st_mode & 0o777 == 0o700
+    base.chmod(0o755)  # as earlier versions made it: it was always written by its user alone
+    assert next(_jit._bases()) == base and base.stat().st_mode & 0o777 == 0o700
+    for mode in (0o720, 0o702, 0o777):
+        base.chmod(mode)
+        assert base not in list(_jit._bases()), oct(mode)
+    base.rmdir()
+    (somewhere / "elsewhere").mkdir(mode=0o700)
+    base.symlink_to(somewhere / "elsewhere")
+    assert base not in list(_jit._bases())
+    base.unlink()
+    (somewhere / "given").chmod(0o777)  # anybody can put another folder in its place
+    assert base not in list(_jit._bases())
+    (somewhere / "given").chmod(0o1777)
+    assert base in list(_jit._bases())
+    own = os.getuid()
+    monkeypatch.setattr(os, "getuid", lambda: own + 1)
+    assert base not in list(_jit._bases())
+
+
+def test_a_kernel_folder_with_a_strangers_files_is_not_used(somewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROBOCAL_CACHE_DIR", str(somewhere / "given"))
+    store = _jit._store.__wrapped__()
+    assert store is not None and store.folder.parent == somewhere / "given" / "kernels"
+    store.folder.chmod(0o777)
+    again = _jit._store.__wrapped__()
+    assert again is not None and again.folder.parent == somewhere / f"robocal-{os.getuid()}" / "kernels"
+
+
 def test_old_folders_go_and_strangers_stay(tmp_path: Path) -> None:
     ours = [tmp_path / f"robocal-0.{i}-numba-0.60-{i:016x}" for i in range(5)]
     for i, folder in enumerate([*ours, tmp_path / "not-ours"]):

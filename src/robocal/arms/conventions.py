@@ -59,6 +59,9 @@ def convention_of(name: str) -> Convention:
     return CONVENTIONS[name]
 
 
+MOST_ROWS = 200  # fixed ones included; what is made of them grows as their square
+
+
 def chain(
     name: str,
     convention: str,
@@ -78,6 +81,10 @@ def chain(
     `tool` comes behind it. Raises ModelError, with the key, for anything unknown, missing, misshapen or not finite.
     """
     rule = convention_of(convention)
+    if len(rows) > MOST_ROWS:
+        raise ModelError(
+            "an arm has not so many joints", key="joints", found=len(rows), expected=f"at most {MOST_ROWS}"
+        )
     elements: list[Element] = [frame_element("base")]
     parameters: list[Parameter] = list(frame_parameters("base", _frame(base, "base")))
     geometric: list[str] = []

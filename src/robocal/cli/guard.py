@@ -16,7 +16,7 @@ from types import FrameType
 from typing import Any
 
 from robocal.cli.words import complete
-from robocal.errors import Cancelled, InputError, MissingExtra
+from robocal.errors import CONTROL, MESSAGE_LIMIT, Cancelled, InputError, MissingExtra, printable, shortened
 
 __all__ = ["DONE", "FAULT", "INPUT", "STOPPED", "UNTRUSTED", "complain", "run", "stopped"]
 
@@ -119,8 +119,13 @@ def _document(words: Sequence[str], error: Exception | str) -> None:
     if isinstance(error, OSError):
         told |= {"message": (error.strerror or str(error)).lower(), "file": plain(error.filename)}
     told["message"] = told["message"] or str(error)
+    for key, value in told.items():
+        if key != "file" and len(text := value if isinstance(value, str) else json.dumps(value)) > MESSAGE_LIMIT:
+            told[key] = shortened(text, MESSAGE_LIMIT)
+    lines = json.dumps({"error": told}, indent=2, ensure_ascii=False, allow_nan=False).split("\n")
     with suppress(OSError, ValueError):
-        sys.stdout.write(json.dumps({"error": told}, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+        # JSON spells out most control characters, but not those that terminals of eight bits obey.
+        sys.stdout.write("\n".join(CONTROL.sub(lambda c: f"\\u{ord(c[0]):04x}", line) for line in lines) + "\n")
         sys.stdout.flush()
 
 
@@ -141,7 +146,8 @@ def _plain(error: Any) -> str:
 
 
 def complain(text: str, kind: str = "error") -> None:
-    """One message on stderr, in colour where a person reads it."""
+    """One message on stderr, in colour where a person reads it; an error is one line of less than 400 characters."""
+    text = printable(text) if kind in ("note", "warning") else shortened(printable(text), MESSAGE_LIMIT - 1)
     label = kind if kind in ("error", "note", "warning") else f"{kind}: error"
     colour = {"error": 31, "warning": 33, "note": 36}.get(kind, 31)
     if coloured(sys.stderr):

@@ -12,6 +12,7 @@ from rich.text import Text
 
 from robocal.cli import show_beyond
 from robocal.cli.show_beside import comparison, linear
+from robocal.cli.tables import PlainTable
 from robocal.cli.terminal import Terminal
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Said
@@ -66,20 +67,8 @@ def figure(value: float | None, digits: int = 4) -> str:
 
 
 def table(*columns: str, right: Sequence[int] = (), title: str = "") -> Table:
-    """A plain table: a rule under the header and nothing else."""
-    from rich import box
-
-    made = Table(
-        box=box.SIMPLE_HEAD,
-        show_edge=False,
-        pad_edge=False,
-        title=title or None,
-        title_justify="left",
-        title_style="bold",
-    )
-    for i, name in enumerate(columns):
-        made.add_column(name, justify="right" if i in right else "left", overflow="fold", no_wrap=i == 0)
-    return made
+    """A plain table: a rule under the header and nothing else; columns in `right` hold numbers."""
+    return PlainTable(*columns, right=right, title=title)
 
 
 def indented(*lines: str, style: str = "", by: int = 2) -> list[Any]:

@@ -14,6 +14,7 @@ from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, JointsModel, SecondModel, ValueModel
 from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns
 from robocal.files.kinds.base import column_units
+from robocal.files.names import meant
 from robocal.files.units import UNITS, Unit, parse_unit
 from robocal.files.unread import near_miss
 from robocal.files.yamlio import Document, Path_
@@ -220,8 +221,9 @@ def _merge(given: Configurations, table: CsvTable, row: Ints) -> tuple[Configura
     for i in map(int, np.flatnonzero((np.abs(joints - joints[kept][index]) > 1e-9).any(axis=1))):
         original = int(table.lines[row[first[ids[i]]]])
         raise table.fail(
-            f"configuration {ids[i]!r} has other joint values than in row {original}",
+            f"this configuration has other joint values than in row {original}",
             int(row[i]),
+            found=ids[i],
             expected="one id per configuration",
         )
     if given.groups is not None:
@@ -251,7 +253,7 @@ def _named(second: SecondModel, table: CsvTable, made: Configurations, own: Ints
     number = {name: i for i, name in enumerate(made.ids)}
     other, measuring = np.zeros(len(table), dtype=np.int64), []
     for i, row in enumerate(table.cells):
-        cell = row[at].strip()
+        cell = meant(row[at].strip())
         if cell and cell in table.gone:
             raise table.fail(
                 "this row compares with one that is left out", i, table.label(at), found=cell,

@@ -13,7 +13,6 @@ import os
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +20,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import FormatError, nearest
-from robocal.files.text import read_text
+from robocal.files.digits import last_digits
+from robocal.files.names import SAID, harmless, meant, strange_character
+from robocal.files.text import MEGABYTE, read_text
 
 __all__ = ["CsvTable", "MissingCells", "csv_text", "read_csv"]
 
 Array = NDArray[np.float64]
-_UNIT = re.compile(r"^(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]\s*$")
 _COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+SIZE_LIMIT, ROW_LIMIT, CELL_LIMIT = 20 * MEGABYTE, 500_000, 3_000_000  # what is read within seconds and 1 GB
 MISSING = ("", "nan", "na")  # how tables write a cell that nobody filled
 SKIP = "csv: {missing: skip} in the data file, which leaves such rows out"
 SEPARATORS = {";": "';'", "\t": "a tab", ",": "','", " ": "a space", "|": "'|'"}
@@ -133,7 +134,13 @@ class CsvTable:
     def texts(self, column: str | int) -> tuple[str, ...]:
         """The cells of a column, stripped. Raises FormatError for an empty one."""
         at = self.find(column)
-        out = tuple(row[at].strip() for row in self.cells)
+        said = [row[at].strip() for row in self.cells]
+        out = tuple(map(meant, said))
+        for row, name in enumerate(out):
+            if strange_character(name):
+                raise self.fail(SAID, row, self.label(at), found=name, expected="one line of text")
+        if len(set(out)) < len(set(said)):
+            raise self.fail("names that differ in an apostrophe before = + - @ only", column=self.label(at))
         if "" in out:
             if self.skip:
                 raise MissingCells(np.array([i for i, cell in enumerate(out) if not cell]))
@@ -165,19 +172,9 @@ class CsvTable:
         return out
 
     def digits(self, columns: Sequence[str | int]) -> Array:
-        """What one unit in the last digit of each number means, (rows, columns).
-
-        Programs write so many decimals, or so many significant digits, and some drop zeros at the end: with D the most
-        decimals and S the most significant digits in these columns, 10^max(-D, e - S + 1) of a number between 10^e and
-        10^(e + 1).
-        """
+        """What one unit in the last digit of each number means, (rows, columns): `digits.last_digits`."""
         at = [self.find(c) for c in columns]
-        cells = [Decimal(row[i].replace(self.decimal, ".").strip()) for row in self.cells for i in at]
-        parts = [c.as_tuple() for c in cells]
-        decimals = max(-int(p.exponent) for p in parts)
-        significant = max(len(p.digits) for p in parts)
-        size = np.array([c.adjusted() if c else -decimals for c in cells], dtype=float).reshape(len(self), len(at))
-        return np.asarray(10.0 ** np.maximum(-decimals, size - significant + 1))
+        return last_digits([[row[i].replace(self.decimal, ".") for row in self.cells] for i in at])
 
     def _bad_cell(self, at: int) -> FormatError:
         """The error for the first cell of a column that is not a finite number."""
@@ -212,15 +209,18 @@ def read_csv(
     path: str | os.PathLike[str], *, separator: str | None = None, decimal: str = ".", header: bool = True
 ) -> CsvTable:
     """Reads a CSV; without `separator` the first line decides. Raises FileError or FormatError."""
-    source = read_text(path)
+    source = read_text(path, limit=SIZE_LIMIT)
+    text = source.text.replace("\r\n", "\n").replace("\r", "\n")
+    _refuse_more("rows", text.count("\n"), ROW_LIMIT, source.path)
     kept = [
         (i, line)
-        for i, line in enumerate(source.text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1)
+        for i, line in enumerate(text.split("\n"), start=1)
         if line.strip(" \t;,|") and not line.lstrip().startswith("#")
     ]
     if not kept:
         raise FormatError("the file has no rows", file=source.path)
     chosen = separator if separator is not None else _guess(kept[0][1])
+    _refuse_more("cells", len(kept) + text.count(chosen), CELL_LIMIT, source.path)
     rows = _split(kept, chosen, source.path)
     names: tuple[str, ...] = ()
     units: tuple[str | None, ...] = ()
@@ -247,12 +247,18 @@ def read_csv(
     return CsvTable(source.path, source.sha256, names, units, lines, cells, decimal, head=head)
 
 
+def _refuse_more(what: str, found: int, most: int, path: Path) -> None:
+    if found > most:
+        raise FormatError(f"the table has too many {what}", file=path, found=found, expected=f"at most {most}")
+
+
 def csv_text(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
-    """The text of a CSV: commas, one line per row, quoted where a cell needs it."""
+    """The text of a CSV: commas, one line per row, quoted where a cell needs it; text that a spreadsheet would run as a
+    formula gets an apostrophe before it (`files.names`)."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
+    writer.writerow([harmless(cell) for cell in header])
+    writer.writerows([harmless(cell) for cell in row] for row in rows)
     return stream.getvalue()
 
 
@@ -261,13 +267,16 @@ def _missing(cell: str) -> bool:
 
 
 def _split_unit(header: str) -> tuple[str, str | None]:
-    found = _UNIT.match(header)
-    return (found["name"].strip(), found["unit"].strip()) if found else (header.strip(), None)
+    header = meant(header.strip())
+    name, bracket, unit = header.rpartition("[")
+    if bracket and unit.endswith("]") and "]" not in unit[:-1]:
+        return name.strip(), unit[:-1].strip()
+    return header, None
 
 
 def _guess(line: str) -> str:
     """The separator of a line: a semicolon or a tab settles it, then the comma, then spaces."""
-    bare = re.sub(r"\[[^\]]*\]|\"[^\"]*\"", "", line)
+    bare = re.sub(r"\[[^\[\]]*\]|\"[^\"]*\"", "", line)
     return next((s for s in (";", "\t", ",", "|") if s in bare), " " if " " in bare.strip() else ",")
 
 

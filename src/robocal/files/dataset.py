@@ -25,7 +25,9 @@ from robocal.files.headers import self_description, vocabulary
 from robocal.files.kinds.base import Around, KindFile, Values
 from robocal.files.kinds.registry import READERS
 from robocal.files.leaving import Excluded, LeftOut, words_of
+from robocal.files.names import meant
 from robocal.files.onething import distances_told, one_thing, refuse_again, untouched
+from robocal.files.outside import discreet
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
 from robocal.files.spoken import Spoken, spoken
@@ -110,6 +112,7 @@ def read_datasets(
     return replace(total, dataset=distances_told(said), warnings=warnings)
 
 
+@discreet
 def read_dataset(
     path: str | os.PathLike[str],
     chain: Chain,
@@ -165,7 +168,7 @@ def _read_rows(
     at = None if given is None else table.find(given.column)
 
     def ids() -> list[str] | None:
-        return None if at is None else [row[at].strip() for row in table.cells]
+        return None if at is None else [meant(row[at].strip()) for row in table.cells]
 
     out = np.zeros(len(table), dtype=bool)
     for some in exclude:

@@ -15,6 +15,7 @@ from pydantic import Field, FiniteFloat
 
 from robocal.calibrate.layer import Layer
 from robocal.errors import FormatError
+from robocal.files.names import SAID, strange_part
 from robocal.files.schema import Model, validate
 from robocal.files.text import read_text
 from robocal.files.yamlio import Document
@@ -63,6 +64,8 @@ def read_layer(path: str | os.PathLike[str]) -> Layer:
         raise FormatError("not valid JSON", file=source.path) from None
     if not isinstance(data, dict):
         raise FormatError("this is not a residual layer", file=source.path, expected="an object with the key robocal")
+    if (strange := strange_part(data)) is not None:
+        raise FormatError(SAID, file=source.path, key=strange[0], found=strange[1])
     model = validate(LayerModel, Document(source.path, source.text, source.sha256, data))
     n, d = len(model.joints), len(model.size)
     shapes = {len(model.turning), len(model.lengths), *(len(p) for p in model.points)}

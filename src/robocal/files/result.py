@@ -15,6 +15,7 @@ from pydantic import Field
 from robocal.errors import FormatError
 from robocal.files.beside import Comparison, Linearity
 from robocal.files.beyondparts import Beyond, GroupTried, LayerSummary
+from robocal.files.names import SAID, strange_part
 from robocal.files.offsetparts import OffsetsAlone
 from robocal.files.parts import Number, Part, Remark, RowsLeftOut, finite
 from robocal.files.schema import validate
@@ -312,6 +313,8 @@ def read_result(path: str | os.PathLike[str]) -> Result:
         raise FormatError(
             "this is not a result", file=source.path, key="robocal", found=data.get("robocal"), expected="1"
         )
+    if (strange := strange_part(data)) is not None:
+        raise FormatError(SAID, file=source.path, key=strange[0], found=strange[1])
     return validate(Result, Document(source.path, source.text, source.sha256, data))
 
 

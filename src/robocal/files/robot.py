@@ -25,7 +25,7 @@ from robocal.files.frames import frame_changes, frame_vector
 from robocal.files.groups import group_changes, group_lines, read_groups
 from robocal.files.rows import changes, quoted, read_row, same, show_row
 from robocal.files.schema import FrameModel, Model, UnitsModel, Version, validate
-from robocal.files.text import Source, read_text
+from robocal.files.text import ROBOT_LIMIT, Source, read_text
 from robocal.files.units import UNITS, Unit, Units, number, parse_unit
 from robocal.files.unstated import completed, unstated_remarks
 from robocal.files.writing import write_text
@@ -119,7 +119,7 @@ def open_robot(name: str | os.PathLike[str], *, base: str | None = None, tip: st
 def read_robot(path: str | os.PathLike[str], *, base: str | None = None, tip: str | None = None) -> Robot:
     """Reads a robot.yaml, or a URDF (by suffix or content) from link `base` to link `tip`. Raises FileError or
     FormatError."""
-    source = read_text(path)
+    source = read_text(path, limit=ROBOT_LIMIT)
     if source.path.suffix.lower() in (".urdf", ".xacro", ".xml") or source.text.lstrip().startswith("<"):
         from robocal.files.urdf import read_urdf
 

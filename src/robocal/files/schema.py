@@ -20,6 +20,7 @@ from pydantic import (
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from robocal.errors import nearest
+from robocal.files.names import strange_character
 from robocal.files.yamlio import Document, Path_
 from robocal.parameters import FRAME_SYMBOLS
 
@@ -116,7 +117,7 @@ Version = Annotated[Any, BeforeValidator(_version)]
 
 
 def _name(value: str) -> str:
-    if not value.strip() or any(c in value for c in ".,;:\"'\n\r\t") or value != value.strip():
+    if not value.strip() or any(c in value for c in ".,;:\"'") or value != value.strip() or strange_character(value):
         refuse("not a usable name", found=value, expected="a word without dots, commas, quotes or outer spaces")
     return value
 

@@ -27,6 +27,7 @@ from robocal.files.dataset import InputFile
 from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns, vocabulary
 from robocal.files.kinds.pose import PoseModel, read_pose
 from robocal.files.kinds.position import PositionModel, read_position
+from robocal.files.outside import discreet
 from robocal.files.schema import validate
 from robocal.files.units import UNITS, Unit, Units, number
 from robocal.files.unread import left_over, unread_remarks
@@ -66,6 +67,7 @@ class TargetFile:
     files: tuple[InputFile, ...]
 
 
+@discreet
 def read_targets(path: str | os.PathLike[str], chain: Chain) -> TargetFile:
     """Reads targets for an arm. Raises FileError or FormatError naming file, row and column or key."""
     place = Path(path)

@@ -9,12 +9,14 @@ from pathlib import Path
 
 from robocal.errors import FileError, FormatError
 from robocal.files.journal import guard
+from robocal.files.names import strange_character
 
 __all__ = ["Source", "line_of", "read_bytes", "read_text"]
 
 MEGABYTE = 1 << 20
 FILE_LIMIT = 64 * MEGABYTE
 LINE_LIMIT = MEGABYTE
+ROBOT_LIMIT = 8 * MEGABYTE  # descriptions of machines: four seconds
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,12 @@ def decode(data: bytes, path: object) -> str:
         if "\0" in text:
             row = line_of(text, text.index("\0"))
             raise FileError("a byte 0 inside the text", file=path, row=row, expected="a text file in UTF-8")
+    found = strange_character(text, lines=True)
+    if found is not None:
+        row = line_of(text, found.start())
+        raise FormatError(
+            "a control character inside the text", file=path, row=row, found=found[0], expected="plain text"
+        )
     return text
 
 
@@ -91,19 +99,19 @@ def line_of(text: str, index: int) -> int:
 
 
 def _check_lines(data: bytes, path: object) -> None:
-    start, row = 0, 1
-    while start < len(data):
-        end = data.find(b"\n", start)
-        end = len(data) if end < 0 else end
-        if end - start > LINE_LIMIT:
+    start = 0
+    while len(data) - start > LINE_LIMIT:
+        last = data.rfind(b"\n", start, start + LINE_LIMIT + 1)
+        if last < 0:
+            end = data.find(b"\n", start)
             raise FileError(
                 "a line is too long",
                 file=path,
-                row=row,
-                found=f"{end - start} bytes",
+                row=data.count(b"\n", 0, start) + 1,
+                found=f"{(len(data) if end < 0 else end) - start} bytes",
                 expected=f"at most {_megabytes(LINE_LIMIT)}",
             )
-        start, row = end + 1, row + 1
+        start = last + 1
 
 
 def _neighbour(path: Path) -> str | None:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from robocal.errors import FormatError, nearest
+from robocal.files.names import SAID, strange_character
 from robocal.files.text import Source
 
 __all__ = [
@@ -80,6 +81,9 @@ def parse_tree(text: str, path: Path | None) -> Node:
 
     def begin(tag: str, attributes: dict[str, str]) -> None:
         node = Node(tag, attributes, parser.CurrentByteIndex, parser.CurrentLineNumber)
+        for name, value in attributes.items():
+            if strange_character(value):
+                raise FormatError(SAID, file=path, row=node.row, key=f"<{tag} {name}>", found=value)
         (stack[-1].children if stack else top).append(node)
         stack.append(node)
 

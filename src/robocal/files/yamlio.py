@@ -8,20 +8,21 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
 from robocal.errors import FormatError
+from robocal.files.names import SAID, strange_character
 from robocal.files.text import MEGABYTE, Source, line_of, read_text
 from robocal.files.units import number
 
 __all__ = ["Document", "edit", "load", "parse", "path_text"]
 
-SIZE_LIMIT = 4 * MEGABYTE
+SIZE_LIMIT = MEGABYTE
 DEPTH_LIMIT = 30
-NODE_LIMIT = 400_000
+NODE_LIMIT = 40_000  # events of the parser: three seconds
 
 Path_ = tuple[str | int, ...]
 _TAG = "tag:yaml.org,2002:"
@@ -149,11 +150,21 @@ def _compose(text: str, path: object) -> Any:
     """The node tree after the events were found harmless. Raises FormatError for whatever is not YAML."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
+    from ruamel.yaml.parser import Parser
     from ruamel.yaml.reader import ReaderError
 
+    inspect = _Inspector(path)
+
+    class Inspected(Parser):
+        """What harms is refused when it is met: the text is gone through once."""
+
+        def get_event(self) -> Any:
+            return inspect(super().get_event())
+
+    yaml = YAML(typ="safe", pure=True)
+    yaml.Parser = Inspected
     try:
-        _inspect(YAML(typ="safe", pure=True).parse(text), path)
-        root = YAML(typ="safe", pure=True).compose(text)
+        root = yaml.compose(text)
     except FormatError:
         raise
     except MarkedYAMLError as error:
@@ -184,32 +195,37 @@ def _compose(text: str, path: object) -> Any:
     return root
 
 
-def _inspect(events: Iterator[Any], path: object) -> None:
-    depth, documents = 0, 0
-    for count, event in enumerate(events):
-        row = event.start_mark.line + 1
+@dataclass
+class _Inspector:
+    """Passes the events of a file on, and raises FormatError at the first that a robot does not need."""
+
+    path: object
+    depth: int = 0
+    documents: int = 0
+    count: int = 0
+
+    def __call__(self, event: Any) -> Any:
         name = type(event).__name__
+        self.count += 1
+        self.depth += name.endswith("StartEvent") - name.endswith("EndEvent")
         if name == "AliasEvent" or getattr(event, "anchor", None) is not None:
-            raise FormatError(
-                "anchors and aliases (& and *) are not accepted", file=path, row=row, expected="plain values"
-            )
+            self._refuse(event, "anchors and aliases (& and *) are not accepted", expected="plain values")
         if getattr(event, "tag", None) is not None and name != "DocumentStartEvent":
-            raise FormatError(
-                "tags (!) are not accepted", file=path, row=row, found=str(event.tag), expected="plain values"
-            )
+            self._refuse(event, "tags (!) are not accepted", found=str(event.tag), expected="plain values")
         if name == "DocumentStartEvent":
-            documents += 1
-            if documents > 1:
-                raise FormatError("a second document (---) is not accepted", file=path, row=row)
+            self.documents += 1
+            if self.documents > 1:
+                self._refuse(event, "a second document (---) is not accepted")
             if event.version not in (None, (1, 2)) or event.tags:
-                raise FormatError("directives (%) are not accepted", file=path, row=row)
-        depth += name.endswith("StartEvent") - name.endswith("EndEvent")
-        if depth > DEPTH_LIMIT:
-            raise FormatError("too deeply nested", file=path, row=row, expected=f"at most {DEPTH_LIMIT} levels")
-        if count > NODE_LIMIT:
-            raise FormatError(
-                "too many values", file=path, row=row, expected=f"at most {NODE_LIMIT}; tables belong into a CSV"
-            )
+                self._refuse(event, "directives (%) are not accepted")
+        if self.depth > DEPTH_LIMIT:
+            self._refuse(event, "too deeply nested", expected=f"at most {DEPTH_LIMIT} levels")
+        if self.count > NODE_LIMIT:
+            self._refuse(event, "too many keys and values", expected=f"at most {NODE_LIMIT}; tables belong into a CSV")
+        return event
+
+    def _refuse(self, event: Any, message: str, **facts: Any) -> NoReturn:
+        raise FormatError(message, file=self.path, row=event.start_mark.line + 1, **facts)
 
 
 def _build(node: Any, path: Path_, lines: dict[Path_, int], file: object) -> Any:
@@ -224,6 +240,7 @@ def _build(node: Any, path: Path_, lines: dict[Path_, int], file: object) -> Any
         row = key.start_mark.line + 1
         if key.id != "scalar" or key.tag == _TAG + "merge":
             raise FormatError("a key must be a plain word", file=file, row=row, key=path_text(path) or None)
+        _refuse_strange(key, (*path, key.value), file)
         if key.value in out:
             raise FormatError("this key is given twice", file=file, row=row, key=path_text((*path, key.value)))
         lines[(*path, key.value)] = row
@@ -248,7 +265,15 @@ def _scalar(node: Any, path: Path_, file: object) -> Any:
         raise FormatError(
             "not a number", file=file, row=node.start_mark.line + 1, key=path_text(path), found=text
         ) from None
+    _refuse_strange(node, path, file, lines=path[-1:] == ("source",))
     return None if tag == "null" else text
+
+
+def _refuse_strange(node: Any, path: Path_, file: object, *, lines: bool = False) -> None:
+    found = strange_character(node.value, lines=lines)
+    if found is not None:
+        row = node.start_mark.line + 1
+        raise FormatError(SAID, file=file, row=row, key=path_text(path), found=node.value, expected="one line of text")
 
 
 def _kind(data: object) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.errors import FormatError
 from robocal.files.runfolder import RESIDUALS, Run, find_run
 from robocal.jobs.inputs import Inputs
 from robocal.jobs.report import read_residuals
@@ -53,10 +54,19 @@ def _rows(inputs: Inputs, runs: Sequence[Run]) -> list[NDArray[np.bool_]]:
     for run in runs:
         place = run.part(RESIDUALS)
         marks = read_residuals(place).get("fingerprint") if place is not None else None
-        known |= {int(m, 16) for m in marks or ()}
+        known |= {_mark(m, place) for m in marks or ()}
         if marks is None:
             files |= {i.sha256 for i in run.result.provenance.inputs}
     again = {str(f.file) for f in inputs.reading.files if f.sha256 in files}
     marks_here = fingerprints(inputs.data)
     wanted = np.array(sorted(known), dtype=np.uint64)
     return [np.isin(m, wanted) | (o.source in again) for m, o in zip(marks_here, inputs.data.observations, strict=True)]
+
+
+def _mark(cell: str, place: Path | None) -> int:
+    """A fingerprint as residuals.csv holds it. Raises FormatError where it is none."""
+    if not cell or len(cell) > 16 or set(cell.lower()) - set("0123456789abcdef"):
+        raise FormatError(
+            "no fingerprint of a row", file=place, column="fingerprint", found=cell, expected="16 digits from 0 to f"
+        )
+    return int(cell, 16)

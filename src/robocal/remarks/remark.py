@@ -23,6 +23,7 @@ __all__ = ["Number", "Quantity", "Remark", "Said", "documents", "sentences", "sp
 
 # Factor from SI, and the unit in which people read it.
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px")}
+MANY, LONGEST = 12, 160  # names that a sentence lists, and characters of one
 _OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
 
 
@@ -124,13 +125,27 @@ def told(remarks: Iterable[Remark], word: str = "warnings") -> dict[str, object]
 
 
 def _filled(template: str, numbers: Mapping[str, Number]) -> str:
-    known = {k: ", ".join(map(str, v)) if isinstance(v, tuple) else v for k, v in numbers.items() if v is not None}
+    known = {k: _told(v) for k, v in numbers.items() if v is not None}
 
     def kept(part: re.Match[str]) -> str:
         names = {name for _, name, _, _ in Formatter().parse(part[1]) if name}
         return part[1] if names <= set(known) else ""
 
     return _OPTIONAL.sub(kept, template).format(**known)
+
+
+def _told(value: Number) -> Number:
+    """What a sentence says of a number: of many names the first and the last, of a long name its ends."""
+    if isinstance(value, str):
+        return _brief(value, LONGEST)
+    if not isinstance(value, tuple):
+        return value
+    words = [_brief(str(v), LONGEST // 2) for v in value]
+    return ", ".join(words if len(words) <= MANY else [*words[: MANY - 3], f"... ({len(words)} in all)", *words[-2:]])
+
+
+def _brief(text: str, most: int) -> str:
+    return text if len(text) <= most else f"{text[: most // 2 - 2]}...{text[1 - most // 2 :]}"
 
 
 def _plain(value: Number) -> object:

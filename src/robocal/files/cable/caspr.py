@@ -18,7 +18,8 @@ from robocal.errors import FileError
 from robocal.files.cable.casprtree import Node, parse_caspr, unread_elements
 from robocal.files.cable.robot import CableFile, checked
 from robocal.files.cable.values import CableUnits
-from robocal.files.text import Source, read_text
+from robocal.files.outside import discreet
+from robocal.files.text import ROBOT_LIMIT, Source, read_text
 from robocal.files.yamlio import Document
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -54,6 +55,7 @@ class Cable:
     diameter: float | None
 
 
+@discreet
 def read_caspr(source: Source) -> CableFile:
     """A robot of CASPR from `X_cables.xml`: the default cable set, or the only one. Lengths in m, forces in N, masses in
     kg. Raises FileError or FormatError."""
@@ -64,7 +66,7 @@ def read_caspr(source: Source) -> CableFile:
     beside = source.path.with_name(name.removesuffix("_cables.xml") + "_bodies.xml")
     if not beside.exists():
         raise FileError("the file of the bodies is not beside that of the cables", file=beside, found="nothing")
-    bodies, links = _open(read_text(beside), "links")
+    bodies, links = _open(read_text(beside, limit=ROBOT_LIMIT), "links")
     body = _body(links)
     doubts, home = body.pop("doubts"), body.pop("home")
     rows = [_cable(node, body["com"]) for node in _default_set(cables).every()]

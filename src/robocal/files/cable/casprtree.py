@@ -12,6 +12,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from robocal.errors import FormatError
+from robocal.files.names import SAID, strange_character
 from robocal.files.text import Source, line_of
 from robocal.files.unread import named, near_miss
 from robocal.remarks.code import Code
@@ -92,6 +93,8 @@ def parse_caspr(source: Source) -> Node:
 
     def begin(tag: str, attributes: dict[str, str]) -> None:
         node = Node(tag, attributes, parser.CurrentLineNumber, source.path)
+        if (strange := next(filter(strange_character, attributes.values()), None)) is not None:
+            node.fail(SAID, found=strange)
         (stack[-1].children if stack else top).append(node)
         stack.append(node)
 

@@ -22,7 +22,7 @@ from robocal.files.cable.lists import COLUMNS
 from robocal.files.cable.model import CableModel, CableRobotModel, CommonModel, PlatformModel, PulleyModel, UnitsModel
 from robocal.files.cable.values import CableUnits, Values
 from robocal.files.schema import validate
-from robocal.files.text import Source, read_text
+from robocal.files.text import ROBOT_LIMIT, Source, read_text
 from robocal.files.units import Unit, parse_unit
 from robocal.files.yamlio import Document, Path_, parse, path_text
 from robocal.remarks.code import Code
@@ -54,7 +54,7 @@ def read_cable(path: str | os.PathLike[str]) -> CableFile:
     from robocal.files.cable.caspr import read_caspr
     from robocal.files.cable.published import read_published
 
-    source = read_text(path)
+    source = read_text(path, limit=ROBOT_LIMIT)
     if source.path.suffix.lower() == ".xml" or source.text.lstrip().startswith("<"):
         return read_caspr(source)
     document = parse(source)

@@ -1,0 +1,93 @@
+"""Tables that keep what they say at any width: a number is never broken or cut, a word only where it is longer than most.
+
+rich narrows a table that is too wide wherever it likes, digits included. Here the columns of words give way first, down to
+their longest word; where that is not enough, every row is said in lines of text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich import box
+from rich.console import Console, ConsoleOptions, RenderResult
+from rich.measure import Measurement
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+__all__ = ["PlainTable"]
+
+WORD = 24  # letters; longer ones, such as paths, may be folded
+
+
+class PlainTable(Table):
+    """A rule under the header and nothing else; columns in `right` hold numbers."""
+
+    def __init__(self, *columns: str, right: Sequence[int] = (), title: str = "") -> None:
+        super().__init__(
+            box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, title=title or None, title_justify="left",
+            title_style="bold",
+        )  # fmt: skip
+        self._numbers = frozenset(right)
+        for i, name in enumerate(columns):
+            self.add_column(name, justify="right" if i in self._numbers else "left", overflow="fold")
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        words = [[_text(console, cell) for cell in (column.header, *column.cells)] for column in self.columns]
+        most = [max(t.cell_len for t in column) for column in words]
+        least = [self._least(i, column) for i, column in enumerate(words)]
+        free = Measurement.get(console, options.update(max_width=100_000), self)
+        room = options.max_width - (free.maximum - sum(most))
+        if sum(least) > room:
+            yield from self._lines(words)
+            return
+        for column, width in zip(self.columns, _shared(least, most, room), strict=True):
+            column.width = width
+        yield from super().__rich_console__(console, options)
+        for column in self.columns:
+            column.width = None
+
+    def _least(self, i: int, column: Sequence[Text]) -> int:
+        """The width below which something would break."""
+        if i in self._numbers:
+            return max(max(t.cell_len for t in column[1:]) if len(column) > 1 else 0, _longest(column[:1]))
+        return _longest(column)
+
+    def _lines(self, words: Sequence[Sequence[Text]]) -> RenderResult:
+        """Every row as its first cell, and below it the others by name."""
+        if self.title:
+            yield Text(str(self.title), style="bold")
+        heads = [column[0].plain for column in words]
+        for i, row in enumerate(self.rows, start=1):
+            yield Text.assemble((f"{heads[0]} " if heads[0] else "", "dim"), words[0][i], style=row.style or "")
+            cells = [
+                Text.assemble((f"{h} " if h else "", "dim"), c[i]) for h, c in zip(heads, words, strict=True) if c[i]
+            ]
+            yield Padding(Text("; ").join(cells[1:] if words[0][i] else cells), (0, 0, 0, 2))
+
+
+def _text(console: Console, cell: object) -> Text:
+    return cell if isinstance(cell, Text) else console.render_str(str(cell), markup=False, highlight=False)
+
+
+def _longest(column: Sequence[Text]) -> int:
+    """The longest word that may not be folded."""
+    return max((_width(word) for t in column for word in t.plain.split()), default=0)
+
+
+def _width(word: str) -> int:
+    bare = word.strip("()[],;+-±").replace(",", "")
+    try:
+        float(bare)
+    except ValueError:
+        return min(Text(word).cell_len, WORD)
+    return len(word)
+
+
+def _shared(least: Sequence[int], most: Sequence[int], room: int) -> list[int]:
+    """Widths between `least` and `most` that fill the room: the widest give way first."""
+    widths = list(most)
+    while sum(widths) > room:
+        i = max((i for i in range(len(widths)) if widths[i] > least[i]), key=lambda i: widths[i])
+        widths[i] -= 1
+    return widths

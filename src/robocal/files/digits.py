@@ -1,0 +1,48 @@
+"""What the last digit of a written number means, of many numbers at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from decimal import Decimal
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["last_digits"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def last_digits(columns: Sequence[Sequence[str]]) -> Array:
+    """One unit in the last digit of each number, (rows, columns), from columns of numbers as they are written.
+
+    Programs write so many decimals, or so many significant digits, and some drop zeros at the end: with D the most
+    decimals and S the most significant digits in these columns, 10^max(-D, e - S + 1) of a number between 10^e and
+    10^(e + 1).
+    """
+    decimals, significant, zero = (np.column_stack(part) for part in zip(*map(_written, columns), strict=True))
+    d, s = int(decimals.max()), int(significant.max())
+    size = np.where(zero, -d, significant - 1 - decimals)
+    return np.asarray(10.0 ** np.maximum(-d, size - s + 1).astype(float))
+
+
+def _written(cells: Sequence[str]) -> tuple[Ints, Ints, NDArray[np.bool_]]:
+    """Decimals and significant digits of each cell (n,), and whether it is zero."""
+    joined = "".join(cells)
+    if not joined.isascii() or "e" in joined or "E" in joined:
+        return _one_by_one(cells)
+    text = np.array([cell.encode() for cell in cells])
+    letters = text.view(np.uint8).reshape(len(cells), -1)
+    digit = (letters >= ord("0")) & (letters <= ord("9"))
+    behind = np.logical_or.accumulate(letters == ord("."), axis=1)
+    leading = np.logical_or.accumulate(digit & (letters > ord("0")), axis=1)
+    decimals, significant = (digit & behind).sum(axis=1), (digit & leading).sum(axis=1)
+    return decimals, np.maximum(significant, 1), significant == 0
+
+
+def _one_by_one(cells: Sequence[str]) -> tuple[Ints, Ints, NDArray[np.bool_]]:
+    """The same of numbers with exponents."""
+    parts = [Decimal(cell.strip()).as_tuple() for cell in cells]
+    decimals = np.array([-int(p.exponent) for p in parts])
+    return decimals, np.array([len(p.digits) for p in parts]), np.array([p.digits == (0,) for p in parts])
