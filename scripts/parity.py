@@ -154,9 +154,11 @@ def flat(path: str, value: Any) -> Iterator[tuple[str, Any]]:
     elif isinstance(value, list):
         for i, part in enumerate(value):
             yield from flat(f"{path}[{i}]", part)
-    elif isinstance(value, bool | int | float) or value is None:
-        yield path, value
-    elif isinstance(value, str) and re.search(r"(status|code|region|name|convention|method|kind)$", path):
+    elif (
+        isinstance(value, bool | int | float)
+        or value is None
+        or (isinstance(value, str) and re.search(r"(status|code|region|name|convention|method|kind)$", path))
+    ):
         yield path, value
 
 
