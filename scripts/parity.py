@@ -38,6 +38,7 @@ LEFT_OUT = re.compile(
     r"provenance|written|command$|sentence|advice|reasons|warnings|note$|\.text$|seconds|version|sha256|inputs|\bfiles\b|"
     r"reason$|how$|history|iterations|source|file$|left_out"
 )
+STATES = re.compile(r"(status|code|region|name|convention|method|kind)$")  # the words that are compared
 COMMANDS = """
 simulate irb-120 -n 60 --seed 1 -o arm
 simulate irb-120 -n 60 --seed 2 -o again --json
@@ -154,11 +155,7 @@ def flat(path: str, value: Any) -> Iterator[tuple[str, Any]]:
     elif isinstance(value, list):
         for i, part in enumerate(value):
             yield from flat(f"{path}[{i}]", part)
-    elif (
-        isinstance(value, bool | int | float)
-        or value is None
-        or (isinstance(value, str) and re.search(r"(status|code|region|name|convention|method|kind)$", path))
-    ):
+    elif isinstance(value, bool | int | float) or value is None or (isinstance(value, str) and STATES.search(path)):
         yield path, value
 
 
