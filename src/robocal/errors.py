@@ -24,6 +24,7 @@ __all__ = [
     "MissingExtra",
     "ModelError",
     "RobocalError",
+    "ToWrite",
     "nearest",
     "printable",
     "shortened",
@@ -100,6 +101,14 @@ def _fitting(parts: list[str], most: int) -> list[str]:
     return [shortened(part, share) for part in parts]
 
 
+class ToWrite(str):
+    """What a person is to copy into a file, as it stands: it is never shortened."""
+
+
+def _said(value: object) -> str:
+    return value if isinstance(value, ToWrite) else str(value)
+
+
 class RobocalError(Exception):
     """The root of the tree."""
 
@@ -141,15 +150,19 @@ class InputError(RobocalError):
         marks = [*([", "] * (len(place) - 1)), *([": "] if place else []), ""]
         for mark, said in (
             ("; found ", None if self.found is None else _short(self.found)),
-            ("; expected ", None if self.expected is None else str(self.expected)),
+            ("; expected ", None if self.expected is None else _said(self.expected)),
             ("; did you mean ", f"{self.suggestion!r}?" if self.suggestion else None),
         ):
             if said is not None:
                 marks[-1] = mark
                 parts.append(said)
                 marks.append("")
-        kept = _fitting([printable(part) for part in parts], MESSAGE_LIMIT - 1 - sum(map(len, marks)))
-        return "".join(part + mark for part, mark in zip(kept, marks, strict=True))
+        plain = [printable(part) for part in parts]
+        free = [i for i, part in enumerate(parts) if not isinstance(part, ToWrite)]
+        fitting = _fitting([plain[i] for i in free], MESSAGE_LIMIT - 1 - sum(map(len, marks)))
+        for i, part in zip(free, fitting, strict=True):
+            plain[i] = part
+        return "".join(part + mark for part, mark in zip(plain, marks, strict=True))
 
 
 class FileError(InputError):

@@ -15,7 +15,7 @@ from files.test_urdf import TEXT as URDF
 from files.test_urdf import read as read_urdf_text
 
 from robocal import errors
-from robocal.errors import MESSAGE_LIMIT, FileError, FormatError, InputError, ModelError, nearest
+from robocal.errors import MESSAGE_LIMIT, FileError, FormatError, InputError, ModelError, ToWrite, nearest
 from robocal.files import csvtable, yamlio
 from robocal.files.cable.robot import read_cable
 from robocal.files.csvtable import csv_text, read_csv
@@ -186,6 +186,8 @@ def test_messages_can_be_read_whatever_they_speak_of():
             said = str(FormatError(message, **kept))
             assert len(said) < MESSAGE_LIMIT and said.isprintable(), said
             assert "file" not in kept or "data.csv" in said
+    line = ToWrite("{" + "key: value, " * 60 + "}")
+    assert str(line) in str(FormatError("wrong" * 200, file="a.csv", expected=line)), "what is to be copied is whole"
     short = FormatError("wrong", file="a.csv", row=3, column="x", key="k", found="1", expected="2", suggestion="y")
     assert str(short) == "a.csv, row 3, column x, key k: wrong; found '1'; expected 2; did you mean 'y'?"
 

@@ -16,7 +16,7 @@ from types import FrameType
 from typing import Any
 
 from robocal.cli.words import complete
-from robocal.errors import CONTROL, MESSAGE_LIMIT, Cancelled, InputError, MissingExtra, printable, shortened
+from robocal.errors import CONTROL, MESSAGE_LIMIT, Cancelled, InputError, MissingExtra, ToWrite, printable, shortened
 
 __all__ = ["DONE", "FAULT", "INPUT", "STOPPED", "UNTRUSTED", "complain", "run", "stopped"]
 
@@ -49,7 +49,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         except (InputError, MissingExtra) as error:
             if debug:
                 raise
-            complain(str(error))
+            complain(str(error), whole=True)
             _document(words, error)
             return INPUT
         except OSError as error:
@@ -120,6 +120,8 @@ def _document(words: Sequence[str], error: Exception | str) -> None:
         told |= {"message": (error.strerror or str(error)).lower(), "file": plain(error.filename)}
     told["message"] = told["message"] or str(error)
     for key, value in told.items():
+        if isinstance(getattr(error, key, None), ToWrite):
+            continue
         if key != "file" and len(text := value if isinstance(value, str) else json.dumps(value)) > MESSAGE_LIMIT:
             told[key] = shortened(text, MESSAGE_LIMIT)
     lines = json.dumps({"error": told}, indent=2, ensure_ascii=False, allow_nan=False).split("\n")
@@ -145,9 +147,11 @@ def _plain(error: Any) -> str:
     return text[0].lower() + text[1:] if text else type(error).__name__
 
 
-def complain(text: str, kind: str = "error") -> None:
-    """One message on stderr, in colour where a person reads it; an error is one line of less than 400 characters."""
-    text = printable(text) if kind in ("note", "warning") else shortened(printable(text), MESSAGE_LIMIT - 1)
+def complain(text: str, kind: str = "error", *, whole: bool = False) -> None:
+    """One message on stderr, in colour where a person reads it; an error is one line of less than 400 characters, but for what
+    is to be copied from it (`whole`: it is short already)."""
+    whole = whole or kind in ("note", "warning")
+    text = printable(text) if whole else shortened(printable(text), MESSAGE_LIMIT - 1)
     label = kind if kind in ("error", "note", "warning") else f"{kind}: error"
     colour = {"error": 31, "warning": 33, "note": 36}.get(kind, 31)
     if coloured(sys.stderr):

@@ -9,7 +9,7 @@ from pathlib import Path
 from robocal.calibrate.hypotheses.changes import Change, What, changes
 from robocal.calibrate.hypotheses.explain import Explanation, Trial, alike, doubted, explain
 from robocal.calibrate.hypotheses.remounted import remounted
-from robocal.errors import FormatError
+from robocal.errors import FormatError, ToWrite
 from robocal.files.dataset import Reading
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS
@@ -64,7 +64,7 @@ def refuse_wrong(robot: Robot, reading: Reading, reread: Reread) -> tuple[Remark
         f"{words}{apart}: with that, what the nominal model leaves falls from {_mm(doubt.stated)} to {_mm(best)}",
         file=told[0].file,
         key=told[0].key or None,
-        expected=" or ".join(lines),
+        expected=ToWrite(" or ".join(lines)),
     )
 
 
