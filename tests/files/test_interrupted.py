@@ -8,7 +8,7 @@ import pytest
 from killing import FOREIGN, count_calls, judge, killed_at, readable
 
 from robocal.errors import FileError
-from robocal.files.journal import JOURNAL
+from robocal.files.journal import JOURNAL, announce
 from robocal.files.text import read_text
 from robocal.files.writing import write_files, write_text
 
@@ -78,3 +78,31 @@ def test_an_announcement_that_cannot_be_made_changes_nothing(tmp_path, monkeypat
         again(tmp_path)
     (tmp_path / JOURNAL).rmdir()
     assert readable(tmp_path) == OLD
+
+
+def test_what_one_command_left_unfinished_another_does_not_make_readable(tmp_path):
+    announce(tmp_path, ["a.txt", "b.txt"])
+    for name, content in OLD.items():
+        (tmp_path / name).write_bytes(content)
+    write_files(tmp_path, {"b.txt": "new", "c.txt": "new"})
+    assert readable(tmp_path)["a.txt"] is None and readable(tmp_path)["b.txt"] == b"new"
+    write_files(tmp_path, {"a.txt": "new", "c.txt": "newer"})
+    assert None not in readable(tmp_path).values() and not (tmp_path / JOURNAL).exists()
+
+
+def test_a_failure_leaves_unfinished_what_was_unfinished(tmp_path, monkeypatch):
+    announce(tmp_path, ["a.txt", "b.txt"])
+    for name, content in OLD.items():
+        (tmp_path / name).write_bytes(content)
+    real = os.replace
+
+    def failing(source, target):
+        if str(target).endswith("b.txt"):
+            raise OSError(30, "Read-only file system")
+        real(source, target)
+
+    monkeypatch.setattr(os, "replace", failing)
+    with pytest.raises(FileError, match="read-only"):
+        write_files(tmp_path, {"a.txt": "new", "b.txt": "new", "d.txt": "new"})
+    found = readable(tmp_path)
+    assert found["a.txt"] is None and found["b.txt"] is None and "d.txt" not in found

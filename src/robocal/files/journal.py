@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
 from robocal.errors import FileError
@@ -18,8 +18,35 @@ __all__ = ["JOURNAL", "announce", "finish", "flush_folder", "guard"]
 JOURNAL = ".robocal-writing"
 
 
-def announce(folder: Path, names: Iterable[str]) -> None:
-    """Says that these files are about to change; on the disk before this returns."""
+def announce(folder: Path, names: Iterable[str]) -> list[str]:
+    """Says that these files are about to change, beside those that another command left unfinished, which it returns; on the disk
+    before that."""
+    before = _named(folder)
+    _write(folder, [*dict.fromkeys([*before, *names])])
+    return before
+
+
+def finish(folder: Path, names: Collection[str]) -> None:
+    """Says that these have changed, all of them; what was renamed reaches the disk before the journal goes. What another command
+    left unfinished stays named."""
+    flush_folder(folder)
+    left = [name for name in _named(folder) if name not in names]
+    if left:
+        _write(folder, left)
+    else:
+        (folder / JOURNAL).unlink(missing_ok=True)
+        flush_folder(folder)
+
+
+def _named(folder: Path) -> list[str]:
+    """The names in the journal of a folder; none where there is no journal."""
+    try:
+        return (folder / JOURNAL).read_text(encoding="utf-8").splitlines()
+    except (OSError, ValueError):
+        return []
+
+
+def _write(folder: Path, names: Sequence[str]) -> None:
     prepared = folder / (JOURNAL + ".new")
     try:
         with prepared.open("w", encoding="utf-8") as stream:
@@ -33,20 +60,9 @@ def announce(folder: Path, names: Iterable[str]) -> None:
     flush_folder(folder)
 
 
-def finish(folder: Path) -> None:
-    """Says that they have changed, all of them; what was renamed reaches the disk before the journal goes."""
-    flush_folder(folder)
-    (folder / JOURNAL).unlink(missing_ok=True)
-    flush_folder(folder)
-
-
 def guard(path: Path) -> None:
     """Raises FileError for a file whose folder was being written when the process ended."""
-    try:
-        named = (path.parent / JOURNAL).read_text(encoding="utf-8").splitlines()
-    except (OSError, ValueError):
-        return
-    if path.name in named:
+    if path.name in _named(path.parent):
         raise FileError(
             "the command that was writing this did not end: old and new files may lie side by side",
             file=path,

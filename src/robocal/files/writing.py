@@ -59,7 +59,7 @@ def write_files(
         gone = [home / name for name in remove if name not in files and (home / name).is_file()]
         with _undisturbed():
             _clean(home, {*files, *remove})
-            _replace_all(home, temporary, targets, gone)
+            _replace_all(home, temporary, targets, gone, {*files, *remove})
             made = []
     except (OSError, ValueError) as error:
         at = targets[max(len(temporary) - 1, 0)]
@@ -122,12 +122,14 @@ def _runs(pid: int) -> bool:
     return True
 
 
-def _replace_all(folder: Path, temporary: list[Path], targets: tuple[Path, ...], gone: list[Path]) -> None:
-    """Replaces and removes; when one cannot be, all get their old content back."""
+def _replace_all(
+    folder: Path, temporary: list[Path], targets: tuple[Path, ...], gone: list[Path], names: Collection[str]
+) -> None:
+    """Replaces and removes; when one cannot be, all get their old content back. `names` are all that the command speaks of, those
+    that are not there included."""
     several = len(targets) + len(gone) > 1
     old: list[tuple[Path, Path | None]] = []
-    if several:
-        announce(folder, [p.name for p in (*targets, *gone)])
+    unfinished = announce(folder, [p.name for p in (*targets, *gone)]) if several else []
     try:
         for source, target in zip(temporary, targets, strict=True):
             old.append((target, _kept(target, source.name) if several else None))
@@ -142,10 +144,11 @@ def _replace_all(folder: Path, temporary: list[Path], targets: tuple[Path, ...],
                 before.unlink(missing_ok=True)  # two names of one content stay two names
             elif several:
                 target.unlink(missing_ok=True)
-        finish(folder)
+        if several:  # what was a mixture before is one again
+            finish(folder, [n for n in names if n not in unfinished])
         raise
     if several:
-        finish(folder)
+        finish(folder, names)
     else:
         flush_folder(folder)
     for _, before in old:
