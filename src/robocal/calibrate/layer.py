@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg, optimize
 
 __all__ = ["POINTS", "Layer", "learn"]
 
@@ -48,7 +48,7 @@ class Layer:
 
     def deviation(self, q: Array) -> Array:
         """Standard deviation of a new measurement around the prediction (m, d)."""
-        half = linalg.solve_triangular(self._factor, self._kernel(q).T, lower=True)
+        half = scipy.linalg.solve_triangular(self._factor, self._kernel(q).T, lower=True)
         left = np.maximum(1.0 - np.sum(half**2, axis=0), 0.0) + self.noise**2
         return np.asarray(np.sqrt(left)[:, None] * self.size)
 
@@ -58,7 +58,7 @@ class Layer:
     @cached_property
     def _factor(self) -> Array:
         inner = self._kernel(self.points) + (self.noise**2 + JITTER) * np.eye(len(self.points))
-        return np.asarray(linalg.cholesky(inner, lower=True))
+        return np.asarray(scipy.linalg.cholesky(inner, lower=True))
 
 
 def distances(a: Array, b: Array, turning: Bools) -> Array:
@@ -79,7 +79,7 @@ def learn(joints: tuple[str, ...], turning: tuple[bool, ...], q: Array, y: Array
     # size is that of signal and noise together: s^2 (1 + noise^2) = size^2.
     signal = size / np.sqrt(1.0 + noise**2)
     kernel[np.diag_indices_from(kernel)] += noise**2 + JITTER
-    weights = linalg.solve(kernel, y[kept], assume_a="pos")
+    weights = scipy.linalg.solve(kernel, y[kept], assume_a="pos")
     return Layer(joints, turning, q[kept], weights, signal, lengths, noise)
 
 
@@ -99,13 +99,13 @@ def _likely(apart: Array, y: Array, turning: Bools, span: Array) -> tuple[Array,
         signal = np.exp(-apart @ inverse)
         inner = share * signal + (1.0 - share + JITTER) * eye
         try:
-            factor = linalg.cho_factor(inner, lower=True)
-        except linalg.LinAlgError:
+            factor = scipy.linalg.cho_factor(inner, lower=True)
+        except scipy.linalg.LinAlgError:
             return 1e12, np.zeros(n + 1)
-        alpha = linalg.cho_solve(factor, y)
+        alpha = scipy.linalg.cho_solve(factor, y)
         d = y.shape[1]
         value = 0.5 * float(np.sum(y * alpha)) + d * float(np.log(np.diag(factor[0])).sum())
-        outer = d * linalg.cho_solve(factor, eye) - alpha @ alpha.T
+        outer = d * scipy.linalg.cho_solve(factor, eye) - alpha @ alpha.T
         moved = outer * share * signal
         slope = [0.5 * 2.0 * inverse[j] * float(np.sum(moved * apart[..., j])) for j in range(n)]
         slope.append(0.5 * share * (1.0 - share) * float(np.sum(outer * (signal - eye))))
@@ -116,5 +116,5 @@ def _likely(apart: Array, y: Array, turning: Bools, span: Array) -> tuple[Array,
     usual = np.where(turning, 1.0, np.where(span > 0, span, 1.0))
     starts = [np.append(np.log(np.clip(f * usual, 0.03, 20.0)), 0.0) for f in (0.15, 0.5, 1.5)]
     start = min(starts, key=lambda u: cost(u)[0])
-    best = optimize.minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40})
+    best = scipy.optimize.minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40})
     return np.exp(best.x[:n]), float(np.exp(-0.5 * best.x[n]))

@@ -18,9 +18,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.cluster.hierarchy import fcluster, linkage
-from scipy.spatial import cKDTree
 
 from robocal.calibrate.split import NEAR, places
 from robocal.estimate.uncertainty import Total, reweighted, uncertainty
@@ -115,7 +114,7 @@ def scatter(runs: Sequence[Kept], totals: Sequence[Total], names: Sequence[str],
     gains = [_gain(k, t, names, x) for k, t in zip(runs, totals, strict=True)]
     even = sum(k.spread / k.enlarged * _trace(t, names, x) for k, t in zip(runs, totals, strict=True))
     fitted = sum(_trace(t, names, x) for t in totals)
-    hit, near = cKDTree(runs[0].joints).query(runs[1].joints, p=np.inf)
+    hit, near = scipy.spatial.cKDTree(runs[0].joints).query(runs[1].joints, p=np.inf)
     met = hit < NEAR
     same = float(met.mean())
     thin = max(k.thinned for k in runs)
@@ -156,7 +155,13 @@ def _labels(runs: Sequence[Kept], near: Ints, again: bool) -> dict[str, tuple[In
     joints = np.concatenate([k.joints for k in runs])
     # Turning joints come round; a sliding joint's cosine still tells near from far.
     round_ = np.concatenate([np.cos(joints), np.sin(joints)], axis=1)
-    part = fcluster(linkage(round_, "ward"), many, "maxclust").astype(np.int64) if len(joints) > many else None
+    part = (
+        scipy.cluster.hierarchy.fcluster(scipy.cluster.hierarchy.linkage(round_, "ward"), many, "maxclust").astype(
+            np.int64
+        )
+        if len(joints) > many
+        else None
+    )
     place = np.where(near >= 0, near, one + np.arange(two))
     # Places that were visited again keep the stretch of time of their first visit.
     time = np.where(near >= 0, near * many // one, late) if again else many + late

@@ -17,10 +17,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from robocal.errors import ModelError
 from robocal.measure.data import Configurations, DataSet
@@ -69,7 +67,9 @@ class Split:
         told: Bools = np.asarray(held.any(axis=1))
         held, names = held[told], tuple(n for n, t in zip(names, told, strict=True) if t)
         touch = _touched(data)
-        seen = csr_array(held.astype(np.float64)) @ touch  # (K, P) how often a round's held-out rows touch a place
+        seen = (
+            scipy.sparse.csr_array(held.astype(np.float64)) @ touch
+        )  # (K, P) how often a round's held-out rows touch a place
         tied = (seen @ touch.T).toarray() > 0
         return cls(held, ~held & ~tied, names, how, together)
 
@@ -82,9 +82,11 @@ def places(configurations: Configurations, near: float = NEAR) -> Ints:
         return np.arange(len(configurations))
     # Encoders jitter: what is nearer than that is the same place.
     known = np.nan_to_num(place)
-    pairs = cKDTree(known).query_pairs(near, p=np.inf, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(place), len(place)))
-    label = connected_components(graph, directed=False)[1].astype(np.int64)
+    pairs = scipy.spatial.cKDTree(known).query_pairs(near, p=np.inf, output_type="ndarray")
+    label = np.arange(len(place))
+    if len(pairs):
+        graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(place), len(place)))
+        label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
     # A configuration without joint values (two sockets a known distance apart) is a place of its own.
     unknown = np.flatnonzero(np.isnan(place).any(axis=1))
     label[unknown] = len(place) + np.arange(len(unknown))
@@ -98,7 +100,7 @@ def _stood(configurations: Configurations) -> Bools:
     return np.ones(len(configurations), dtype=bool) if joints is None else np.asarray(np.isfinite(joints).all(axis=1))
 
 
-def _touched(data: DataSet) -> csr_array:
+def _touched(data: DataSet) -> scipy.sparse.csr_array:
     """Which places each unit touches, its own and the ends of its rows, without hubs; (U, P) sparse."""
     label = places(data.configurations)
     pairs = [(o.configuration, o.second) for o in data.observations if o.second is not None]
@@ -114,7 +116,7 @@ def _touched(data: DataSet) -> csr_array:
         unit.append(first[keep])
         place.append(both[1][keep])
     u, p = np.concatenate(unit), np.concatenate(place)
-    return csr_array((np.ones(len(u)), (u, p)), shape=(len(label), int(label.max(initial=0)) + 1))
+    return scipy.sparse.csr_array((np.ones(len(u)), (u, p)), shape=(len(label), int(label.max(initial=0)) + 1))
 
 
 def groups_of(data: DataSet) -> tuple[str, ...]:

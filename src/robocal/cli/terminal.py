@@ -6,6 +6,7 @@ long functions.
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import sys
@@ -151,6 +152,7 @@ class Bar:
     def __call__(self, event: dict[str, object]) -> None:
         if stopped():
             raise Cancelled("stopped")
+        gc.enable()
         stage = str(event.get("stage", ""))
         self.text = STAGES.get(stage, stage) + (f": {event['what']}" if "what" in event else "")
         if stage == "leave-one-out" and "units" in event:

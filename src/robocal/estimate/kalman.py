@@ -19,8 +19,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
@@ -79,7 +79,7 @@ def kalman(
             rows = np.vstack([big, weight[:, None] * h])
             right = np.concatenate([np.zeros(len(big)), weight * (h @ moved - lin.r)])
             r = np.asarray(np.linalg.qr(np.column_stack([rows, right]), mode="r"))
-            target = solve_triangular(r[: size + n, : size + n], r[: size + n, -1])
+            target = scipy.linalg.solve_triangular(r[: size + n, : size + n], r[: size + n, -1])
             if problem.bounded:
                 target[size:] = _within(problem, x, target[size:], moved[size:], r[size : size + n, size : size + n])
             step = target - moved
@@ -91,7 +91,7 @@ def kalman(
             root = r[size : size + n, size : size + n]
         if watch:
             watch({"stage": "filter", "unit": unit, "units": problem.units, "done": unit + 1, "total": problem.units})
-    inverse = solve_triangular(root, np.eye(n)) if n else root
+    inverse = scipy.linalg.solve_triangular(root, np.eye(n)) if n else root
     return Filtered(x, inverse @ inverse.T)
 
 
@@ -143,7 +143,7 @@ def _root(covariance: Array) -> Array:
     except np.linalg.LinAlgError:
         raise ModelError("the filter's covariance must be positive definite", key="covariance") from None
     # P = L L^T, so P^-1 = L^-T L^-1, and R = L^-1 up to a rotation from the left.
-    return np.asarray(np.linalg.qr(solve_triangular(lower, np.eye(len(lower)), lower=True), mode="r"))
+    return np.asarray(np.linalg.qr(scipy.linalg.solve_triangular(lower, np.eye(len(lower)), lower=True), mode="r"))
 
 
 def _blocks_have_one_owner(problem: Problem) -> None:
@@ -160,7 +160,7 @@ def _weights(problem: Problem, lin: Linear, h: Array, root: Array) -> Array:
     """rho'(s) of every row's observation, s the innovation's square over its predicted variance (H P H^T + I)_ii."""
     if problem.loss == "none":
         return np.ones(len(lin.r))
-    a = solve_triangular(root, h.T, trans="T")
+    a = scipy.linalg.solve_triangular(root, h.T, trans="T")
     return problem.slopes(lin.r**2 / (1.0 + np.einsum("ij,ij->j", a, a)), lin)
 
 
@@ -175,7 +175,7 @@ def _within(problem: Problem, x: Array, target: Array, moved: Array, root: Array
         if not (new & ~held).any():
             break
         held |= new
-        inverse = solve_triangular(root, np.eye(problem.n))
+        inverse = scipy.linalg.solve_triangular(root, np.eye(problem.n))
         p = inverse @ inverse.T
         goal = np.clip(target, low, high)[held]
         target = target + p[:, held] @ np.linalg.solve(p[np.ix_(held, held)], goal - target[held])

@@ -20,8 +20,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 
 from robocal.errors import ModelError
 from robocal.estimate.problem import LOSSES, TUNING, Problem
@@ -129,7 +129,7 @@ def particles(
     n = problem.n
     seen = _Linearised(problem, x)
     root, centre, wider = seen.root, seen.centre, seen.wider
-    step = centre + np.sqrt(wider) * solve_triangular(root, rng.standard_normal((n, count))).T
+    step = centre + np.sqrt(wider) * scipy.linalg.solve_triangular(root, rng.standard_normal((n, count))).T
     log_w = np.zeros(count)
     value, ratio = seen(step)
     if problem.bounded and not (ratio[:, 0] > NOTHING / 2).any():
@@ -213,7 +213,7 @@ def _gaussian(problem: Problem, x: Array) -> tuple[Array, Array]:
             "the measurements and priors leave a direction free, and particles would fill it",
             expected="fewer free parameters, or priors",
         ) from None
-    return root, solve_triangular(root, solve_triangular(root, -normal.g[0], trans="T"))
+    return root, scipy.linalg.solve_triangular(root, scipy.linalg.solve_triangular(root, -normal.g[0], trans="T"))
 
 
 def _resample(
@@ -236,14 +236,14 @@ def _roughen(
     away = step - mean
     cov = away.T @ away / len(step)
     # Copies of a few particles span too little; the linearised posterior keeps the rest alive.
-    inverse = solve_triangular(seen.root, np.eye(n))
+    inverse = scipy.linalg.solve_triangular(seen.root, np.eye(n))
     lower = np.linalg.cholesky(0.9 * cov + 0.1 * inverse @ inverse.T)
     a, b = np.sqrt(1 - ROUGH**2), ROUGH
     new = mean + a * away + b * rng.standard_normal(step.shape) @ lower.T
     new_value, new_ratio = seen(new)
 
     def target(s: Array, v: Array, c: Array) -> Array:
-        z = solve_triangular(lower, (s - mean).T, lower=True)
+        z = scipy.linalg.solve_triangular(lower, (s - mean).T, lower=True)
         return np.asarray(v + c[:, :done].sum(axis=1) + 0.5 * np.einsum("ib,ib->b", z, z))
 
     accept = np.log(rng.random(len(step))) < target(new, new_value, new_ratio) - target(step, value, ratio)

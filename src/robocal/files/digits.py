@@ -29,20 +29,20 @@ def last_digits(columns: Sequence[Sequence[str]]) -> Array:
 
 def _written(cells: Sequence[str]) -> tuple[Ints, Ints, NDArray[np.bool_]]:
     """Decimals and significant digits of each cell (n,), and whether it is zero."""
-    joined = "".join(cells)
-    if not joined.isascii() or "e" in joined or "E" in joined:
-        return _one_by_one(cells)
-    text = np.array([cell.encode() for cell in cells])
+    # Numbers with exponents, few in most files, are read one by one.
+    odd = [k for k, cell in enumerate(cells) if "e" in cell or "E" in cell or not cell.isascii()]
+    plain = list(cells)
+    for k in odd:
+        plain[k] = "0"
+    text = np.array([cell.encode() for cell in plain])
     letters = text.view(np.uint8).reshape(len(cells), -1)
     digit = (letters >= ord("0")) & (letters <= ord("9"))
     behind = np.logical_or.accumulate(letters == ord("."), axis=1)
     leading = np.logical_or.accumulate(digit & (letters > ord("0")), axis=1)
     decimals, significant = (digit & behind).sum(axis=1), (digit & leading).sum(axis=1)
-    return decimals, np.maximum(significant, 1), significant == 0
-
-
-def _one_by_one(cells: Sequence[str]) -> tuple[Ints, Ints, NDArray[np.bool_]]:
-    """The same of numbers with exponents."""
-    parts = [Decimal(cell.strip()).as_tuple() for cell in cells]
-    decimals = np.array([-int(p.exponent) for p in parts])
-    return decimals, np.array([len(p.digits) for p in parts]), np.array([p.digits == (0,) for p in parts])
+    zero = significant == 0
+    significant = np.maximum(significant, 1)
+    for k in odd:
+        part = Decimal(cells[k].strip()).as_tuple()
+        decimals[k], significant[k], zero[k] = -int(part.exponent), len(part.digits), part.digits == (0,)
+    return decimals, significant, zero

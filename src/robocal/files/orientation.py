@@ -10,8 +10,8 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from robocal.geometry import so3
 
@@ -87,7 +87,7 @@ def to_form(rotation: ArrayLike, form: str, order: str = "XYZ", *, intrinsic: bo
         return r.reshape(-1, 9)
     if form == "rotation_vector":
         return so3.log(r)
-    turned = Rotation.from_matrix(r)
+    turned = scipy.spatial.transform.Rotation.from_matrix(r)
     if form == "euler":
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # the poles, see above

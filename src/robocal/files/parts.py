@@ -31,7 +31,7 @@ Number = Annotated[float | None, BeforeValidator(finite)]
 class Part(BaseModel):
     """A part of a result: unknown fields are refused, numpy values are taken as plain ones."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     @model_validator(mode="before")
     @classmethod

@@ -39,7 +39,7 @@ def refuse(message: str, *, found: object = None, expected: object = None, sugge
 class Model(BaseModel):
     """A mapping of a file: unknown keys are refused and named, numbers are not made from texts."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
     @model_validator(mode="before")
     @classmethod
