@@ -12,8 +12,8 @@ from protocol import full_vector, serve
 
 from robocal.arms.conventions import chain
 from robocal.calibrate.folds import unseen
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.calibrate.split import Split
 from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import problem

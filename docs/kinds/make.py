@@ -22,8 +22,8 @@ from robocal.calibrate.identify import identify
 from robocal.errors import InputError
 from robocal.files.kinds.registry import READERS
 from robocal.geometry import fits
-from robocal.jobs.hiding import hidden
-from robocal.jobs.rigs import FINE, Instrument, measure
+from robocal.simulate.hiding import hidden
+from robocal.simulate.rigs import FINE, Instrument, measure
 from robocal.jobs.simulate import Errors, sample_joints, true_chain
 
 HERE = Path(__file__).parent

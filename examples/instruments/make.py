@@ -19,8 +19,8 @@ from robocal.files.datawrite import data_text, table_text
 from robocal.files.kinds.registry import READERS
 from robocal.files.robot import describe
 from robocal.files.units import Units
-from robocal.jobs.hiding import hidden
-from robocal.jobs.rigs import FINE, Instrument, measure
+from robocal.simulate.hiding import hidden
+from robocal.simulate.rigs import FINE, Instrument, measure
 from robocal.jobs.simulate import Errors, sample_joints, true_chain
 
 HERE = Path(__file__).parent

@@ -11,7 +11,7 @@ from trials import observations, open_robot, perturbed
 
 from robocal.calibrate.baseline import baseline
 from robocal.calibrate.fit import fit
-from robocal.calibrate.identification import Options
+from robocal.calibrate.options import Options
 from robocal.calibrate.warn import _drift
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet

@@ -9,8 +9,8 @@ import pytest
 from measure.rigs import BALL, XYZ, anywhere, configurations, recorded, recorded_by, rows
 
 from robocal.arms.conventions import default_free
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.files.robot import open_robot
 from robocal.measure.data import DataSet, Frame
 from robocal.remarks.code import Code

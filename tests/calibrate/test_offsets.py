@@ -11,8 +11,8 @@ from trials import TRACKER, joints, observations
 
 from robocal.arms.conventions import chain
 from robocal.arms.zeros import joint_offsets, joint_zeros, open_zeros, with_offsets
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 from robocal.files.robot import open_robot
 from robocal.jobs.validate import model_errors

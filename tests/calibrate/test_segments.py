@@ -10,7 +10,7 @@ import pytest
 from trials import ROBOTS, TRACKER, joints, observations, open_robot, perturbed
 
 from robocal.calibrate.baseline import baseline
-from robocal.calibrate.segments import find_segments, segment_remarks
+from robocal.calibrate.segments.find import find_segments, segment_remarks
 from robocal.geometry import se3
 from robocal.measure.base import synthesise
 from robocal.measure.data import DataSet, Frame

@@ -12,8 +12,8 @@ from robocal.files.datawrite import data_text, table_text
 from robocal.files.kinds.registry import READERS
 from robocal.files.robot import parse_robot
 from robocal.files.text import Source
-from robocal.jobs.rigs import FINE, Instrument, measure
 from robocal.measure.data import DataSet
+from robocal.simulate.rigs import FINE, Instrument, measure
 
 ARM = parse_robot(Source(Path("robot.yaml"), ROBOT, "0" * 64)).chain
 KINDS = tuple(READERS)

@@ -10,7 +10,7 @@ import pytest
 from run_folders import earlier
 
 from robocal.arms.groups import add
-from robocal.calibrate.layer import learn
+from robocal.calibrate.beyond.layer import learn
 from robocal.errors import FormatError, ModelError
 from robocal.files.layerfile import layer_text
 from robocal.files.robot import open_robot

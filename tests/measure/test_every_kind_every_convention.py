@@ -20,8 +20,8 @@ from measure.rigs import RIGS, recorded, stated
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, default_free
 from robocal.calibrate.baseline import baseline
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import kind_of, problem, synthesise
 from robocal.measure.data import DataSet

@@ -27,8 +27,8 @@ from measure.rigs import (
 )
 
 from robocal.arms.conventions import default_free
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.geometry import se3
 from robocal.measure.data import DataSet
 

@@ -12,8 +12,8 @@ from unit.arm_data import arm as five
 from unit.arm_data import true_arm
 
 from robocal.calibrate.evidence import errors
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.estimate.rows import Residuals
 from robocal.geometry import se3, so3
 from robocal.measure.base import kind_of, problem, synthesise

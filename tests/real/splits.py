@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import baseline, identify
+from robocal.calibrate.options import Options
 from robocal.measure.base import problem
 
 

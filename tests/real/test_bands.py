@@ -8,8 +8,8 @@ from real.test_franka import load as franka  # noqa: F401  (a fixture)
 from real.test_ur10 import load as ur10  # noqa: F401
 
 from robocal.calibrate.bands import coverage, measured_bands
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 
 
 def shares(model, data, fitted, held, seeds):

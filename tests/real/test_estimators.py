@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from real.test_franka import load
 
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import open_robot
 

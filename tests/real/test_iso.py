@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from robocal.apply.validate import distance_figures, every_pair, next_pairs, pose_figures, visits
 from robocal.arms.joints import with_sag
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
-from robocal.calibrate.validate import distance_figures, every_pair, next_pairs, pose_figures, visits
+from robocal.calibrate.options import Options
 from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot

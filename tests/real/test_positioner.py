@@ -14,8 +14,8 @@ from real.splits import report, splits
 from ruamel.yaml import YAML
 
 from robocal.calibrate.evidence import errors
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import baseline, identify
+from robocal.calibrate.options import Options
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
 from robocal.geometry import se3

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from cli.runs import robocal
 
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import baseline, identify
+from robocal.calibrate.options import Options
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import open_robot
 

@@ -15,8 +15,8 @@ import pytest
 from ruamel.yaml import YAML
 
 from robocal.arms import catalog
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import problem

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from robocal.calibrate.compare import compare
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
 from robocal.remarks.code import Code

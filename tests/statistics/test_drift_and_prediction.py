@@ -12,10 +12,10 @@ from real.test_franka import load as franka  # noqa: F401  (a fixture)
 from sizes import size
 from trials import TRACKER, joints, observations, perturbed
 
+from robocal.apply.drift import compare
 from robocal.arms.groups import add
-from robocal.calibrate.drift import compare
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.calibrate.workspace import base_motion, parameters_of, predict, sample_joints
 from robocal.estimate.uncertainty import radius
 from robocal.files.robot import open_robot

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from trials import ROBOTS, TRACKER, joints, observations
 
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.files.robot import open_robot
 from robocal.measure.base import synthesise
 from robocal.measure.data import DataSet

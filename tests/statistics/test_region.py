@@ -10,8 +10,8 @@ import pytest
 from trials import SIGMA, TRACKER
 
 from robocal.calibrate.bands import measured_range
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.calibrate.region import limited
 from robocal.calibrate.workspace import Region, between
 from robocal.files.robot import open_robot

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from trials import joints
 
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.files.robot import open_robot
-from robocal.jobs.rigs import STANDS, Instrument, measure
 from robocal.measure.data import DataSet
+from robocal.simulate.rigs import STANDS, Instrument, measure
 
 pytestmark = pytest.mark.slow
 TRIALS = int(os.environ.get("ROBOCAL_TRIALS", "2"))

@@ -10,8 +10,8 @@ import pytest
 from sizes import size
 from trials import TRACKER, joints, observations, perturbed
 
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.files.robot import open_robot
 from robocal.geometry import fits
 from robocal.measure.base import synthesise

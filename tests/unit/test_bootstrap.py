@@ -9,8 +9,8 @@ import pytest
 from unit.arm_data import FREE, TOOL, arm, measured
 
 from robocal.calibrate.bootstrap import bootstrap_words
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 
 

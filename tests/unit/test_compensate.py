@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robocal.apply.compensate import STATUS, Targets, compensate, generic_rank
 from robocal.arms import catalog
 from robocal.arms.chain import Element, Term
 from robocal.arms.conventions import chain
 from robocal.arms.joints import with_eccentricity, with_sag
-from robocal.calibrate.compensate import STATUS, Targets, compensate, generic_rank
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 from robocal.files.robot import open_robot
 from robocal.geometry import so3

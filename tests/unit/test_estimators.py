@@ -13,8 +13,8 @@ from robocal.arms import catalog
 from robocal.arms.conventions import default_free
 from robocal.calibrate.compare import compare
 from robocal.calibrate.estimators import ESTIMATORS, batched, estimator
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.cli.words import METHODS, complete
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import Reason

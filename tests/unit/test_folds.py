@@ -10,9 +10,9 @@ from unit.arm_data import TOOL, arm, measured, true_arm
 
 from robocal.calibrate.evidence import bootstrap_gain, errors
 from robocal.calibrate.folds import leave_one_out, unseen
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
 from robocal.calibrate.judge import drawn
+from robocal.calibrate.options import Options
 from robocal.calibrate.split import leave_one_out_rounds, make_split
 from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import problem, synthesise

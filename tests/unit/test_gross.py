@@ -10,9 +10,9 @@ from unit.arm_data import arm, measured
 from unit.test_outliers import FAST, spoiled
 
 from robocal.calibrate.gross import set_aside, share
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
 from robocal.calibrate.judge import _unfinished
+from robocal.calibrate.options import Options
 from robocal.estimate.least_squares import Reason
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Frame, Observations

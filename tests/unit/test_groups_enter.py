@@ -10,9 +10,9 @@ from unit.arm_data import arm, measured
 
 from robocal.arms.gravity import Load
 from robocal.arms.groups import add
-from robocal.calibrate.groups import choose_groups
-from robocal.calibrate.identification import Options
+from robocal.calibrate.beyond.groups import choose_groups
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 from robocal.measure.base import synthesise
 from robocal.remarks.code import Code

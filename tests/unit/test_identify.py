@@ -10,8 +10,8 @@ from sizes import size
 from unit.arm_data import TOOL, TRACKER, arm, away, measured, true_arm
 
 from robocal.arms.conventions import chain, default_free
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import METHODS
 from robocal.geometry import so3

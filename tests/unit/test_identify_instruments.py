@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from unit.arm_data import FREE, TRACKER, arm, away, blank, measured, observe, true_arm
 
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.errors import Cancelled, ModelError
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations

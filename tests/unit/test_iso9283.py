@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robocal.arms import catalog
-from robocal.calibrate.validate import (
+from robocal.apply.validate import (
     Visits,
     distance_figures,
     every_pair,
@@ -16,6 +15,7 @@ from robocal.calibrate.validate import (
     pose_figures,
     visits,
 )
+from robocal.arms import catalog
 from robocal.geometry import se3, so3
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from unit.arm_data import FREE, arm, measured
 
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.measure.data import DataSet, Frame
 from robocal.remarks.code import Code
 

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from robocal.arms import catalog
-from robocal.calibrate.candidates import Region, draw, joint_range, observed
-from robocal.calibrate.design import blocks, gathered, predicted
-from robocal.calibrate.plan import Forecast, PlanOptions, plan
-from robocal.calibrate.route import length, short_path, travel
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.geometry import se3, so3
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import DataSet, Frame, Observations
+from robocal.plan.candidates import Region, draw, joint_range, observed
+from robocal.plan.design import blocks, gathered, predicted
+from robocal.plan.poses import Forecast, PlanOptions, plan
+from robocal.plan.route import length, short_path, travel
 
 RNG = np.random.default_rng
 STANDS = (1.6, -1.1, 0.4, 0.02, -0.03, 2.1)

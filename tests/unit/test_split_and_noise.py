@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from unit.arm_data import arm, measured, true_arm
 
 from robocal.calibrate.fit import fit
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import baseline
 from robocal.calibrate.noise import apply_noise, assess
+from robocal.calibrate.options import Options
 from robocal.calibrate.split import stratified
 from robocal.errors import ModelError
 from robocal.measure.base import problem

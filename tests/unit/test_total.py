@@ -11,8 +11,8 @@ from unit.arm_data import FREE, arm, measured
 from unit.plain_terms import linear, plain_problem
 
 from robocal.calibrate.bands import coverage, measured_bands
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
 from robocal.calibrate.workspace import base_motion, motion_field, sample_joints
 from robocal.estimate.uncertainty import quantile, radius, total, uneven
 from robocal.measure.data import Frame

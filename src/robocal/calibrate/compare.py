@@ -16,8 +16,9 @@ import numpy as np
 from robocal.arms.chain import Chain
 from robocal.calibrate.estimators import ended, estimator
 from robocal.calibrate.evidence import Statistic
-from robocal.calibrate.identification import Identification, Options
+from robocal.calibrate.identification import Identification
 from robocal.calibrate.identify import FEW, identify
+from robocal.calibrate.options import Options
 from robocal.calibrate.split import places
 from robocal.errors import ModelError
 from robocal.measure.data import DataSet

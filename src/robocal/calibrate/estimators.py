@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.identification import Options
+from robocal.calibrate.options import Options
 from robocal.errors import ModelError, nearest
 from robocal.estimate.kalman import kalman, stacked
 from robocal.estimate.least_squares import Reason, Solution, least_squares

@@ -20,7 +20,18 @@ from robocal.estimate.rows import Residuals, Term
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["PROOF", "Statistic", "Verdict", "bootstrap_gain", "by_unit", "constant_errors", "errors", "judge"]
+__all__ = [
+    "PROOF",
+    "Fold",
+    "Stages",
+    "Statistic",
+    "Verdict",
+    "bootstrap_gain",
+    "by_unit",
+    "constant_errors",
+    "errors",
+    "judge",
+]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -189,3 +200,34 @@ def judge(
     if low > 0:
         return Verdict("improved", (span(Code.GAIN_PROVEN),))
     return Verdict("not_improved", (span(Code.GAIN_NOT_PROVEN),))
+
+
+@dataclass(frozen=True)
+class Fold:
+    """One round of a k-fold: mean error (m or rad) of the baseline and of the identified model on n held-out
+    measurements."""
+
+    name: str
+    n: int
+    before: float
+    after: float
+    profiled: bool
+
+
+@dataclass(frozen=True)
+class Stages:
+    """The error of one quantity at every stage (m or rad): baseline and identified on fitted and on unseen
+    configurations."""
+
+    unit: str
+    before: Statistic | None
+    after: Statistic | None
+    held_out_before: Statistic | None
+    held_out: Statistic | None
+    leave_one_out_before: Statistic | None
+    leave_one_out: Statistic | None
+    constant: Statistic | None
+    k_fold_before: Statistic | None = None
+    k_fold: Statistic | None = None
+    folds: tuple[Fold, ...] = ()
+    everything: Stages | None = None  # the same with the gross rows; None where none was set aside

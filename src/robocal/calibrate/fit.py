@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.estimators import estimator
-from robocal.calibrate.identification import Options
 from robocal.calibrate.noise import Group, apply_noise, assess
+from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import Solution, least_squares

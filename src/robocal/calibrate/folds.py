@@ -27,7 +27,7 @@ from robocal.calibrate.baseline import frame_names, known_baseline
 from robocal.calibrate.evidence import errors
 from robocal.calibrate.fit import Fit, fit, near
 from robocal.calibrate.gross import neither, set_aside
-from robocal.calibrate.identification import Options
+from robocal.calibrate.options import Options
 from robocal.calibrate.split import Split
 from robocal.estimate.identifiability import SEEN, analyse
 from robocal.estimate.least_squares import least_squares

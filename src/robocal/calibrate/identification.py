@@ -4,70 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.bands import Coverage
-from robocal.calibrate.evidence import Statistic, Verdict
+from robocal.calibrate.bootstrap import Resampled
+from robocal.calibrate.evidence import Stages, Verdict
+from robocal.calibrate.linear import Linearity
 from robocal.calibrate.noise import Group
+from robocal.calibrate.offsets import OffsetsAlone
+from robocal.calibrate.options import Options
 from robocal.calibrate.outliers import Outlier
-from robocal.calibrate.workspace import Region
+from robocal.calibrate.region import Holds
+from robocal.calibrate.scale import Scale
+from robocal.calibrate.scatter import Kept
 from robocal.estimate.identifiability import Identifiability
 from robocal.estimate.least_squares import Reason
 from robocal.estimate.uncertainty import Total
 from robocal.parameters import Table
 from robocal.remarks.remark import Remark
 
-if TYPE_CHECKING:
-    from robocal.calibrate.bootstrap import Resampled
-    from robocal.calibrate.linear import Linearity
-    from robocal.calibrate.offsets import OffsetsAlone
-    from robocal.calibrate.region import Holds
-    from robocal.calibrate.scale import Scale
-    from robocal.calibrate.scatter import Kept
-
-__all__ = ["Band", "Fold", "Identification", "Options", "ParameterResult", "RowTable", "Stages"]
+__all__ = ["Band", "Identification", "ParameterResult", "RowTable"]
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Options:
-    """How to identify; what was used is kept with the result.
-
-    `hold_out` says what is kept for judging: None, a fifth of the configurations, or leave-one-out alone below 25 of
-    them; a share, spread over joint space; "blocks", `blocks` blocks of rows in time order, of which a fifth is held
-    out; "group", whole groups (`Configurations.groups`, or the data files), a fifth of them. With `folds` everything
-    is held out once, in so many rounds, in the same way: five shares, five blocks, or the groups dealt to five rounds
-    (as many folds as groups: each in turn); the model is then fitted to everything. `reselect` (with `folds`) repeats
-    start, noise and selection in every round: strict, and as slow as so many identifications. Without it the rounds
-    keep the columns and the noise of the fit to everything, as leave-one-out does.
-
-    `keep_all` frees every parameter that says so, without dropping what cannot be seen (the blind methods do so by
-    themselves). `particles` is how many the particle filter takes, `bootstrap` how many times the places are drawn
-    again to see how far the parameters scatter. `region` is the working range in which the correction should hold (the box
-    of the measured joints), `measured` says that it need not hold farther than it was measured.
-    """
-
-    method: str = "lm"
-    hold_out: float | str | None = None
-    seed: int = 0
-    loss: str = "none"
-    tuning: float | None = None
-    max_iterations: int = 100
-    leave_one_out: bool | None = None
-    keep_all: bool = False
-    priors: bool = True
-    folds: int | None = None
-    blocks: int = 10
-    reselect: bool = False
-    particles: int = 1000
-    bootstrap: int | None = None
-    region: Region | None = None
-    measured: bool = False
 
 
 @dataclass(frozen=True)
@@ -95,37 +56,6 @@ class ParameterResult:
     def note(self) -> str:
         """The notes in one line."""
         return "; ".join(map(str, self.notes))
-
-
-@dataclass(frozen=True)
-class Fold:
-    """One round of a k-fold: mean error (m or rad) of the baseline and of the identified model on n held-out
-    measurements."""
-
-    name: str
-    n: int
-    before: float
-    after: float
-    profiled: bool
-
-
-@dataclass(frozen=True)
-class Stages:
-    """The error of one quantity at every stage (m or rad): baseline and identified on fitted and on unseen
-    configurations."""
-
-    unit: str
-    before: Statistic | None
-    after: Statistic | None
-    held_out_before: Statistic | None
-    held_out: Statistic | None
-    leave_one_out_before: Statistic | None
-    leave_one_out: Statistic | None
-    constant: Statistic | None
-    k_fold_before: Statistic | None = None
-    k_fold: Statistic | None = None
-    folds: tuple[Fold, ...] = ()
-    everything: Stages | None = None  # the same with the gross rows; None where none was set aside
 
 
 @dataclass(frozen=True)

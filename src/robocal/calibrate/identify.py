@@ -24,18 +24,19 @@ from robocal.calibrate.bootstrap import bootstrap_words, resample
 from robocal.calibrate.estimators import batched, estimator
 from robocal.calibrate.fit import Fit, fit
 from robocal.calibrate.gross import set_aside
-from robocal.calibrate.identification import Identification, Options
+from robocal.calibrate.identification import Identification
 from robocal.calibrate.judge import stages, units_of, verdict
 from robocal.calibrate.linear import linearity, linearity_words
 from robocal.calibrate.numbers import held_number, questioned
 from robocal.calibrate.offsets import offsets_alone
+from robocal.calibrate.options import Options
 from robocal.calibrate.outliers import find_outliers
 from robocal.calibrate.prove import FEW, Proven, prove
 from robocal.calibrate.region import qualified, where_it_holds
 from robocal.calibrate.results import parameter_results, prediction_band, row_table
 from robocal.calibrate.scale import scale_of, scaled
 from robocal.calibrate.scatter import kept_rows
-from robocal.calibrate.segments import find_segments, refused_by
+from robocal.calibrate.segments.find import find_segments, refused_by
 from robocal.calibrate.split import SHARE, make_split, places
 from robocal.calibrate.warn import data_warnings
 from robocal.errors import ModelError

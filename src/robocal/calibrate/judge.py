@@ -16,12 +16,12 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import frame_names
 from robocal.calibrate.digits import FINE, WITHIN, carried
 from robocal.calibrate.estimators import estimator
-from robocal.calibrate.evidence import PROOF, Statistic, Verdict, by_unit, constant_errors, errors, judge
+from robocal.calibrate.evidence import PROOF, Fold, Stages, Statistic, Verdict, by_unit, constant_errors, errors, judge
 from robocal.calibrate.fit import Fit
 from robocal.calibrate.folds import Unseen
 from robocal.calibrate.gross import MOST, share
-from robocal.calibrate.identification import Fold, Options, Stages
 from robocal.calibrate.noise import owners
+from robocal.calibrate.options import Options
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
 from robocal.calibrate.warn import implausible, unmade
 from robocal.estimate.problem import Problem

@@ -15,8 +15,8 @@ from robocal.calibrate.evidence import by_unit
 from robocal.calibrate.fit import Fit
 from robocal.calibrate.folds import local_names, merge, trial, unseen
 from robocal.calibrate.gross import neither
-from robocal.calibrate.identification import Options
 from robocal.calibrate.judge import Proof, best, units_of
+from robocal.calibrate.options import Options
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet

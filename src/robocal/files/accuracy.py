@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from robocal.calibrate.accuracy import AccuracyMap
+from robocal.apply.accuracy import AccuracyMap
 from robocal.files.csvtable import csv_text, read_csv
 
 __all__ = ["MAP_COLUMNS", "accuracy_columns", "accuracy_text", "read_accuracy"]

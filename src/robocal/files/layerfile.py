@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, FiniteFloat
 
-from robocal.calibrate.layer import Layer
+from robocal.calibrate.beyond.layer import Layer
 from robocal.errors import FormatError
 from robocal.files.names import SAID, strange_part
 from robocal.files.schema import Model, validate

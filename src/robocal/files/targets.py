@@ -16,8 +16,8 @@ from typing import Any, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.apply.compensate import STATUS, Compensation, Targets
 from robocal.arms.chain import Chain
-from robocal.calibrate.compensate import STATUS, Compensation, Targets
 from robocal.errors import FormatError
 from robocal.files import orientation
 from robocal.files.configurations import carried, joint_values, recorded

@@ -8,8 +8,9 @@ from robocal.arms.chain import Chain
 from robocal.calibrate import compare as solver
 from robocal.calibrate.estimators import ESTIMATORS, estimator
 from robocal.calibrate.evidence import Statistic
-from robocal.calibrate.identification import Identification, Options
+from robocal.calibrate.identification import Identification
 from robocal.calibrate.linear import Linearity
+from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 from robocal.estimate.linearity import Step
 from robocal.files import beside as files

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from robocal.arms.groups import rule_of
-from robocal.calibrate.groups import Tried, choose_groups
-from robocal.calibrate.identification import Identification, Options
+from robocal.calibrate.beyond.groups import Tried, choose_groups
+from robocal.calibrate.beyond.layered import Guarded, try_layer
+from robocal.calibrate.identification import Identification
 from robocal.calibrate.identify import FEW
-from robocal.calibrate.layered import Guarded, try_layer
 from robocal.calibrate.noise import apply_noise
+from robocal.calibrate.options import Options
 from robocal.calibrate.split import SHARE, make_split, places
 from robocal.files import beyondparts as files
 from robocal.files.groups import plain_options

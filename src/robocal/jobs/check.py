@@ -12,7 +12,7 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.gross import sift
 from robocal.calibrate.identify import baseline
 from robocal.calibrate.outliers import Outlier, named
-from robocal.calibrate.segments import find_segments, segment_remarks
+from robocal.calibrate.segments.find import find_segments, segment_remarks
 from robocal.calibrate.warn import few_numbers, input_remarks
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.dataset import InputFile

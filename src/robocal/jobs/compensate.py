@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal import __version__
+from robocal.apply.compensate import LEAP, SINGULAR_BELOW, STATUS, Compensation
+from robocal.apply.compensate import compensate as solve
 from robocal.arms.chain import Chain
-from robocal.calibrate.compensate import LEAP, SINGULAR_BELOW, STATUS, Compensation
-from robocal.calibrate.compensate import compensate as solve
 from robocal.calibrate.evidence import Statistic
 from robocal.calibrate.workspace import predict
 from robocal.errors import ModelError

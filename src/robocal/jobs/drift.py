@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal import __version__
-from robocal.calibrate.drift import MATTERS, Change, Drift, Single, compare
+from robocal.apply.drift import MATTERS, Change, Drift, Single, compare
 from robocal.calibrate.workspace import sample_joints
 from robocal.errors import ModelError
 from robocal.files.covariance import Knowledge

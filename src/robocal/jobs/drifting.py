@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from robocal.calibrate.drift import Drift
+from robocal.apply.drift import Drift
 from robocal.files.covariance import Knowledge
 from robocal.files.result import Result
 from robocal.files.robot import Robot

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from robocal.calibrate.estimators import estimator
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import identify as solve
+from robocal.calibrate.options import Options
 from robocal.errors import FileError, ModelError, nearest
 from robocal.files.runfolder import obstacle
 from robocal.jobs.beside import compared, methods_of

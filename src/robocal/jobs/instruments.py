@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from robocal.calibrate.candidates import Template
 from robocal.calibrate.fit import fit
-from robocal.calibrate.identification import Options
 from robocal.calibrate.identify import baseline
+from robocal.calibrate.options import Options
 from robocal.errors import ModelError, nearest
 from robocal.files.robot import Robot
 from robocal.jobs.inputs import Inputs, Watch
-from robocal.jobs.rigs import CONTACTS, RIGS, Instrument, measure
 from robocal.jobs.simulate import parse_frame, sample_joints
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
+from robocal.plan.candidates import Template
+from robocal.simulate.rigs import CONTACTS, RIGS, Instrument, measure
 
 __all__ = ["known", "template"]
 

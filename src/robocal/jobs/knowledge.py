@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from robocal.calibrate.accuracy import accuracy_map
+from robocal.apply.accuracy import accuracy_map
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Identification
 from robocal.errors import ModelError

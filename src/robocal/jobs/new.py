@@ -14,9 +14,9 @@ from robocal.errors import ModelError, nearest
 from robocal.files.cable.templates import cable_templates
 from robocal.files.templates import convention_chain, templates
 from robocal.files.writing import write_files
-from robocal.jobs.rigs import RIGS, Instrument, measure
 from robocal.jobs.simulate import refuse_existing, sample_joints
 from robocal.measure.data import DataSet
+from robocal.simulate.rigs import RIGS, Instrument, measure
 
 __all__ = ["Listing", "New", "listing", "new"]
 

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from robocal import __version__
 from robocal.calibrate import evidence
+from robocal.calibrate.beyond.layer import Layer
 from robocal.calibrate.bootstrap import Resampled
 from robocal.calibrate.estimators import ended, estimator
-from robocal.calibrate.identification import Identification, Stages
-from robocal.calibrate.layer import Layer
+from robocal.calibrate.evidence import Stages
+from robocal.calibrate.identification import Identification
 from robocal.errors import MissingExtra
 from robocal.files import result as files
 from robocal.files.dataset import InputFile

@@ -12,9 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.candidates import Region, Template, observed
-from robocal.calibrate.plan import Plan, PlanOptions, plan
-from robocal.calibrate.route import length, travel
 from robocal.errors import ModelError
 from robocal.files.dataset import InputFile
 from robocal.files.datawrite import data_text, table_text
@@ -26,6 +23,9 @@ from robocal.jobs.instruments import known, template
 from robocal.jobs.plain import plain
 from robocal.jobs.simulate import refuse_existing
 from robocal.measure.data import DataSet
+from robocal.plan.candidates import Region, Template, observed
+from robocal.plan.poses import Plan, PlanOptions, plan
+from robocal.plan.route import length, travel
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, told
 from robocal.report.plan import plan_page

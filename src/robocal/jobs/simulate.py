@@ -21,10 +21,10 @@ from robocal.files.poses import read_poses
 from robocal.files.robot import Robot, describe, parse_robot, render_robot
 from robocal.files.text import Source
 from robocal.files.writing import write_files
-from robocal.jobs.hiding import hidden
 from robocal.jobs.inputs import Watch, open_arm
-from robocal.jobs.rigs import CONTACTS, FINE, RIGS, STANDS, Instrument, measure
 from robocal.measure.data import DataSet
+from robocal.simulate.hiding import hidden
+from robocal.simulate.rigs import CONTACTS, FINE, RIGS, STANDS, Instrument, measure
 
 __all__ = [
     "Errors",

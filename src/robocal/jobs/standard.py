@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
-from robocal.calibrate.validate import (
+from robocal.apply.validate import (
     CYCLES,
     DIRECTION,
     DistanceFigures,
@@ -22,6 +21,7 @@ from robocal.calibrate.validate import (
     pose_figures,
     visits,
 )
+from robocal.arms.chain import Chain
 from robocal.errors import ModelError, nearest
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code

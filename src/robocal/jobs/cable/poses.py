@@ -16,7 +16,6 @@ from robocal.cables.program import kept_to_what_is_held, program
 from robocal.cables.start import Clearance, Start
 from robocal.cables.tension import check_method
 from robocal.cables.workspace import Demand
-from robocal.calibrate.choose import EXPECTED, Noise, choose
 from robocal.errors import ModelError
 from robocal.files.cable.program import list_text, program_text
 from robocal.files.cable.robot import CableFile, read_cable
@@ -27,6 +26,7 @@ from robocal.jobs.cable.start import box_of, clearance_of, started
 from robocal.jobs.inputs import Watch, computable
 from robocal.jobs.plain import json_text
 from robocal.jobs.simulate import refuse_existing
+from robocal.plan.cable import EXPECTED, Noise, choose
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 

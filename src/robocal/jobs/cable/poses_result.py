@@ -12,11 +12,11 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.poses import LIMITS, PoseBox, PoseList
 from robocal.cables.program import Program
 from robocal.cables.start import Clearance, Start
-from robocal.calibrate.choose import Choice
 from robocal.files.cable.program import list_text
 from robocal.files.cable.values import CableUnits
 from robocal.files.dataset import InputFile
 from robocal.jobs.cable.document import framed
+from robocal.plan.cable import Choice
 from robocal.remarks.remark import Remark
 
 __all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed"]

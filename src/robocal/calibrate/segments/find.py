@@ -24,8 +24,8 @@ from scipy import special
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import Verdict
-from robocal.calibrate.segment_model import LEAST, Found, Model, spread
-from robocal.calibrate.segment_rows import Run, runs
+from robocal.calibrate.segments.model import LEAST, Found, Model, spread
+from robocal.calibrate.segments.rows import Run, runs
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Number, Quantity, Remark

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import SYMBOLS, CableRobot, lengths, straight
-from robocal.calibrate.design import Blocks, gathered, posed, predicted
 from robocal.errors import ModelError
 from robocal.estimate.selection import Design, greedy, limit, select
+from robocal.plan.design import Blocks, gathered, posed, predicted
 
 __all__ = ["EXPECTED", "Choice", "Noise", "cable_blocks", "choose"]
 

@@ -19,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.candidates import Region, Template, draw, margins
-from robocal.calibrate.design import Blocks, blocks, gathered, posed, predicted
-from robocal.calibrate.route import short_path, travel
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion
 from robocal.estimate.selection import Design, greedy, limit, select
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
+from robocal.plan.candidates import Region, Template, draw, margins
+from robocal.plan.design import Blocks, blocks, gathered, posed, predicted
+from robocal.plan.route import short_path, travel
 
 __all__ = ["Forecast", "Plan", "PlanOptions", "plan"]
 

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
+from robocal.calibrate.beyond.layer import Layer, learn
 from robocal.calibrate.evidence import bootstrap_gain
-from robocal.calibrate.layer import Layer, learn
 from robocal.calibrate.split import make_split
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem

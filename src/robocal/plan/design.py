@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.candidates import Template, observed
 from robocal.errors import ModelError
 from robocal.estimate.criteria import Criterion, criterion_of, information
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.parameters import FRAME_SYMBOLS
+from robocal.plan.candidates import Template, observed
 
 __all__ = ["Blocks", "blocks", "gathered", "posed", "predicted", "seen_directions", "within"]
 

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.geometry import se3
-from robocal.jobs.touching import span, touch
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.simulate.touching import span, touch
 
 __all__ = ["CONTACTS", "FINE", "RIGS", "STANDS", "Instrument", "measure"]
 

@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.apply.apart import Apart, apart, shows
 from robocal.arms.chain import Chain
-from robocal.calibrate.apart import Apart, apart, shows
 from robocal.calibrate.scatter import Kept, Scatter, scatter
 from robocal.estimate.uncertainty import Total
 from robocal.geometry import so3

@@ -1,0 +1,1 @@
+"""What lies beyond geometry: terms of joints that the data ask for, and a layer of what is left."""

@@ -1,0 +1,1 @@
+"""Which poses to measure, and how many: for arms, and for cable robots."""

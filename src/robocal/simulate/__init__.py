@@ -1,0 +1,1 @@
+"""What a real rig would record: a true machine, and the instruments around it."""
