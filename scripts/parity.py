@@ -107,7 +107,7 @@ demo camera --json
 
 def run(words: str) -> dict[str, Any]:
     """What one command leaves: its exit status, and every number and code, by path."""
-    from robocal.cli import main
+    from robocal.cli.main import main
 
     before = {p: p.stat().st_mtime_ns for p in Path().rglob("*") if p.is_file()}
     out = io.StringIO()
@@ -187,7 +187,7 @@ def prepare() -> None:
     head = ",".join(f"j{i} [deg]" for i in range(1, 7))
     Path("arm/q.csv").write_text(f"{head}\n10,20,30,0,5,6\n-40,10,-20,30,40,-10\n60,-20,15,80,-30,5\n")
     Path("p.csv").write_text("x [m],y [m],z [m],rx [deg],ry [deg],rz [deg]\n0,0,0.1,0,0,0\n0.1,-0.1,0,2,-3,4\n")
-    from robocal.cli import main
+    from robocal.cli.main import main
 
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         assert main(["cable", "inverse", str(EXAMPLES / "cable-laval" / "robot.yaml"), "p.csv", "-o", "l.csv"]) == 0

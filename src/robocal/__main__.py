@@ -2,7 +2,7 @@
 
 import sys
 
-from robocal.cli import main
+from robocal.cli.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from robocal.cli import main
+from robocal.cli.main import main
 from robocal.files.robot import parse_robot
 from robocal.files.text import Source
 from robocal.jobs.simulate import Errors, Instrument, measure, simulated_files, true_chain

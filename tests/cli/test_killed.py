@@ -15,7 +15,7 @@ import pytest
 from cli.runs import ROBOT
 from killing import FOREIGN, count_calls, duration, judge, killed_after, killed_at, readable
 
-from robocal.cli import main
+from robocal.cli.main import main
 
 KILLS = int(os.environ.get("ROBOCAL_KILLS", "0"))
 LAVAL = Path(__file__).parents[2] / "examples" / "cable-laval" / "robot.yaml"

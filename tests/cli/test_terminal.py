@@ -19,7 +19,7 @@ from cli.runs import Ran, files, finished, process, robocal
 SLOW = """
 import sys, time
 import robocal.jobs.identify as job
-from robocal.cli import main
+from robocal.cli.main import main
 found = job.solve
 def slow(chain, data, options, watch=None):
     for i in range(400):
@@ -34,7 +34,7 @@ sys.exit(main(sys.argv[1:]))
 QUICK = """
 import sys
 import robocal.cli.terminal as terminal
-from robocal.cli import main
+from robocal.cli.main import main
 terminal.PATIENCE = 1e9
 sys.exit(main(sys.argv[1:]))
 """
@@ -42,7 +42,7 @@ sys.exit(main(sys.argv[1:]))
 
 def test_help_is_cheap() -> None:
     # What must not be imported for help; seconds are measured by hand, they belong to a machine and not to a test.
-    code = "import sys; from robocal.cli import main; main(['--help']); print([*sys.modules], file=sys.stderr)"
+    code = "import sys; from robocal.cli.main import main; main(['--help']); print([*sys.modules], file=sys.stderr)"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = set(re.findall(r"'(\w+)'", ran.stderr))
     assert not loaded & {"numpy", "scipy", "numba", "pydantic", "rich", "ruamel", "matplotlib", "jinja2", "plotly"}

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from robocal.cli import main
+from robocal.cli.main import main
 from robocal.files.kinds.registry import READERS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

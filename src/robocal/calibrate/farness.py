@@ -27,8 +27,8 @@ from robocal.calibrate.bands import dense
 from robocal.calibrate.digits import WITHIN
 from robocal.calibrate.noise import apply_noise, assess, owners
 from robocal.estimate.problem import Problem
+from robocal.measure.base import Rows
 from robocal.measure.data import DataSet
-from robocal.measure.rows import Rows
 
 __all__ = ["FAR", "Farness", "far_from", "farness"]
 

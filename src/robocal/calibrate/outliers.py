@@ -14,9 +14,9 @@ from robocal.calibrate.causes import causes_of
 from robocal.calibrate.farness import Farness, far_from
 from robocal.calibrate.noise import owners
 from robocal.estimate.problem import Problem
+from robocal.measure.base import Rows, kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Observations
-from robocal.measure.rows import Rows, kind_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 

@@ -6,47 +6,21 @@ it came out as it should.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from pathlib import Path
 
 from robocal.errors import ModelError, nearest
+from robocal.jobs.demo_camera import CAMERA
+from robocal.jobs.demo_case import Case, Finding
+from robocal.jobs.demo_rv2aj import RV2AJ
+from robocal.jobs.demo_tracker import TRACKER
 from robocal.jobs.inputs import Watch
-from robocal.jobs.outcome import Outcome
 
 __all__ = ["CASES", "Case", "Finding", "cases", "demo"]
 
 
-@dataclass(frozen=True)
-class Finding:
-    """One step of a case: what was done in words, its outcome, facts worth telling, and whether it is as expected."""
-
-    title: str
-    outcome: Outcome
-    facts: tuple[str, ...]
-    expected: str
-    ok: bool
-    repeat: str = ""
-
-
-@dataclass(frozen=True)
-class Case:
-    """A case by name: its title, the story before it starts, where the numbers come from, and the function that does
-    it."""
-
-    name: str
-    title: str
-    story: str
-    simulated: bool
-    run: Callable[[Path, int, Watch | None], Iterator[Finding]] = field(repr=False)
-
-
 def cases(name: str | None = None) -> tuple[Case, ...]:
     """The case of this name, or all. Raises ModelError with the nearest name."""
-    from robocal.jobs.demo_camera import CAMERA
-    from robocal.jobs.demo_rv2aj import RV2AJ
-    from robocal.jobs.demo_tracker import TRACKER
-
     known = {case.name: case for case in (RV2AJ, CAMERA, TRACKER)}
     if name is None:
         return tuple(known.values())

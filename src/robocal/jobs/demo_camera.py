@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from robocal.jobs.demo import Case, Finding
+from robocal.jobs.demo_case import Case, Finding
 from robocal.jobs.examples import copy_example
 from robocal.jobs.identify import Choices, identify
 from robocal.jobs.inputs import Watch

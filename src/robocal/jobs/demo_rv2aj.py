@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.jobs.demo import Case, Finding
+from robocal.jobs.demo_case import Case, Finding
 from robocal.jobs.examples import copy_example
 from robocal.jobs.identify import Choices, identify
 from robocal.jobs.inputs import Watch

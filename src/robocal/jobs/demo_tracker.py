@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.jobs.demo import Case, Finding
+from robocal.jobs.demo_case import Case, Finding
 from robocal.jobs.identify import Choices, identify
 from robocal.jobs.inputs import Watch
 from robocal.jobs.simulate import sample_joints, simulate

@@ -16,6 +16,7 @@ from robocal.arms.chain import Chain
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term
+from robocal.measure import kinds as _kinds  # noqa: F401  (fills the registry)
 from robocal.measure.builder import Builder, Machine
 from robocal.measure.data import DataSet, Frame
 from robocal.measure.rows import KINDS, Kind, Rows, kind_of, register

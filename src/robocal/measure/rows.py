@@ -241,8 +241,6 @@ def register(kind: Kind) -> Kind:
 
 def kind_of(obs: Observations) -> Kind:
     """The kind of some observations. Raises ModelError for an unknown name."""
-    from robocal.measure import kinds  # noqa: F401  (fills KINDS)
-
     if obs.kind not in KINDS:
         raise ModelError(
             "unknown kind of measurement",

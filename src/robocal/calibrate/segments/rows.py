@@ -19,9 +19,9 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.noise import apply_noise, assess
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
+from robocal.measure.base import Rows, kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
-from robocal.measure.rows import Rows, kind_of
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["Candidate", "Run", "runs"]

@@ -103,7 +103,7 @@ def cube(points: Array, normal: Array, offset: Array) -> Array | None:
 
 def _number(seen: Seen, option: str, symbol: str) -> tuple[str, float | None]:
     """The name of one of a kind's own numbers, and its value; None where it is to be found."""
-    from robocal.measure.rows import kind_of
+    from robocal.measure.base import kind_of
 
     for p in kind_of(seen.obs).parameters(seen.obs):
         if p.name == f"{seen.obs.options.get(option)}.{symbol}":

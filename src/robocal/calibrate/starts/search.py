@@ -14,8 +14,8 @@ from robocal.calibrate.starts import places as _places  # noqa: F401
 from robocal.calibrate.starts.seen import STARTS, Seen
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
+from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
-from robocal.measure.rows import kind_of
 
 __all__ = ["closed_form", "combined", "frames_of", "refine"]
 

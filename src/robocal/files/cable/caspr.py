@@ -15,8 +15,8 @@ from robocal.cables.check import PRINTED
 from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import FileError
+from robocal.files.cable.cablefile import CableFile, checked
 from robocal.files.cable.casprtree import Node, parse_caspr, unread_elements
-from robocal.files.cable.robot import CableFile, checked
 from robocal.files.cable.values import CableUnits
 from robocal.files.outside import discreet
 from robocal.files.text import ROBOT_LIMIT, Source, read_text

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from robocal.cables.geometry import cable_robot
-from robocal.files.cable.robot import CableFile, checked
+from robocal.files.cable.cablefile import CableFile, checked
 from robocal.files.cable.values import CableUnits, Values
 from robocal.files.schema import Model, validate
 from robocal.files.units import parse_unit

@@ -7,19 +7,18 @@ and written as this.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from robocal.cables.check import check
 from robocal.cables.geometry import SYMBOLS, CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
-from robocal.errors import FormatError, ModelError, nearest
-from robocal.files.cable.lists import COLUMNS
+from robocal.errors import ModelError, nearest
+from robocal.files.cable.cablefile import CableFile, checked
+from robocal.files.cable.caspr import read_caspr
 from robocal.files.cable.model import CableModel, CableRobotModel, CommonModel, PlatformModel, PulleyModel, UnitsModel
+from robocal.files.cable.published import read_published
 from robocal.files.cable.values import CableUnits, Values
 from robocal.files.schema import validate
 from robocal.files.text import ROBOT_LIMIT, Source, read_text
@@ -28,32 +27,14 @@ from robocal.files.yamlio import Document, Path_, parse, path_text
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["CableFile", "checked", "parse_cable", "read_cable"]
+__all__ = ["parse_cable", "read_cable"]
 
 Place = tuple[Path_, Unit]
-
-
-@dataclass(frozen=True)
-class CableFile:
-    """A cable robot with where it came from. `places` says where in the text a parameter stands and in which unit;
-    `format` is yaml, published or caspr; `warnings` are what is odd about it."""
-
-    robot: CableRobot
-    units: CableUnits
-    path: Path | None
-    text: str
-    sha256: str
-    format: str = "yaml"
-    warnings: tuple[Remark, ...] = ()
-    places: Mapping[str, Place] | None = None
 
 
 def read_cable(path: str | os.PathLike[str]) -> CableFile:
     """Reads a cable robot: robot.yaml, CASPR's `X_cables.xml` (with `X_bodies.xml` beside it), or the YAML of a
     published robot. Raises FileError or FormatError."""
-    from robocal.files.cable.caspr import read_caspr
-    from robocal.files.cable.published import read_published
-
     source = read_text(path, limit=ROBOT_LIMIT)
     if source.path.suffix.lower() == ".xml" or source.text.lstrip().startswith("<"):
         return read_caspr(source)
@@ -81,42 +62,6 @@ def _described(source: Source, document: Document) -> CableFile:
     robot, places = _robot(model, rows, frame, platform, values)
     warnings = (*checked(robot, document), *_idle(rows, frame, platform, document), *_unstated(rows, robot, document))
     return CableFile(robot, units, source.path, source.text, source.sha256, "yaml", warnings, places)
-
-
-def checked(robot: CableRobot, document: Document, where: Mapping[str, Path_] | None = None) -> tuple[Remark, ...]:
-    """What `cables.check` says of a robot, located in its file; `where` says under which keys another format has mass,
-    tension and whatever else it has for all cables at once."""
-    for name in robot.cables:
-        if name in COLUMNS or set(name) & set("[]"):
-            document.fail(
-                "no name for a cable: lists have columns called so",
-                _path(f"{name}.name", robot, document, where or {}),
-                found=name,
-                expected="one that is no column of a list (id, x, rx, fx, margin, ...) and has no brackets",
-            )
-    try:
-        return tuple(doubt.of_file(document.path) for doubt in check(robot))
-    except ModelError as error:
-        path = _path(str(error.key), robot, document, where or {})
-        facts: dict[str, Any] = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
-        row = document.row(path)
-        raise FormatError(
-            error.message, file=document.path, row=row, key=path_text(path) or error.key, **facts
-        ) from None
-
-
-def _path(key: str, robot: CableRobot, document: Document, where: Mapping[str, Path_]) -> Path_:
-    """The key path that a complaint of the model speaks of."""
-    owner, _, what = key.partition(".")
-    if (what or key) in where:
-        return where[what or key]
-    if owner not in robot.cables:
-        return ("platform", key) if key in ("mass", "inertia") else (key,)
-    i = robot.cables.index(owner)
-    for path in (("cables", i, what), ("every_cable", what), ("cables", i), ("frame_anchors", i), ("frame_anchors",)):
-        if path in document.lines:
-            return path
-    return ()
 
 
 def _units(model: UnitsModel, document: Document) -> CableUnits:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import robocal
 from robocal.errors import ModelError
-from robocal.files.cable.robot import CableFile
+from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.show import describe_cable
 from robocal.files.rows import same
 from robocal.files.writing import write_text

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
-from robocal.files.cable.robot import CableFile
+from robocal.files.cable.cablefile import CableFile
 from robocal.geometry import so3
 from robocal.jobs.cable.load import lever_of, mass_of, numbers_of, wrench_of
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from robocal.cables.inverse import model_of
 from robocal.errors import FormatError, ModelError
+from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.lists import CableList
-from robocal.files.cable.robot import CableFile
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
+from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.lists import WRENCH
-from robocal.files.cable.robot import CableFile
 from robocal.files.dataset import InputFile
 
 __all__ = [

@@ -17,8 +17,9 @@ from robocal.cables.start import Clearance, Start
 from robocal.cables.tension import check_method
 from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
+from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.program import list_text, program_text
-from robocal.files.cable.robot import CableFile, read_cable
+from robocal.files.cable.robot import read_cable
 from robocal.files.writing import write_files
 from robocal.jobs.cable.load import held_robot, mass_of, numbers_of, robot_input, said_of
 from robocal.jobs.cable.poses_result import Listed

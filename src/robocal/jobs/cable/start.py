@@ -14,7 +14,7 @@ from robocal.cables.poses import PoseBox, default_box
 from robocal.cables.start import CELLS, Clearance, Start, examine, propose
 from robocal.cables.statics import structure_of
 from robocal.errors import ModelError
-from robocal.files.cable.robot import CableFile
+from robocal.files.cable.cablefile import CableFile
 from robocal.geometry import se3
 from robocal.jobs.cable.load import corners_of, missing_text, numbers_of
 from robocal.remarks.code import Code

@@ -12,8 +12,9 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, capacity_margin, distribute
 from robocal.errors import FormatError, ModelError
+from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.lists import WRENCH, CableList, platform_text, read_platform_poses, tension_columns
-from robocal.files.cable.robot import CableFile, read_cable
+from robocal.files.cable.robot import read_cable
 from robocal.files.dataset import InputFile
 from robocal.files.units import number
 from robocal.files.writing import write_files

@@ -14,8 +14,9 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.room import Regions, frame_box, regions, seen_from
 from robocal.cables.workspace import Demand, Grid, accelerations, as_box, grid, holds
 from robocal.errors import ModelError
+from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.grid import cells_text, outlines_text
-from robocal.files.cable.robot import CableFile, read_cable
+from robocal.files.cable.robot import read_cable
 from robocal.files.mesh import ply_text, stl_bytes
 from robocal.files.writing import write_files
 from robocal.jobs.cable.demand import demand_of

@@ -1,0 +1,22 @@
+"""The way in. Nothing heavy is imported before a command needs it."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Sequence
+
+__all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command and returns its exit status: 0 done, 2 wrong input, 3 not to be trusted, 130 stopped, 1 a fault
+    of ours."""
+    gc.disable()  # what is imported stays; the progress bar's first event puts the collector back to work
+    try:
+        from robocal.cli.guard import run
+
+        return run(arguments)
+    except KeyboardInterrupt:  # before the guard stands, or after it
+        return 130
+    finally:
+        gc.enable()

@@ -1,0 +1,72 @@
+"""A cable robot with where it came from, and what is wrong with it told where it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robocal.cables.check import check
+from robocal.cables.geometry import CableRobot
+from robocal.errors import FormatError, ModelError
+from robocal.files.cable.lists import COLUMNS
+from robocal.files.cable.values import CableUnits
+from robocal.files.units import Unit
+from robocal.files.yamlio import Document, Path_, path_text
+from robocal.remarks.remark import Remark
+
+__all__ = ["CableFile", "checked", "place_of"]
+
+Place = tuple[Path_, Unit]
+
+
+@dataclass(frozen=True)
+class CableFile:
+    """A cable robot with where it came from. `places` says where in the text a parameter stands and in which unit;
+    `format` is yaml, published or caspr; `warnings` are what is odd about it."""
+
+    robot: CableRobot
+    units: CableUnits
+    path: Path | None
+    text: str
+    sha256: str
+    format: str = "yaml"
+    warnings: tuple[Remark, ...] = ()
+    places: Mapping[str, Place] | None = None
+
+
+def checked(robot: CableRobot, document: Document, where: Mapping[str, Path_] | None = None) -> tuple[Remark, ...]:
+    """What `cables.check` says of a robot, located in its file; `where` says under which keys another format has mass,
+    tension and whatever else it has for all cables at once."""
+    for name in robot.cables:
+        if name in COLUMNS or set(name) & set("[]"):
+            document.fail(
+                "no name for a cable: lists have columns called so",
+                place_of(f"{name}.name", robot, document, where or {}),
+                found=name,
+                expected="one that is no column of a list (id, x, rx, fx, margin, ...) and has no brackets",
+            )
+    try:
+        return tuple(doubt.of_file(document.path) for doubt in check(robot))
+    except ModelError as error:
+        path = place_of(str(error.key), robot, document, where or {})
+        facts: dict[str, Any] = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
+        row = document.row(path)
+        raise FormatError(
+            error.message, file=document.path, row=row, key=path_text(path) or error.key, **facts
+        ) from None
+
+
+def place_of(key: str, robot: CableRobot, document: Document, where: Mapping[str, Path_]) -> Path_:
+    """The key path that a complaint of the model speaks of."""
+    owner, _, what = key.partition(".")
+    if (what or key) in where:
+        return where[what or key]
+    if owner not in robot.cables:
+        return ("platform", key) if key in ("mass", "inertia") else (key,)
+    i = robot.cables.index(owner)
+    for path in (("cables", i, what), ("every_cable", what), ("cables", i), ("frame_anchors", i), ("frame_anchors",)):
+        if path in document.lines:
+            return path
+    return ()
