@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robocal.arms.chain import Element, Term
 from robocal.arms.conventions import chain
 from robocal.cables.geometry import cable_robot
 from robocal.estimate.kalman import kalman
 from robocal.estimate.least_squares import least_squares
 from robocal.geometry import se3
+from robocal.geometry.path.program import Element, Term
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.parameters import Parameter, Table

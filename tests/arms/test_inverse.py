@@ -134,7 +134,7 @@ def test_columns_of_a_configuration_count(rng):
     """An arm whose lift grows with temperature is solved at each target's own temperature."""
     from dataclasses import replace
 
-    from robocal.arms.chain import Element, Term
+    from robocal.geometry.path.program import Element, Term
     from robocal.parameters import Parameter, Table
 
     robot = catalog.get("irb-120")

@@ -10,7 +10,6 @@ import pytest
 
 from robocal.apply.compensate import STATUS, Targets, compensate, generic_rank
 from robocal.arms import catalog
-from robocal.arms.chain import Element, Term
 from robocal.arms.conventions import chain
 from robocal.arms.joints import with_eccentricity, with_sag
 from robocal.calibrate.identify import identify
@@ -18,6 +17,7 @@ from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 from robocal.files.robot import open_robot
 from robocal.geometry import so3
+from robocal.geometry.path.program import Element, Term
 from robocal.jobs.simulate import Errors, Instrument, measure, sample_joints, true_chain
 from robocal.parameters import Parameter, Table
 

@@ -8,9 +8,9 @@ import pytest
 from laws import check_jacobian
 from scipy.linalg import expm
 
-from robocal.arms.chain import AXES, Element, Term, compile_path, frame_element
 from robocal.errors import ModelError
 from robocal.geometry import so3
+from robocal.geometry.path.program import AXES, Element, Term, compile_path, frame_element
 from robocal.parameters import Parameter, Table, frame_parameters
 
 COLUMNS = ("q1", "q2", "temperature")

@@ -1,16 +1,9 @@
-"""A chain: an ordered list of elementary transforms, and its compiled form.
-
-    T(theta, row) = prod_e exp(s_e v_e),    v_e = v0_e + sum_k factor_k theta[parameter_k] phi[row, column_k]
-
-s_e is a fixed axis (tx ty tz rx ry rz), a unit screw, or the six of a frame. The columns phi are the joint values and
-whatever else a configuration carries (temperature, torque, sign of approach), so joint gains, compliance and growth
-are coefficients like any other. The Jacobian of a coefficient is phi times the element's screw carried to the base.
-"""
+"""A chain: a serial arm as a path of elementary transforms (`geometry.path`), its joints and its parameters."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -20,31 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.arms.columns import Column
 from robocal.errors import ModelError, nearest
-from robocal.parameters import FRAME_SYMBOLS, Table
+from robocal.geometry.path.program import Element, Program, compile_path
+from robocal.parameters import Table
 
-__all__ = ["AXES", "Chain", "Element", "Group", "Joint", "Program", "Term", "compile_path", "cosines", "frame_element"]
+__all__ = ["Chain", "Group", "Joint"]
 
 Array = NDArray[np.float64]
-AXES = ("tx", "ty", "tz", "rx", "ry", "rz", "screw", "frame")
-
-
-@dataclass(frozen=True)
-class Term:
-    """One summand of an element's value: factor * theta[parameter] * phi[column]; column "1" is the constant one."""
-
-    parameter: str
-    column: str = "1"
-    factor: float = 1.0
-
-
-@dataclass(frozen=True)
-class Element:
-    """One elementary transform; `screw` (v, w) is read only when `axis` is "screw"."""
-
-    axis: str
-    terms: tuple[Term, ...] = ()
-    constant: float = 0.0
-    screw: tuple[float, ...] = (0.0,) * 6
 
 
 @dataclass(frozen=True)
@@ -57,11 +31,6 @@ class Joint:
     upper: float = math.inf
 
 
-def frame_element(owner: str) -> Element:
-    """The element of a whole frame whose six parameters are `owner.x` ... `owner.rz`."""
-    return Element("frame", tuple(Term(f"{owner}.{s}") for s in FRAME_SYMBOLS))
-
-
 @dataclass(frozen=True)
 class Group:
     """What was added to a chain beyond geometry: its name, the options that it was added with, its parameters."""
@@ -69,121 +38,6 @@ class Group:
     name: str
     options: Mapping[str, Any] = field(default_factory=dict)
     parameters: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Program:
-    """A path in plain arrays, as the kernel reads it; `columns` are the names of the phi it needs."""
-
-    elements: NDArray[np.int64]
-    constants: Array
-    screws: Array
-    start: NDArray[np.int64]
-    terms: NDArray[np.int64]
-    factor: Array
-    columns: tuple[str, ...]
-
-    @cached_property
-    def parameters(self) -> NDArray[np.int64]:
-        """The table rows that the path depends on, ascending."""
-        return np.unique(self.terms[:, 0])
-
-    def entries(self, column_of: NDArray[np.int64]) -> tuple[NDArray[np.int64], Array]:
-        """Jacobian entries for parameters: column_of (P,) gives the output column of a table row, or -1."""
-        rows, factors = [], []
-        for e in range(len(self.elements)):
-            for i, t in enumerate(range(self.start[e], self.start[e + 1])):
-                parameter, column = self.terms[t]
-                if column_of[parameter] >= 0:
-                    frame = self.elements[e, 0] == 7
-                    rows.append((e, i if frame else 0, column_of[parameter], -1 if frame else column, -1))
-                    factors.append(self.factor[t])
-        return np.array(rows, dtype=np.int64).reshape(-1, 5), np.array(factors, dtype=float)
-
-    def joint_entries(self, joints: Sequence[str]) -> tuple[NDArray[np.int64], Array]:
-        """Jacobian entries for joint values; column i of the output is joints[i]."""
-        rows, factors = [], []
-        for e in range(len(self.elements)):
-            for t in range(self.start[e], self.start[e + 1]):
-                parameter, column = self.terms[t]
-                if column >= 0 and self.columns[column] in joints:
-                    rows.append((e, 0, joints.index(self.columns[column]), -1, parameter))
-                    factors.append(self.factor[t])
-        return np.array(rows, dtype=np.int64).reshape(-1, 5), np.array(factors, dtype=float)
-
-    def run(
-        self,
-        theta: Array,
-        phi: Array,
-        entries: tuple[NDArray[np.int64], Array] | None = None,
-        width: int = 0,
-        *,
-        turn: bool = True,
-        first: int = 0,
-        rows: int | None = None,
-        trig: Array | None = None,
-    ) -> tuple[Array, Array]:
-        """T (B, m, 4, 4) and J (B, m, 6 or 3, width); theta (B, P), phi (1 or B, M, C), rows first .. first + m.
-
-        `trig` is `cosines(phi)`, for callers that come back with the same phi.
-        """
-        from robocal.arms._kernels import path_kernel
-
-        m = phi.shape[1] - first if rows is None else rows
-        pose = np.empty((theta.shape[0], m, 4, 4))
-        jac = np.empty((theta.shape[0], m, 6 if turn else 3, width))
-        e, f = entries if entries is not None else _NO_ENTRIES
-        path_kernel(
-            self.elements, self.constants, self.screws, self.start, self.terms, self.factor, theta, phi,
-            cosines(phi) if trig is None else trig, e, f, first, pose, jac,
-        )  # fmt: skip
-        return pose, jac
-
-
-def cosines(phi: Array) -> Array:
-    """cos and sin of the columns, (..., 2)."""
-    out = np.empty((*phi.shape, 2))
-    np.cos(phi, out=out[..., 0])
-    np.sin(phi, out=out[..., 1])
-    return out
-
-
-_NO_ENTRIES = (np.empty((0, 5), dtype=np.int64), np.empty(0))
-
-
-def compile_path(elements: Iterable[Element], table: Table) -> Program:
-    """Turns elements into arrays against a parameter table. Raises ModelError for a parameter that the table lacks."""
-    kinds, constants, screws, start, terms, factors = [], [], [], [0], [], []
-    columns: list[str] = []
-    for element in elements:
-        if element.axis not in AXES:
-            known = ", ".join(AXES)
-            raise ModelError(
-                "unknown axis of an element", found=element.axis, expected=known, suggestion=nearest(element.axis, AXES)
-            )
-        varies = False
-        for term in element.terms:
-            _ = table[term.parameter]
-            column = -1
-            if term.column != "1":
-                if term.column not in columns:
-                    columns.append(term.column)
-                column, varies = columns.index(term.column), True
-            terms.append((table.index[term.parameter], column))
-            factors.append(term.factor)
-        start.append(len(terms))
-        kinds.append((AXES.index(element.axis), int(varies)))
-        constants.append(element.constant)
-        screws.append(element.screw)
-    return Program(
-        np.array(kinds, dtype=np.int64).reshape(-1, 2),
-        np.array(constants, dtype=float),
-        np.array(screws, dtype=float).reshape(-1, 6),
-        np.array(start, dtype=np.int64),
-        np.array(terms, dtype=np.int64).reshape(-1, 2),
-        np.array(factors, dtype=float),
-        tuple(columns),
-    )
 
 
 @dataclass(frozen=True)

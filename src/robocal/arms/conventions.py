@@ -14,11 +14,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from robocal.arms.chain import Chain, Element, Joint, frame_element
+from robocal.arms.chain import Chain, Joint
 from robocal.arms.recipes import RECIPES, Recipe, elements_convention, recipe_convention
 from robocal.arms.screws import SCREW_CONVENTIONS
 from robocal.arms.writing import COMMON_KEYS, QUANTITIES, TYPES, Convention, Key, Pen, Row, finite
 from robocal.errors import ModelError, nearest
+from robocal.geometry.path.program import Element, frame_element
 from robocal.parameters import Parameter, Table, frame_parameters
 
 __all__ = [

@@ -14,11 +14,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain, Element
+from robocal.arms.chain import Chain
 from robocal.arms.columns import Column
 from robocal.arms.screws import chart
 from robocal.errors import ModelError, nearest
 from robocal.geometry.gravity import GRAVITY
+from robocal.geometry.path.program import Element
 from robocal.parameters import Table
 
 __all__ = ["Gravity", "Load", "axis_of", "cut", "drive", "link_end"]

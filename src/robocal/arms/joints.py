@@ -24,11 +24,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from robocal.arms.chain import Chain, Element, Term
+from robocal.arms.chain import Chain
 from robocal.arms.columns import Column, Growth, Harmonic, Recorded
 from robocal.arms.gravity import Gravity, Load, axis_of, drive
 from robocal.errors import ModelError, nearest
 from robocal.geometry.gravity import GRAVITY
+from robocal.geometry.path.program import Element, Term
 from robocal.parameters import Parameter, Table
 
 __all__ = [

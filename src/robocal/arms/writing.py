@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import AXES, Element, Term, frame_element
 from robocal.errors import ModelError, nearest
+from robocal.geometry.path.program import AXES, Element, Term, frame_element
 from robocal.parameters import Parameter, frame_parameters
 
 __all__ = ["COMMON_KEYS", "QUANTITIES", "TYPES", "Convention", "Key", "Pen", "Row"]

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain, Element
+from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, parallel_axes
 from robocal.calibrate.bands import total_of
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.follow import follows
 from robocal.calibrate.outliers import Outlier
 from robocal.geometry import fits
+from robocal.geometry.path.program import Element
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark

@@ -9,8 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain, Element, compile_path, cosines, frame_element
+from robocal.arms.chain import Chain
 from robocal.errors import ModelError
+from robocal.geometry.path.program import Element, compile_path, cosines, frame_element
 from robocal.measure.carriers import Carrier, Inverse, LocalPose, Path, Product
 from robocal.measure.data import Configurations, Frame, Observations
 from robocal.parameters import Table

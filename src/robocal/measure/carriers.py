@@ -14,9 +14,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Program
 from robocal.errors import ModelError
 from robocal.geometry import se3
+from robocal.geometry.path.program import Program
 
 __all__ = ["Carrier", "Inverse", "LocalPose", "Path", "Product", "one_local"]
 

@@ -19,8 +19,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import frame_element
 from robocal.errors import ModelError
+from robocal.geometry.path.program import frame_element
 from robocal.measure.builder import Builder
 from robocal.measure.carriers import Inverse, Product
 from robocal.measure.data import Frame, Observations

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from robocal.arms.chain import Chain, Element
+from robocal.arms.chain import Chain
 from robocal.errors import ModelError
+from robocal.geometry.path.program import Element
 from robocal.measure.base import Builder
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet, Observations

@@ -1,0 +1,1 @@
+"""Paths of elementary transforms: what serial arms, frames and turntables are made of."""
