@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from robocal.arms import catalog
-from robocal.arms.conventions import default_free, parallel_axes
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
 
@@ -16,7 +15,7 @@ DEG = np.pi / 180
 @pytest.mark.parametrize("name", catalog.names())
 def test_every_arm_is_whole(name, rng):
     robot = catalog.get(name)
-    assert robot.source and robot.table.free == () and len(default_free(robot)) >= 4 * len(robot.joints)
+    assert robot.source and robot.table.free == () and len(robot.usual) >= 4 * len(robot.joints)
     low, high = np.clip(robot.limits.T, -np.pi, np.pi)
     assert (low < high).all()
     t = robot.pose(rng.uniform(low, high, (20, len(robot.joints))))
@@ -41,7 +40,7 @@ def test_rv_2aj_public_point():
     q = np.array([-107.7560, 32.1796, 104.1809, 42.9295, 66.1123]) * DEG
     # 0.5e-4 deg on five joints moves a point 0.7 m away by less than 2.5e-3 mm.
     np.testing.assert_allclose(flange.pose(q)[0, :3, 3] * 1e3, [-74.5500, -232.8100, 323.8098], atol=1e-4)
-    assert parallel_axes(robot) == (("j2", "j3"), ("j3", "j4"))
+    assert robot.parallel_axes() == (("j2", "j3"), ("j3", "j4"))
 
 
 def test_ur10_against_another_program(shared_data):

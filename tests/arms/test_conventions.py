@@ -19,7 +19,7 @@ from arms.arm_samples import (
 )
 from laws import check_jacobian
 
-from robocal.arms.conventions import CONVENTIONS, QUANTITIES, chain, default_free
+from robocal.arms.conventions import CONVENTIONS, QUANTITIES, chain
 from robocal.arms.conventions import rows as rows_of
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
@@ -44,7 +44,7 @@ def test_home_stands_between_joints_and_tool(convention, rng):
     robot = arm(convention, "RRP", rng, home=HOME)
     q = joint_values("RRP", rng, 1)[0]
     np.testing.assert_allclose(robot.pose(q)[0], textbook_pose(robot, q, HOME), atol=1e-13)
-    assert not any(n.startswith("home") for n in default_free(robot))
+    assert not any(n.startswith("home") for n in robot.usual)
 
 
 @pytest.mark.parametrize("convention", NAMES)
@@ -214,7 +214,7 @@ def test_declared_keys_are_what_a_row_may_give(convention, rng):
 @pytest.mark.parametrize("convention", NAMES)
 def test_default_free_is_the_geometry_and_the_tool(convention, rng):
     robot = arm(convention, "RPR", rng)
-    free = default_free(robot)
+    free = robot.usual
     assert {f"tool.{s}" for s in ("x", "y", "z", "rx", "ry", "rz")} <= set(free)
     held = {n for n in robot.table.names if n.startswith("base.") or n.endswith((".gain", ".offset"))}
     assert free == tuple(n for n in robot.table.names if n not in held)

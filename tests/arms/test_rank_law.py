@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from arms.arm_samples import COMPLETE, NAMES, arm, joint_values
 
-from robocal.arms.conventions import chain, default_free, parallel_axes
+from robocal.arms.conventions import chain
 
 BASE = tuple(f"base.{s}" for s in ("x", "y", "z", "rx", "ry", "rz"))
 MIXED = ("RRRRRR", "RRRRR", "RRRRRRR", "RRRP", "PRR", "RPRPR", "PPPRRR", "RRPR")
@@ -17,7 +17,7 @@ MIXED = ("RRRRRR", "RRRRR", "RRRRRRR", "RRRP", "PRR", "RPRPR", "PPPRRR", "RRPR")
 
 def singular_values(robot, types, rng, m=60, spread=1.0):
     """Of the Jacobian of m random poses with columns scaled to one, largest first and divided by the largest."""
-    names = (*BASE, *default_free(robot))
+    names = (*BASE, *robot.usual)
     j = robot.parameter_jacobian(joint_values(types, rng, m) * spread, names).reshape(-1, len(names))
     size = np.linalg.norm(j, axis=0)
     s = np.linalg.svd(j / np.where(size > 0, size, 1), compute_uv=False)
@@ -87,7 +87,7 @@ def straight(convention, types, tilt, rng):
 def test_parallel_and_nearly_parallel_axes(convention, tilt, rng):
     for types in ("RRRR", "RRPR", "PRRR"):
         robot = straight(convention, types, tilt, rng)
-        assert len(parallel_axes(robot)) == 3
+        assert len(robot.parallel_axes()) == 3
         assert_rank(robot, types, rng, law(types))
 
 
@@ -104,10 +104,10 @@ def test_parallel_axes_are_named(rng):
         "dh",
         [{"alpha": np.pi / 2}, {"a": -0.6}, {"a": -0.5}, {"alpha": np.pi / 2}, {"alpha": -np.pi / 2, "d": 0.1}, {}],
     )
-    assert parallel_axes(ur) == (("j2", "j3"), ("j3", "j4"))
+    assert ur.parallel_axes() == (("j2", "j3"), ("j3", "j4"))
     bent = ur.with_values({"j2.alpha": 0.04, "j3.alpha": np.pi - 0.06})
-    assert parallel_axes(bent) == (("j2", "j3"),)
-    assert parallel_axes(bent, 0.07) == (("j2", "j3"), ("j3", "j4"))
+    assert bent.parallel_axes() == (("j2", "j3"),)
+    assert bent.parallel_axes(0.07) == (("j2", "j3"), ("j3", "j4"))
     slide = chain("rp", "mdh", [{"name": "turn"}, {"name": "lift", "type": "prismatic"}])
-    assert parallel_axes(slide) == (("turn", "lift"),)
-    assert parallel_axes(chain("one", "dh", [{}])) == ()
+    assert slide.parallel_axes() == (("turn", "lift"),)
+    assert chain("one", "dh", [{}]).parallel_axes() == ()

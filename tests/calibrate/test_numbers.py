@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from measure.rigs import BALL, XYZ, anywhere, configurations, recorded, recorded_by, rows
 
-from robocal.arms.conventions import default_free
 from robocal.calibrate.identify import identify
 from robocal.calibrate.options import Options
 from robocal.files.robot import open_robot
@@ -45,9 +44,7 @@ def run(kind, change, seed=0, **values):
     """A run on an arm with errors of 0.3 mm and 1 mrad, whose readings were changed, or whose instrument's numbers were."""
     rng = np.random.default_rng(seed)
     nominal = open_robot("ur10").chain
-    nominal = replace(
-        nominal, table=nominal.table.with_free([n for n in default_free(nominal) if not n.startswith("tool.")])
-    )
+    nominal = replace(nominal, table=nominal.table.with_free([n for n in nominal.usual if not n.startswith("tool.")]))
     scale = {"m": 3e-4, "rad": 1e-3}
     off = {n: nominal.table[n].value + rng.normal(0, scale[nominal.table[n].unit]) for n in nominal.geometric}
     truth = nominal.with_values(off)

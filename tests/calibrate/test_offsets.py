@@ -10,7 +10,7 @@ import pytest
 from trials import TRACKER, joints, observations
 
 from robocal.arms.conventions import chain
-from robocal.arms.zeros import joint_offsets, joint_zeros, open_zeros, with_offsets
+from robocal.arms.zeros import joint_offsets, with_offsets
 from robocal.calibrate.identify import identify
 from robocal.calibrate.options import Options
 from robocal.errors import ModelError
@@ -35,7 +35,7 @@ def draw(seed, m, *, everything=False, size=5e-3, fresh=1000, folds=None):
     robot and offsets on fresh poses."""
     rng = np.random.default_rng(seed)
     robot = open_robot(ROBOTS[seed % len(ROBOTS)]).chain
-    names = robot.geometric if everything else [z.parameter for z in open_zeros(robot)]
+    names = robot.geometric if everything else [z.parameter for z in robot.open_zeros]
     scale = {"m": 1e-3, "rad": size}
     moved = {n: robot.table[n].value + rng.normal(0, scale[robot.table[n].unit]) for n in names}
     truth = robot.with_values(moved)
@@ -49,7 +49,7 @@ def draw(seed, m, *, everything=False, size=5e-3, fresh=1000, folds=None):
 @pytest.mark.parametrize("name", [*ROBOTS, "irb-120"])
 def test_offsets_are_counted_as_a_controller_counts_them(name, rng):
     robot = open_robot(name).chain
-    offsets = {z.joint: rng.normal(0, 0.1) for z in joint_zeros(robot)}
+    offsets = {z.joint: rng.normal(0, 0.1) for z in robot.zeros}
     moved = with_offsets(robot, offsets)
     q = rng.uniform(-1, 1, (20, len(robot.joints)))
     shift = np.array([offsets.get(j, 0.0) for j in robot.joint_names])
@@ -70,21 +70,21 @@ def test_a_sign_and_a_frame_of_its_own_do_not_matter(rng):
     q = rng.uniform(-1, 1, (10, 2))
     moved = with_offsets(robot, {"j1": 0.02, "j2": -0.03})
     assert np.abs(robot.pose(q + (0.02, -0.03)) - moved.pose(q)).max() < 1e-12
-    assert not open_zeros(robot)
+    assert not robot.open_zeros
     freed = replace(robot, table=robot.table.with_free(robot.geometric))
-    assert [z.joint for z in open_zeros(freed)] == ["j1", "j2"]
+    assert [z.joint for z in freed.open_zeros] == ["j1", "j2"]
 
 
 def test_two_joints_that_are_far_off():
     """Two degrees in two joints: found by themselves, where the whole model may put them into twists."""
     robot = open_robot("ur10").chain
-    names = [z.parameter for z in open_zeros(robot)]
+    names = [z.parameter for z in robot.open_zeros]
     true = {names[1]: np.radians(2.0), names[3]: np.radians(-2.0)}
     rng = np.random.default_rng(1)
     truth = robot.with_values({n: robot.table[n].value + v for n, v in true.items()})
     found = identify(robot, measured(robot, truth, rng, 40)).offsets
     assert found.proven and found.after.mean < 0.05 * found.before.mean
-    by = {z.parameter: o for z, o in zip(joint_zeros(robot), found.offsets, strict=True)}
+    by = {z.parameter: o for z, o in zip(robot.zeros, found.offsets, strict=True)}
     for n, v in true.items():
         assert by[n].offset == pytest.approx(v, abs=5 * by[n].sigma) and by[n].sigma < 1e-3
 

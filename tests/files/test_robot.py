@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robocal.arms.conventions import CONVENTIONS, chain, default_free
+from robocal.arms.conventions import CONVENTIONS, chain
 from robocal.errors import FileError, FormatError, ModelError
 from robocal.files.robot import describe, open_robot, parse_robot, read_robot, render_robot, write_robot
 from robocal.files.text import Source
@@ -66,7 +66,7 @@ def test_the_example_of_the_manual():
 def test_defaults_when_silent():
     short = "robocal: 1\nname: a\nunits: {length: m, angle: rad}\nconvention: dh\njoints: [{a: 1}, {type: prismatic, limits: [0, 0.5]}]\n"
     r = robot(short)
-    assert set(r.chain.table.free) == set(default_free(r.chain)) and not any(
+    assert set(r.chain.table.free) == set(r.chain.usual) and not any(
         "gain" in n or "base" in n for n in r.chain.table.free
     )
     assert tuple(r.chain.limits[1]) == (0.0, 0.5) and r.tool_free

@@ -18,7 +18,7 @@ from laws import check_jacobian
 from measure.rigs import RIGS, recorded, stated
 
 from robocal.arms.chain import Chain
-from robocal.arms.conventions import CONVENTIONS, default_free
+from robocal.arms.conventions import CONVENTIONS
 from robocal.calibrate.baseline import baseline
 from robocal.calibrate.identify import identify
 from robocal.calibrate.options import Options
@@ -60,7 +60,7 @@ class Case:
 def case_of(kind, convention, again=""):
     rng = np.random.default_rng(zlib.crc32(f"{kind} {convention}{again}".encode()))
     made = arm(convention, "RRPRRR", rng)
-    table = made.table.with_free([n for n in default_free(made) if not n.startswith("tool.")])
+    table = made.table.with_free([n for n in made.usual if not n.startswith("tool.")])
     nominal = replace(made, table=table)
     off = {n: table[n].value + ERRORS[table[n].unit] * rng.standard_normal() for n in table.free}
     truth = nominal.with_values(off)

@@ -26,7 +26,6 @@ from measure.rigs import (
     watched,
 )
 
-from robocal.arms.conventions import default_free
 from robocal.calibrate.identify import identify
 from robocal.calibrate.options import Options
 from robocal.geometry import se3
@@ -75,7 +74,7 @@ def test_from_nothing(name):
     """Converged, improved, and no more left than the stated noise."""
     rng = np.random.default_rng(1)
     made = arm("dh", "RRRRRR", rng)
-    table = made.table.with_free([n for n in default_free(made) if not n.startswith("tool.")])
+    table = made.table.with_free([n for n in made.usual if not n.startswith("tool.")])
     nominal = replace(made, table=table)
     errors = {"m": 1e-3, "rad": 2e-3}
     truth = nominal.with_values({n: table[n].value + errors[table[n].unit] * rng.standard_normal() for n in table.free})

@@ -10,7 +10,6 @@ import pytest
 from unit.arm_data import arm, measured
 
 from robocal.arms import catalog
-from robocal.arms.conventions import default_free
 from robocal.calibrate.compare import compare
 from robocal.calibrate.estimators import ESTIMATORS, batched, estimator
 from robocal.calibrate.identify import identify
@@ -30,7 +29,7 @@ def case(name, m=60, sigma=1e-4, seed=0):
     """A robot of the catalogue with a factory's errors, seen by a tracker whose place is not known."""
     rng = np.random.default_rng(seed)
     robot = catalog.get(name)
-    robot = replace(robot, table=robot.table.with_free(default_free(robot)))
+    robot = replace(robot, table=robot.table.with_free(robot.usual))
     limits = np.clip(robot.limits, -2, 2)
     q = rng.uniform(limits[:, 0], limits[:, 1], (m, len(robot.joints)))
     size = {"m": 3e-4, "rad": 3e-3}

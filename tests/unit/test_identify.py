@@ -9,7 +9,7 @@ import pytest
 from sizes import size
 from unit.arm_data import TOOL, TRACKER, arm, away, measured, true_arm
 
-from robocal.arms.conventions import chain, default_free
+from robocal.arms.conventions import chain
 from robocal.calibrate.identify import identify
 from robocal.calibrate.options import Options
 from robocal.errors import ModelError
@@ -45,7 +45,7 @@ def test_the_same_seed_gives_the_same_result():
 
 
 def test_every_parameter_has_a_status_that_its_numbers_bear_out():
-    robot = arm(free=(*default_free(arm()), "j4.d"))
+    robot = arm(free=(*arm().usual, "j4.d"))
     found = identify(robot, measured(60))
     by = {p.name: p for p in found.parameters}
     assert list(by) == list(found.table.names) and {p.status for p in found.parameters} >= {
@@ -162,7 +162,7 @@ def test_a_perfect_robot_is_seldom_improved_by_chance():
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_improves_and_hands_back_finite_numbers(method):
     """With parameters in it that nobody can see: turns of the tool, a base that is the tracker's frame."""
-    robot = arm(free=default_free(arm()))
+    robot = arm(free=arm().usual)
     found = identify(robot, measured(60), Options(method=method))
     assert found.verdict.status == "improved", (method, found.verdict, found.reason)
     assert np.isfinite(found.covariance).all() and np.isfinite(found.correlation).all()
@@ -173,7 +173,7 @@ def test_every_method_improves_and_hands_back_finite_numbers(method):
 
 
 def test_keep_all_claims_nothing_that_is_not_seen():
-    found = identify(arm(free=default_free(arm())), measured(60), Options(keep_all=True))
+    found = identify(arm(free=arm().usual), measured(60), Options(keep_all=True))
     by = {p.name: p for p in found.parameters}
     assert not any(p.status == "dropped" for p in found.parameters)
     assert (
@@ -197,7 +197,7 @@ def test_without_evidence_nothing_is_claimed():
 
 
 def test_priors_hold_what_the_data_do_not_see():
-    robot = arm(free=default_free(arm()))
+    robot = arm(free=arm().usual)
     stated = replace(robot, table=robot.table.with_priors({"tool.rx": 0.01, "j3.d": 1e-7}))
     found = identify(stated, measured(60))
     by = {p.name: p for p in found.parameters}
@@ -262,7 +262,7 @@ def test_a_dropped_turn_does_not_turn():
         {"xyz": (0.16, 0, 0.03), "rpy": (-0.4, 0.2, 1.4), "axis": (0, 0, 1)},
     ]
     robot = chain("turned", "urdf", rows)
-    robot = replace(robot, table=robot.table.with_free(default_free(robot)))
+    robot = replace(robot, table=robot.table.with_free(robot.usual))
     rng = np.random.default_rng(5)
     truth = robot.with_values({n: robot.table[n].value + rng.normal(0, 2e-3) for n in robot.geometric})
     q = rng.uniform(-1.5, 1.5, (80, 4))

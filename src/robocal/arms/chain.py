@@ -13,22 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.arms.columns import Column
 from robocal.errors import ModelError, nearest
+from robocal.geometry.path.joints import Joint, Zero
 from robocal.geometry.path.program import Element, Program, compile_path
 from robocal.parameters import Table
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 
-__all__ = ["Chain", "Group", "Joint"]
+__all__ = ["Chain", "Group"]
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Joint:
-    """A driven axis: its column phi is called `name`; limits in rad or m."""
-
-    name: str
-    type: str = "revolute"
-    lower: float = -math.inf
-    upper: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -46,7 +39,7 @@ class Chain:
 
     `geometric` names the parameters that describe the joints' geometry: no gains, no base, no tool. `derived` are
     columns that are computed from a configuration (`columns.py`), `groups` what was added beyond geometry
-    (`groups.py`).
+    (`groups.py`). `upright`: its convention cannot tilt parallel axes; `better` is one that can, where there is one.
     """
 
     name: str
@@ -59,6 +52,13 @@ class Chain:
     geometric: tuple[str, ...] = ()
     derived: tuple[Column, ...] = ()
     groups: tuple[Group, ...] = ()
+    upright: bool = False
+    better: str = ""
+
+    @property
+    def freedom(self) -> None:
+        """An arm has no pose of its own: its joints say where it is."""
+        return None
 
     @cached_property
     def program(self) -> Program:
@@ -133,3 +133,82 @@ class Chain:
             0
         ]
         return jac
+
+    @property
+    def usual(self) -> tuple[str, ...]:
+        """The parameters that an identification frees unless told otherwise: the joints' geometry and the tool, in table
+        order.
+
+        Never gains, joint offsets that the geometry repeats, the home pose, or the base (an instrument's frame says the
+        same).
+        """
+        wanted = {*self.geometric, *(n for n in self.table.names if n.startswith("tool."))}
+        return tuple(n for n in self.table.names if n in wanted)
+
+    def parallel_axes(self, tolerance: float = 0.05) -> tuple[tuple[str, str], ...]:
+        """Pairs of consecutive joints whose axes are parallel within `tolerance` rad: where a model without Hayati's beta
+        is incomplete.
+
+        The angle is atan2(|a x b|, |a . b|) between the axes at zero; it does not depend on the joint values.
+        """
+        j = self.jacobian(np.zeros((1, len(self.joints))))[0]
+        axes = [j[3:, i] if joint.type == "revolute" else j[:3, i] for i, joint in enumerate(self.joints)]
+        found = []
+        for i in range(len(axes) - 1):
+            a, b = axes[i], axes[i + 1]
+            if math.atan2(float(np.linalg.norm(np.cross(a, b))), abs(float(a @ b))) < tolerance:
+                found.append((self.joints[i].name, self.joints[i + 1].name))
+        return tuple(found)
+
+    # --- what an identification asks of any machine -------------------------------------------------------------------------
+
+    def remarks(self) -> tuple[Remark, ...]:
+        """What its geometry shows before anything is measured: parallel axes that the convention cannot tilt."""
+        parallel = self.parallel_axes() if self.upright else ()
+        if not parallel:
+            return ()
+        pairs = tuple(f"{a} and {b}" for a, b in parallel)
+        told = {"convention": self.convention, "pairs": pairs, "better": self.better or None}
+        return (Remark.of(Code.PARALLEL_AXES, **told),)
+
+    @property
+    def anywhere(self) -> frozenset[str]:
+        """Geometric parameters whose change says nothing of how the arm was made: a joint's zero may be anywhere; and where
+        parallel axes are written without Hayati's beta, a small tilt moves lengths along them by metres."""
+        names = self.joint_names
+        driven = [e for e in self.elements if any(t.column in names for t in e.terms)]
+        found = {t.parameter for e in driven for t in e.terms if t.column == "1"}
+        if self.upright:
+            loose = {joint for pair in self.parallel_axes() for joint in pair}
+            found |= {n for n in self.geometric if n.rpartition(".")[0] in loose}
+        return frozenset(found)
+
+    @property
+    def zeros(self) -> tuple[Zero, ...]:
+        """The zeros of the joints, from base to tool; a joint without one is left out.
+
+        The element that a joint q drives has the value drive * gain * q + own * p. Moving p by c is the same as adding
+        own c / (drive gain) to q before the model: a joint offset, the one number that every controller takes.
+        """
+        out = []
+        for joint in self.joints:
+            for element in self.elements:
+                drive = next((t for t in element.terms if t.column == joint.name), None)
+                own = next((t for t in element.terms if t.column == "1"), None)
+                gain = 0.0 if drive is None else drive.factor * self.table[drive.parameter].value
+                if own is not None and gain:
+                    out.append(Zero(joint.name, own.parameter, gain / own.factor))
+                    break
+        return tuple(out)
+
+    @property
+    def open_zeros(self) -> tuple[Zero, ...]:
+        """The zeros that an identification may move: those that are free, and where a convention holds them because its frames
+        say the same (a URDF, cpc, poe), those of joints of which anything is free."""
+        usual, free = set(self.usual), set(self.table.free)
+        owners = {n.rpartition(".")[0] for n in free if n in self.geometric}
+        return tuple(
+            z
+            for z in self.zeros
+            if z.parameter in free or (z.parameter not in usual and z.parameter.rpartition(".")[0] in owners)
+        )

@@ -12,13 +12,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
-from robocal.arms.chain import Chain, Joint
+from robocal.arms.chain import Chain
 from robocal.arms.recipes import RECIPES, Recipe, elements_convention, recipe_convention
 from robocal.arms.screws import SCREW_CONVENTIONS
 from robocal.arms.writing import COMMON_KEYS, QUANTITIES, TYPES, Convention, Key, Pen, Row, finite
 from robocal.errors import ModelError, nearest
+from robocal.geometry.path.joints import Joint
 from robocal.geometry.path.program import Element, frame_element
 from robocal.parameters import Parameter, Table, frame_parameters
 
@@ -32,8 +31,6 @@ __all__ = [
     "Recipe",
     "chain",
     "convention_of",
-    "default_free",
-    "parallel_axes",
     "rows",
 ]
 
@@ -117,8 +114,18 @@ def chain(
     # A tool that is free is a tool whose place on the flange is only roughly known.
     parameters += frame_parameters("tool", _frame(tool, "tool"), expected=(0.1, 0.5))
     known = {**(meta or {}), "rows": tuple(dict(row) for row in rows)}
+    better = f"{convention}-hayati"
     return Chain(
-        name, tuple(elements), tuple(joints), Table(tuple(parameters)), convention, source, known, tuple(geometric)
+        name,
+        tuple(elements),
+        tuple(joints),
+        Table(tuple(parameters)),
+        convention,
+        source,
+        known,
+        tuple(geometric),
+        upright=not rule.complete,
+        better=better if better in CONVENTIONS else "",
     )
 
 
@@ -145,33 +152,6 @@ def rows(chain: Chain) -> list[dict[str, object]]:
             made["gain"] = gain
         out.append(made)
     return out
-
-
-def default_free(chain: Chain) -> tuple[str, ...]:
-    """The parameters that an identification frees unless told otherwise: the joints' geometry and the tool, in table
-    order.
-
-    Never gains, joint offsets that the geometry repeats, the home pose, or the base (an instrument's frame says the
-    same).
-    """
-    wanted = {*chain.geometric, *(n for n in chain.table.names if n.startswith("tool."))}
-    return tuple(n for n in chain.table.names if n in wanted)
-
-
-def parallel_axes(chain: Chain, tolerance: float = 0.05) -> tuple[tuple[str, str], ...]:
-    """Pairs of consecutive joints whose axes are parallel within `tolerance` rad: where a model without Hayati's beta
-    is incomplete.
-
-    The angle is atan2(|a x b|, |a . b|) between the axes at zero; it does not depend on the joint values.
-    """
-    j = chain.jacobian(np.zeros((1, len(chain.joints))))[0]
-    axes = [j[3:, i] if joint.type == "revolute" else j[:3, i] for i, joint in enumerate(chain.joints)]
-    found = []
-    for i in range(len(axes) - 1):
-        a, b = axes[i], axes[i + 1]
-        if math.atan2(float(np.linalg.norm(np.cross(a, b))), abs(float(a @ b))) < tolerance:
-            found.append((chain.joints[i].name, chain.joints[i + 1].name))
-    return tuple(found)
 
 
 def _name(row: Row, i: int) -> str:

@@ -10,8 +10,9 @@ The base's z points up. Twists are (v, w) in base axes about the platform's orig
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.cables.pulley import Pulleys, run
 from robocal.errors import ModelError
 from robocal.geometry import se3
+from robocal.geometry.path.unjointed import Unjointed
 from robocal.parameters import Parameter, Table
 
 __all__ = ["DEGREES", "SYMBOLS", "CableRobot", "cable_robot", "home", "lengths", "straight"]
@@ -36,7 +38,7 @@ DEGREES: Mapping[str, Mapping[str, tuple[int, ...]]] = {
 
 
 @dataclass(frozen=True, eq=False)
-class CableRobot:
+class CableRobot(Unjointed):
     """Anchors and sensor zeros of m cables, as a parameter table `c1.ax` ... `c1.bz`, `c1.l0` in m, and what else is
     known of them.
 
@@ -94,6 +96,20 @@ class CableRobot:
             if getattr(self, what) not in known:
                 raise ModelError("no such robot", key=what, found=getattr(self, what), expected=" or ".join(known))
         return DEGREES[self.degrees][self.plane]
+
+    def with_values(self, values: Mapping[str, float]) -> Self:
+        """The same robot with other anchors and zeros."""
+        return replace(self, table=self.table.with_values(values))
+
+    @property
+    def geometric(self) -> tuple[str, ...]:
+        """What its making leaves: the anchors. Where a length sensor counts from may be anything."""
+        return tuple(n for n in self.table.names if not n.endswith(".l0"))
+
+    @property
+    def freedom(self) -> tuple[int, ...]:
+        """The platform has a pose of its own: its axes are what a fit may move of it."""
+        return self.axes
 
     @property
     def home(self) -> Array:

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.fit import unit_weights
 from robocal.calibrate.noise import apply_noise, assess
 from robocal.calibrate.starts import search as starts
@@ -21,6 +20,7 @@ from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["Baseline", "baseline", "frame_names", "known_baseline"]
@@ -41,14 +41,14 @@ class Baseline:
     converged: bool = True
 
 
-def frame_names(model: Chain, problem: Problem) -> tuple[str, ...]:
+def frame_names(model: Machine, problem: Problem) -> tuple[str, ...]:
     """The free parameters of the baseline: instruments' frames, targets, other kinds' parameters, and the tool."""
     tool = {f"tool.{s}" for s in FRAME_SYMBOLS}
     return tuple(n for n in problem.table.free if n not in model.table or n in tool)
 
 
 def known_baseline(
-    model: Chain,
+    model: Machine,
     data: DataSet,
     units: Ints,
     loss: str = "none",
@@ -84,7 +84,7 @@ def known_baseline(
     return Baseline(made.with_loss(loss, tuning), x, converged)
 
 
-def baseline(model: Chain, data: DataSet, units: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:
+def baseline(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:
     """The same by plain least squares: the problem over all data, and x (1, P)."""
     found = known_baseline(model, data, units, watch=watch)
     return found.problem, found.x

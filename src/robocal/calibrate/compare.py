@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.estimators import ended, estimator
 from robocal.calibrate.evidence import Statistic
 from robocal.calibrate.identification import Identification
@@ -22,6 +21,7 @@ from robocal.calibrate.options import Options
 from robocal.calibrate.split import places
 from robocal.errors import ModelError
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
 
 __all__ = ["DEFAULT", "Comparison", "Entry", "compare"]
 
@@ -65,12 +65,12 @@ class Comparison:
 
 
 def compare(
-    model: Chain,
+    model: Machine,
     data: DataSet,
     methods: Sequence[str],
     options: Options | None = None,
     *,
-    known: tuple[Identification, float] | None = None,
+    known: tuple[Identification[Machine], float] | None = None,
     watch: Watch | None = None,
 ) -> Comparison:
     """Identifies with every method in turn; a method that cannot is told as failed. `known` is an identification that was
@@ -83,7 +83,7 @@ def compare(
     # With a fifth held out the proof is the same for all; leave-one-out is a gift where it is cheap.
     if few and options.leave_one_out is None and options.folds is None:
         options = replace(options, leave_one_out=True)
-    first: Identification | None = None
+    first: Identification[Machine] | None = None
     entries = []
     for name in dict.fromkeys(methods):
         if watch:
@@ -105,8 +105,12 @@ def compare(
 
 
 def _timed(
-    model: Chain, data: DataSet, options: Options, known: tuple[Identification, float] | None, watch: Watch | None
-) -> tuple[Identification, float]:
+    model: Machine,
+    data: DataSet,
+    options: Options,
+    known: tuple[Identification[Machine], float] | None,
+    watch: Watch | None,
+) -> tuple[Identification[Machine], float]:
     """An identification and its seconds; what is known is not done again, unless it lacks leave-one-out."""
     if (
         known is not None
@@ -115,11 +119,11 @@ def _timed(
     ):
         return known
     clock = time.perf_counter()
-    found = identify(model, data, options, watch)
+    found: Identification[Machine] = identify(model, data, options, watch)
     return found, time.perf_counter() - clock
 
 
-def _entry(found: Identification, reference: Identification, title: str, seconds: float) -> Entry:
+def _entry(found: Identification[Machine], reference: Identification[Machine], title: str, seconds: float) -> Entry:
     farthest, sigmas = _farthest(found, reference) if found is not reference else ("", None)
     s = found.stages[0]
     return Entry(
@@ -137,7 +141,7 @@ def _entry(found: Identification, reference: Identification, title: str, seconds
     )
 
 
-def _farthest(found: Identification, reference: Identification) -> tuple[str, float | None]:
+def _farthest(found: Identification[Machine], reference: Identification[Machine]) -> tuple[str, float | None]:
     """The parameter whose value differs most, in sigmas of the reference; those that it did not fit have none."""
     ours = {p.name: p for p in found.parameters}
     away = {

@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import errors
 from robocal.calibrate.noise import owners
 from robocal.estimate.problem import Problem
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
 
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
@@ -40,7 +40,7 @@ STEP = 1e-6  # rad or m
 EPS = float(np.finfo(float).eps)
 
 
-def rounded(model: Chain, data: DataSet, problem: Problem, x: Array) -> DataSet:
+def rounded(model: Machine, data: DataSet, problem: Problem, x: Array) -> DataSet:
     """The data with what rounding leaves in every component of every row, at x (1, P) of their problem; unchanged where the
     digits are not known."""
     if data.configurations.digits is None and all(o.digits is None for o in data.observations):
@@ -54,7 +54,7 @@ def rounded(model: Chain, data: DataSet, problem: Problem, x: Array) -> DataSet:
     )
 
 
-def carried(model: Chain, data: DataSet, found: Fit, told: Bools) -> float | None:
+def carried(model: Machine, data: DataSet, found: Fit, told: Bools) -> float | None:
     """Root mean square over the told rows (N,), those with lengths as in `evidence.errors`, of what rounding leaves, in m;
     None where it is so coarse that nothing can be said."""
     problem, x = found.problem, found.solution.x
@@ -66,7 +66,7 @@ def carried(model: Chain, data: DataSet, found: Fit, told: Bools) -> float | Non
     return level if level < FINE else None
 
 
-def _square(model: Chain, data: DataSet, problem: Problem, x: Array) -> list[Array]:
+def _square(model: Machine, data: DataSet, problem: Problem, x: Array) -> list[Array]:
     """The variance that rounding leaves in every component of the rows of every term, (m, d): of the measured values, where
     the file says them as they are compared, and of the joint values."""
     here = problem.residuals(x)

@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.noise import Group, apply_noise, assess
 from robocal.calibrate.options import Options
@@ -29,6 +28,7 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import effective_columns
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
 from robocal.remarks.remark import Remark
 
 __all__ = ["Fit", "fit", "near", "softly", "unit_weights"]
@@ -67,7 +67,9 @@ def unit_weights(count: int, units: Ints) -> Array:
     return w
 
 
-def fit(model: Chain, stated: DataSet, units: Ints, options: Options, start: Array, watch: Watch | None = None) -> Fit:
+def fit(
+    model: Machine, stated: DataSet, units: Ints, options: Options, start: Array, watch: Watch | None = None
+) -> Fit:
     """Fits everything that is free and seen to some units, starting from x (1, P)."""
     weights = unit_weights(len(stated.configurations), units)
 

@@ -22,7 +22,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import frame_names, known_baseline
 from robocal.calibrate.evidence import errors
 from robocal.calibrate.fit import Fit, fit, near
@@ -33,6 +32,7 @@ from robocal.estimate.identifiability import SEEN, analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
 
 __all__ = ["Trial", "Unseen", "leave_one_out", "merge", "trial", "unseen"]
 
@@ -223,7 +223,7 @@ def _profile(problem: Problem, x: Array, held: Bools, names: tuple[str, ...]) ->
 
 
 def trial(
-    model: Chain,
+    model: Machine,
     data: DataSet,
     split: Split,
     k: int,
@@ -275,7 +275,7 @@ def trial(
     return Trial(base, x, part, aside, *found)
 
 
-def local_names(model: Chain, problem: Problem) -> tuple[str, ...]:
+def local_names(model: Machine, problem: Problem) -> tuple[str, ...]:
     """The parameters that may be profiled: free ones that are not the robot's."""
     return tuple(n for n in frame_names(model, problem) if n not in model.table)
 

@@ -26,7 +26,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import Baseline, baseline, frame_names
 from robocal.calibrate.digits import rounded
 from robocal.calibrate.farness import FAR, Farness, far_from, farness
@@ -37,6 +36,7 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import effective_columns
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
 
 __all__ = ["MOST", "Sifted", "neither", "set_aside", "share", "sift"]
 
@@ -54,7 +54,7 @@ SETTLED = 0.05  # of a robust sigma: so well it need be known here
 class _Search:
     """Data, and the units whose rows are fitted."""
 
-    model: Chain
+    model: Machine
     data: DataSet
     units: Ints
 
@@ -80,12 +80,12 @@ class Sifted:
     away: Farness
 
 
-def set_aside(model: Chain, data: DataSet, units: Ints, watch: Watch | None = None) -> DataSet:
+def set_aside(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None) -> DataSet:
     """The data with the gross rows among those of some units marked as not used."""
     return sift(model, data, units, watch).data
 
 
-def sift(model: Chain, data: DataSet, units: Ints, watch: Watch | None = None) -> Sifted:
+def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None) -> Sifted:
     """The data with the gross rows among those of some units marked as not used; see the module. Rows of other units are not
     judged."""
     if watch:
@@ -147,7 +147,7 @@ def _close(new: Tau, old: Tau) -> bool:
     return set(new) == set(old) and all(abs(new[k] - old[k]) <= SETTLED * old[k] for k in new)
 
 
-def neither(model: Chain, data: DataSet, base: Baseline, found: Fit, units: Ints) -> tuple[Bools, ...]:
+def neither(model: Machine, data: DataSet, base: Baseline, found: Fit, units: Ints) -> tuple[Bools, ...]:
     """Rows of every term that neither the baseline nor the identified model comes near, both fitted to some units."""
     frames = frame_names(model, base.problem)
     one = far_from(data, base.problem.with_free(frames), base.x, units)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.bands import Coverage
 from robocal.calibrate.bootstrap import Resampled
 from robocal.calibrate.evidence import Stages, Verdict
@@ -23,12 +23,14 @@ from robocal.calibrate.scatter import Kept
 from robocal.estimate.identifiability import Identifiability
 from robocal.estimate.least_squares import Reason
 from robocal.estimate.uncertainty import Total
+from robocal.measure.machine import Machine
 from robocal.parameters import Table
 from robocal.remarks.remark import Remark
 
 __all__ = ["Band", "Identification", "ParameterResult", "RowTable"]
 
 Array = NDArray[np.float64]
+M_co = TypeVar("M_co", bound=Machine, covariant=True)
 
 
 @dataclass(frozen=True)
@@ -90,11 +92,11 @@ class RowTable:
 
 
 @dataclass(frozen=True)
-class Identification:
+class Identification(Generic[M_co]):
     """Nominal and corrected model, per-parameter results, identifiability, errors, noise groups, verdict and recipe."""
 
-    nominal: Chain
-    corrected: Chain
+    nominal: M_co
+    corrected: M_co
     table: Table  # of the whole problem, at the solution
     options: Options
     parameters: tuple[ParameterResult, ...]

@@ -13,11 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.bands import coverage_of, coverage_remarks, mean_conditions, measured_range, total_of
 from robocal.calibrate.baseline import baseline, frame_names, known_baseline
 from robocal.calibrate.bootstrap import bootstrap_words, resample
@@ -43,14 +43,18 @@ from robocal.errors import ModelError
 from robocal.estimate.uncertainty import uncertainty
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
 
 __all__ = ["FEW", "baseline", "frame_names", "identify"]
 
 Array = NDArray[np.float64]
+M = TypeVar("M", bound=Machine)
 Watch = Callable[[dict[str, object]], None]
 
 
-def identify(model: Chain, data: DataSet, options: Options | None = None, watch: Watch | None = None) -> Identification:
+def identify(
+    model: M, data: DataSet, options: Options | None = None, watch: Watch | None = None
+) -> Identification[M]:
     """Identifies a model from data; see the module for the steps. Raises ModelError when nothing is free, nothing was
     measured, or a measurement is no number."""
     options = options or Options()
@@ -72,12 +76,12 @@ def identify(model: Chain, data: DataSet, options: Options | None = None, watch:
     # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
     base = known_baseline(model, whole.data, everyone, *by)
     proven = prove(model, data, clean, split, options, base, whole, watch)
-    found = _handed_back(model, clean, options, start, whole, proven, base.converged, watch)
+    found: Identification[M] = _handed_back(model, clean, options, start, whole, proven, base.converged, watch)
     return replace(found, offsets=offsets_alone(model, base.x, whole, proven, options.seed))
 
 
 def _handed_back(
-    model: Chain,
+    model: M,
     data: DataSet,
     options: Options,
     start: Array,
@@ -85,7 +89,7 @@ def _handed_back(
     proven: Proven,
     started: bool,
     watch: Watch | None,
-) -> Identification:
+) -> Identification[M]:
     """Everything that is told of a fit to all measurements but gross rows, which `data` marks, and of what was proven."""
     base, base_x, part, held = proven.base, proven.base_x, proven.part, proven.held
     told, best = units_of(base), proven.best

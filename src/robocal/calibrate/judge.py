@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import frame_names
 from robocal.calibrate.digits import FINE, WITHIN, carried
 from robocal.calibrate.estimators import estimator
@@ -26,6 +25,7 @@ from robocal.calibrate.split import Split, leave_one_out_rounds, places
 from robocal.calibrate.warn import implausible, unmade
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -170,7 +170,7 @@ def _constant(data: DataSet, base: Problem, proof: Proof | None, everything: boo
 
 
 def verdict(
-    model: Chain,
+    model: Machine,
     data: DataSet,
     base: Problem,
     part: Fit,
@@ -231,7 +231,7 @@ def _rms(values: Array) -> float:
 
 
 def _digits(
-    model: Chain, data: DataSet, part: Fit, before: Array, after: Array, told: NDArray[np.bool_]
+    model: Machine, data: DataSet, part: Fit, before: Array, after: Array, told: NDArray[np.bool_]
 ) -> float | None:
     """What rounding leaves (m), where one of the two models is so good that it matters; see `digits`."""
     matters = min(_rms(before[told]), _rms(after[told])) < FINE
@@ -256,7 +256,7 @@ def drawn(split: Split, label: Ints, at: Ints) -> Ints:
     return label[at]
 
 
-def _second_thoughts(model: Chain, base: Problem, part: Fit, proof: Proof, found: Verdict) -> Verdict:
+def _second_thoughts(model: Machine, base: Problem, part: Fit, proof: Proof, found: Verdict) -> Verdict:
     """An improvement that cannot be one: nothing of the robot was fitted, or a round leaves too little to fit."""
     problem = part.problem
     if not set(problem.free) - set(frame_names(model, base)):

@@ -17,8 +17,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
-from robocal.arms.zeros import Zero, open_zeros
 from robocal.calibrate.baseline import frame_names
 from robocal.calibrate.evidence import PROOF, Statistic, bootstrap_gain
 from robocal.calibrate.fit import Fit
@@ -30,6 +28,8 @@ from robocal.estimate.identifiability import Combination, analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, quantile, total, uncertainty, uneven
+from robocal.geometry.path.joints import Zero
+from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -78,10 +78,10 @@ class _Found:
     total: Total
 
 
-def offsets_alone(model: Chain, base_x: Array, whole: Fit, proven: Proven, seed: int) -> OffsetsAlone | None:
+def offsets_alone(model: Machine, base_x: Array, whole: Fit, proven: Proven, seed: int) -> OffsetsAlone | None:
     """Fits and proves the joint offsets alone; `base_x` (1, P) is the baseline of all measurements. None where no joint's
     zero may move."""
-    zeros = open_zeros(model)
+    zeros = model.open_zeros
     if not zeros:
         return None
     found = _fitted(model, whole, base_x, zeros)
@@ -99,7 +99,7 @@ def offsets_alone(model: Chain, base_x: Array, whole: Fit, proven: Proven, seed:
     return _judged(whole, main, alone, offsets, converged, unit, seed)
 
 
-def _fitted(model: Chain, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Found:
+def _fitted(model: Machine, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Found:
     """The zeros fitted from a baseline x (1, P), with the rows, the noise and the loss of a fit."""
     names = [*frame_names(model, fit.problem), *(z.parameter for z in zeros)]
     every = fit.problem.with_free(names)
@@ -129,7 +129,7 @@ def _note(hidden: Combination) -> Remark:
     return hidden.remark if hidden.partners else Remark.of(Code.BELOW_THE_REST)
 
 
-def _offsets(model: Chain, found: _Found, zeros: Sequence[Zero]) -> tuple[JointOffset, ...]:
+def _offsets(model: Machine, found: _Found, zeros: Sequence[Zero]) -> tuple[JointOffset, ...]:
     """The offset of every joint, in SI; joints whose zero may not move have none."""
     known, table = {z.joint: z for z in zeros}, found.problem.table
     sigma, reach = dict(zip(found.total.names, found.total.sigma, strict=True)), quantile(found.total.dof)

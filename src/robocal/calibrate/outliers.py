@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.causes import causes_of
 from robocal.calibrate.farness import Farness, far_from
 from robocal.calibrate.noise import owners
@@ -17,6 +16,7 @@ from robocal.estimate.problem import Problem
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Observations
+from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -55,7 +55,7 @@ class Outlier:
 
 
 def find_outliers(
-    model: Chain, data: DataSet, found: Fit, counted: Mapping[str, Bools] | None = None
+    model: Machine, data: DataSet, found: Fit, counted: Mapping[str, Bools] | None = None
 ) -> tuple[Outlier, ...]:
     """Rows that are far from a fit to all others, the farthest first; `data` marks those that were set aside, `counted`
     are those whose error the verdict counts, by unit in the order of `evidence.errors`."""
@@ -65,7 +65,7 @@ def find_outliers(
 
 
 def named(
-    model: Chain,
+    model: Machine,
     data: DataSet,
     problem: Problem,
     x: Array,
@@ -121,7 +121,7 @@ def _causes(obs: Observations, term: Rows, x: Array, strange: Ints, of_targets: 
     return {i: told.get(i, said) if said.code is Code.CAUSE_ALONE else said for i, said in alone.items()}
 
 
-def _of_targets(model: Chain, data: DataSet, own: int, rows: Ints, problem: Problem, x: Array) -> Array | None:
+def _of_targets(model: Machine, data: DataSet, own: int, rows: Ints, problem: Problem, x: Array) -> Array | None:
     """What some rows of one instrument would read of each of its targets, (n, T, d); None where it has one target."""
     obs = data.observations[own]
     if obs.target is None or len(obs.targets) < 2 or not len(rows):

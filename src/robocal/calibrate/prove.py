@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.baseline import Baseline, frame_names
 from robocal.calibrate.estimators import batched, estimator
 from robocal.calibrate.evidence import by_unit
@@ -20,6 +19,7 @@ from robocal.calibrate.options import Options
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -53,7 +53,7 @@ class Proven:
 
 
 def prove(
-    model: Chain,
+    model: Machine,
     data: DataSet,
     clean: DataSet,
     split: Split,
@@ -94,7 +94,7 @@ def prove(
     return Proven(proofs, one.base, one.base_x, one.part, fit_units, held, embargoed, left_out)
 
 
-def _in_batch(model: Chain, clean: DataSet, base: Baseline, whole: Fit, split: Split) -> Proof:
+def _in_batch(model: Machine, clean: DataSet, base: Baseline, whole: Fit, split: Split) -> Proof:
     """Every round of a split with the columns and the noise of the fit to everything."""
     problem, x = base.problem, base.x
     told, local = units_of(problem), local_names(model, problem)
@@ -105,7 +105,7 @@ def _in_batch(model: Chain, clean: DataSet, base: Baseline, whole: Fit, split: S
     return Proof(split, before, after, _units(problem, _never_near(model, clean, base, whole)))
 
 
-def _never_near(model: Chain, clean: DataSet, base: Baseline, whole: Fit) -> tuple[Bools, ...]:
+def _never_near(model: Machine, clean: DataSet, base: Baseline, whole: Fit) -> tuple[Bools, ...]:
     """Rows that the fit to everything does not use, and that the baseline does not come near either."""
     unused = tuple(~t.used for t in whole.problem.terms)
     if not any(u.any() for u in unused):
@@ -119,7 +119,7 @@ def _units(problem: Problem, aside: Sequence[Bools]) -> dict[str, Bools]:
 
 
 def _rounds(
-    model: Chain,
+    model: Machine,
     data: DataSet,
     clean: DataSet,
     base: Baseline,

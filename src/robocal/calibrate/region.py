@@ -25,13 +25,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.bands import mean_conditions, measured_range
 from robocal.calibrate.evidence import Verdict
 from robocal.calibrate.workspace import Region, motion_field, parameters_of, sample_joints
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, band
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
+from robocal.measure.reach import reach
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -66,12 +67,12 @@ class Holds:
         return "working" if self.band <= self.moved and sure else "measured"
 
 
-def limited(chain: Chain, data: DataSet) -> Region:
+def limited(chain: Machine, data: DataSet) -> Region:
     """The joint limits of a chain; the measured range where a limit is infinite."""
     return Region(*sample_joints(chain, measured_range(data.configurations), SAMPLES))
 
 
-def spanned(chain: Chain, data: DataSet) -> Region:
+def spanned(chain: Machine, data: DataSet) -> Region:
     """Configurations on the way from one measured one to another.
 
     A box of the measured joints would hold what nobody measured or meant: where a grid was measured with the tool held
@@ -88,7 +89,7 @@ def spanned(chain: Chain, data: DataSet) -> Region:
 
 
 def _shape(
-    model: Chain,
+    model: Machine,
     data: DataSet,
     whole: Fit,
     off: Total,
@@ -102,11 +103,10 @@ def _shape(
     chains = []
     for p, x in ((whole.problem, whole.solution.x), base):
         chains.append(model.with_values({n: float(x[0, p.table.index[n]]) for n in model.table.names}))
-    pose = chains[0].pose(joints, conditions)
-    here = pose[:, :3, 3]
-    gap = here - chains[1].pose(joints, conditions)[:, :3, 3]
     names = parameters_of(model, off)
-    jac = chains[0].parameter_jacobian(joints, names, conditions)[:, :3]
+    pose, jac = reach(chains[0], joints, names, conditions)
+    here, jac = pose[:, :3, 3], jac[:, :3]
+    gap = here - reach(chains[1], joints, (), conditions)[0][:, :3, 3]
     moved = [motion_field(here)[:, :3], pose[:, :3, :3], *(() if scaled else (here[:, :, None],))]
     field = np.concatenate(moved, axis=2).reshape(3 * len(joints), -1)
     both = np.column_stack([gap.reshape(-1, 1), jac.reshape(len(field), -1)])
@@ -116,7 +116,7 @@ def _shape(
 
 
 def where_it_holds(
-    model: Chain,
+    model: Machine,
     data: DataSet,
     whole: Fit,
     off: Total,

@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import Verdict
 from robocal.estimate.uncertainty import Total
 from robocal.measure.base import KINDS, Rows
+from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -72,7 +72,7 @@ class Scale:
         return (Remark.of(Code.SCALE_DOUBTED if self.stated else Code.SCALED, **numbers),)
 
 
-def scale_of(model: Chain, fit: Fit, off: Total) -> Scale | None:
+def scale_of(model: Machine, fit: Fit, off: Total) -> Scale | None:
     """The common scale of the fitted lengths; None where none was fitted. `off` is what the parameters may be off by."""
     table, x = fit.problem.table, fit.solution.x[0]
     fitted = set(fit.problem.free)

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
-from robocal.arms.conventions import CONVENTIONS, parallel_axes
 from robocal.calibrate.bands import total_of
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.follow import follows
 from robocal.calibrate.outliers import Outlier
 from robocal.geometry import fits
-from robocal.geometry.path.program import Element
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -33,7 +31,12 @@ FLAT = 0.02  # thickness of the measured points against their extent
 
 
 def data_warnings(
-    model: Chain, data: DataSet, fit: Fit, units: NDArray[np.int64], method: str = "lm", strange: Sequence[Outlier] = ()
+    model: Machine,
+    data: DataSet,
+    fit: Fit,
+    units: NDArray[np.int64],
+    method: str = "lm",
+    strange: Sequence[Outlier] = (),
 ) -> tuple[Remark, ...]:
     """What the inputs show before a fit, too few numbers, restarts, model error far above the stated noise."""
     out = [*input_remarks(model, data), *few_numbers(int(fit.problem.numbers.sum()), fit.problem.n)]
@@ -61,21 +64,10 @@ def few_numbers(numbers: int, parameters: int) -> tuple[Remark, ...]:
     return (Remark.of(Code.FEW_MEASUREMENTS, numbers=numbers, parameters=parameters),) if few else ()
 
 
-def input_remarks(model: Chain, data: DataSet | None = None) -> tuple[Remark, ...]:
+def input_remarks(model: Machine, data: DataSet | None = None) -> tuple[Remark, ...]:
     """What a model and measurements show before anything is fitted: parallel axes that the convention cannot tilt, identical
     poses, joints that stand still, points of one plane."""
-    out: list[Remark] = []
-    known = CONVENTIONS.get(model.convention)
-    parallel = parallel_axes(model) if known is not None and not known.complete else ()
-    if parallel:
-        pairs, better = tuple(f"{a} and {b}" for a, b in parallel), f"{model.convention}-hayati"
-        told = Remark.of(
-            Code.PARALLEL_AXES,
-            convention=model.convention,
-            pairs=pairs,
-            better=better if better in CONVENTIONS else None,
-        )
-        out.append(told)
+    out: list[Remark] = list(model.remarks())
     if data is None:
         return tuple(out)
     q = data.configurations.joints
@@ -83,7 +75,7 @@ def input_remarks(model: Chain, data: DataSet | None = None) -> tuple[Remark, ..
     if q is not None and len(q) > 1 and np.ptp(q, axis=0).max(initial=0.0) < 1e-9:
         out.append(Remark.of(Code.ONE_PLACE))
     elif q is not None and len(q) > 1:
-        still = [n for n, s in zip(model.joint_names, np.ptp(q, axis=0), strict=True) if s < 1e-9]
+        still = [n for n, s in zip((j.name for j in model.joints), np.ptp(q, axis=0), strict=True) if s < 1e-9]
         if still:
             out.append(Remark.of(Code.JOINTS_STILL, joints=tuple(still)))
     for obs in data.observations:
@@ -113,7 +105,7 @@ def _outliers(strange: Sequence[Outlier], fit: Fit) -> list[Remark]:
     return out
 
 
-def implausible(model: Chain, fit: Fit) -> list[Remark]:
+def implausible(model: Machine, fit: Fit) -> list[Remark]:
     """Changes that no arm's making leaves: the nominal model, the order or the signs of the joints are likelier wrong."""
     names = [n for n in fit.problem.free if n in model.geometric]
     table = fit.problem.table
@@ -129,15 +121,11 @@ def implausible(model: Chain, fit: Fit) -> list[Remark]:
     return [Remark.of(Code.IMPLAUSIBLE, changes=worst)]
 
 
-def unmade(model: Chain, fit: Fit) -> list[Remark]:
+def unmade(model: Machine, fit: Fit) -> list[Remark]:
     """Lengths and angles between axes that changed, beyond doubt, as no arm's making leaves them: what was written and what
     the data say. A joint's zero may be anywhere; and where parallel axes are written without Hayati's beta, a small tilt
     moves lengths along them by metres."""
-    rule = CONVENTIONS.get(model.convention)
-    exempt = {name for e in model.elements for name in _zeros(e, model.joint_names)}
-    if rule is not None and not rule.complete:
-        loose = {joint for pair in parallel_axes(model) for joint in pair}
-        exempt |= {n for n in model.geometric if n.rpartition(".")[0] in loose}
+    exempt = model.anywhere
     x, table = fit.solution.x, fit.problem.table
     names = [n for n in fit.problem.free if n in model.geometric and n not in exempt]
     off = total_of(fit)  # with what hidden partners may be off by: a column that stands for several may move far
@@ -152,12 +140,6 @@ def unmade(model: Chain, fit: Fit) -> list[Remark]:
             found.append((change / model.table[n].scale, words))
     worst = tuple(words for _, words in sorted(found, reverse=True)[:3])
     return [Remark.of(Code.UNMADE, changes=worst)] if worst else []
-
-
-def _zeros(element: Element, joints: Sequence[str]) -> list[str]:
-    """The parameters of an element that a joint drives: where the joint's zero is."""
-    driven = any(t.column in joints for t in element.terms)
-    return [t.parameter for t in element.terms if driven and t.column == "1"]
 
 
 def _drift(data: DataSet, fit: Fit) -> list[Remark]:

@@ -17,9 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal.arms.chain import Chain
 from robocal.estimate.uncertainty import Total
 from robocal.geometry import so3
+from robocal.measure.machine import Machine
+from robocal.measure.reach import limits_of, reach
 
 __all__ = ["Predicted", "Region", "base_motion", "between", "motion_field", "predict", "sample_joints"]
 
@@ -53,10 +54,10 @@ class Predicted:
         return self.covariance[:, 3:, 3:]
 
 
-def sample_joints(chain: Chain, measured: Array | None, count: int, seed: int = 0) -> tuple[Array, str]:
+def sample_joints(chain: Machine, measured: Array | None, count: int, seed: int = 0) -> tuple[Array, str]:
     """Joint values (count, n) drawn within the joint limits, the measured range (n, 2) where a limit is infinite; and
     the name of that region."""
-    low, high = chain.limits.T
+    low, high = limits_of(chain).T
     fallback = np.tile([-TURN, TURN], (len(low), 1)) if measured is None else measured
     finite = np.isfinite(low) & np.isfinite(high)
     low, high = np.where(np.isfinite(low), low, fallback[:, 0]), np.where(np.isfinite(high), high, fallback[:, 1])
@@ -83,20 +84,19 @@ def base_motion(jacobian: Array, points: Array) -> Array:
     return np.asarray(np.linalg.lstsq(field, jacobian[:, :3].reshape(len(field), -1), rcond=None)[0])
 
 
-def parameters_of(chain: Chain, total: Total) -> tuple[str, ...]:
+def parameters_of(chain: Machine, total: Total) -> tuple[str, ...]:
     """The names of `total` that belong to the arm."""
     return tuple(n for n in total.names if n in chain.table)
 
 
 def predict(
-    chain: Chain, joints: Array, total: Total, conditions: Mapping[str, ArrayLike], motion: Array | None = None
+    chain: Machine, joints: Array, total: Total, conditions: Mapping[str, ArrayLike], motion: Array | None = None
 ) -> Predicted:
     """The tool's pose at joint values (m, n) with its covariance; `conditions` are the other columns that the model
     needs, `motion` (6, k) comes from `base_motion` for the arm's names of `total`."""
     names = parameters_of(chain, total)
     at = [total.names.index(n) for n in names]
-    pose = chain.pose(joints, conditions)
-    jac = chain.parameter_jacobian(joints, names, conditions)
+    pose, jac = reach(chain, joints, names, conditions)
     if motion is not None:
         jac = jac - motion_field(pose[:, :3, 3]) @ motion
     hidden = total.response[at] * total.expected

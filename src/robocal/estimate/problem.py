@@ -35,7 +35,11 @@ CHUNK = 1 << 16
 
 @dataclass(frozen=True)
 class Problem:
-    """Terms over a parameter table, with the columns that are free; immutable, `with_...` gives another problem."""
+    """Terms over a parameter table, with the columns that are free; immutable, `with_...` gives another problem.
+
+    Local blocks are points (3 numbers in x) or frame vectors (6); `local_axes` are the components that a step of
+    `block_size` numbers moves (None: the first so many), the others stay where they start.
+    """
 
     table: Table
     terms: tuple[Term, ...]
@@ -48,6 +52,7 @@ class Problem:
     tuning: float | None = None
     priors: bool = True
     local_start: Array = field(default_factory=lambda: np.zeros(0))
+    local_axes: tuple[int, ...] | None = None
 
     def __post_init__(self) -> None:
         if self.loss not in LOSSES:
@@ -164,15 +169,15 @@ class Problem:
         if len(at):
             turn_vectors(out, at, np.ascontiguousarray(step), columns)
         if self.blocks and step_local is not None:
-            p, size = len(self.table), self.block_size
-            local = out[:, p:].reshape(len(x), self.blocks, size)
-            local[:, :, :3] += step_local[:, :, :3]
-            if size == 6:
-                flat = np.ascontiguousarray(out[:, p:]).reshape(-1, size)
-                turn_vectors(flat, _THREE, np.ascontiguousarray(step_local.reshape(-1, size)), _COLUMNS)
-                out[:, p:] = flat.reshape(len(x), -1)
-            else:
-                out[:, p:] = local.reshape(len(x), -1)
+            p = len(self.table)
+            flat = np.ascontiguousarray(out[:, p:]).reshape(len(x) * self.blocks, -1)
+            moved = np.zeros_like(flat)
+            axes = range(self.block_size) if self.local_axes is None else self.local_axes
+            moved[:, list(axes)] = step_local.reshape(len(flat), self.block_size)
+            flat[:, :3] += moved[:, :3]
+            if flat.shape[1] == 6:
+                turn_vectors(flat, _THREE, moved, _COLUMNS)
+            out[:, p:] = flat.reshape(len(x), -1)
         return out
 
     def difference(self, x: Array) -> Array:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-from robocal.arms.chain import Chain, Joint
+from robocal.arms.chain import Chain
 from robocal.errors import FormatError, nearest
 from robocal.files.csvtable import csv_text, read_csv
 from robocal.files.rows import quoted
@@ -20,6 +20,7 @@ from robocal.files.units import Unit, number, parse_unit
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.urdftree import parse_tree
 from robocal.files.yamlio import parse
+from robocal.geometry.path.joints import Joint
 from robocal.remarks.remark import Remark
 
 __all__ = ["OFFSETS", "Offset", "OffsetFile", "read_offsets"]

@@ -19,7 +19,7 @@ from pydantic import Field, FiniteFloat
 
 import robocal
 from robocal.arms.chain import Chain
-from robocal.arms.conventions import CONVENTIONS, chain, default_free, rows
+from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.frames import frame_changes, frame_vector
 from robocal.files.groups import group_changes, group_lines, read_groups
@@ -175,7 +175,7 @@ def _calibrate(arm: Chain, model: RobotModel, units: Units, document: Document) 
     table = arm.table
     at = ("calibrate", "free")
     if wanted.free is None:
-        free = {n for n in default_free(arm) if not n.startswith(("tool.", "base."))}
+        free = {n for n in arm.usual if not n.startswith(("tool.", "base."))}
     else:
         free = {n for i, word in enumerate(wanted.free) for n in _match(table, word, (*at, i), document)}
     for owner, frame, default in (("base", model.base, False), ("tool", model.tool, True)):
@@ -328,7 +328,7 @@ def describe(arm: Chain, units: Units | None = None, *, comment: str = "", calib
             free = ", free: false" if owner == "base" else ", free: true" if owner == "tool" else ""
             lines.append(f"{owner}: {{xyz: {shown[0]}, rotation_vector: {shown[1]}{free}}}")
     if calibrate:
-        symbols = list(dict.fromkeys(n.rpartition(".")[2] for n in default_free(arm) if not n.startswith("tool.")))
+        symbols = list(dict.fromkeys(n.rpartition(".")[2] for n in arm.usual if not n.startswith("tool.")))
         if symbols:
             example = quoted(f"{arm.joint_names[-1]}.{symbols[0]}")
             hint = f"# symbols, joints or single names such as {example}"

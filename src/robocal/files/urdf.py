@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robocal.arms.chain import Chain
-from robocal.arms.conventions import chain, default_free, rows
+from robocal.arms.conventions import chain, rows
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.rows import same
 from robocal.files.text import Source
@@ -94,7 +94,7 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
         facts = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
         raise FormatError(error.message, file=source.path, key=error.key, **facts) from None  # type: ignore[arg-type]
     still = {j.owner for j in path if j.type == "fixed"}
-    free = [n for n in default_free(arm) if n.rpartition(".")[0] not in still]
+    free = [n for n in arm.usual if n.rpartition(".")[0] not in still]
     return UrdfArm(replace(arm, table=arm.table.with_free(free)), base or start, tip, notes)
 
 

@@ -61,7 +61,7 @@ def methods_of(words: str | None, chosen: str) -> tuple[str, ...]:
 
 
 def compared(
-    chain: Chain, data: DataSet, methods: Sequence[str], options: Options, known: tuple[Identification, float], watch: Watch | None
+    chain: Chain, data: DataSet, methods: Sequence[str], options: Options, known: tuple[Identification[Chain], float], watch: Watch | None
 ) -> files.Comparison:  # fmt: skip
     """The methods side by side, in mm or deg; `known` is the identification that was done, with its seconds."""
     found = solver.compare(chain, data, methods, options, known=known, watch=watch)

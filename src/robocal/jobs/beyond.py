@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from robocal.arms.chain import Chain
 from robocal.arms.groups import rule_of
 from robocal.calibrate.beyond.groups import Tried, choose_groups
 from robocal.calibrate.beyond.layered import Guarded, try_layer
@@ -48,7 +49,7 @@ def select_groups(
     return replace(robot, chain=choice.model), choice.tried
 
 
-def guard_layer(found: Identification, data: DataSet, watch: Watch | None = None) -> Guarded:
+def guard_layer(found: Identification[Chain], data: DataSet, watch: Watch | None = None) -> Guarded:
     """Asks whether a residual layer helps on top of an identification to these data."""
     noisy = apply_noise(data, {(g.name, g.unit): g.tau for g in found.groups if g.tau > 0})
     made = build(found.nominal, noisy, free=found.correlation_names)

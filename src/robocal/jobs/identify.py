@@ -9,7 +9,9 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from robocal.arms.chain import Chain
 from robocal.calibrate.estimators import estimator
+from robocal.calibrate.identification import Identification
 from robocal.calibrate.identify import identify as solve
 from robocal.calibrate.options import Options
 from robocal.errors import FileError, ModelError, nearest
@@ -154,7 +156,7 @@ def identify_inputs(
     options, every = replace(choices.options, region=region), (*inputs.files, *read)
     with computable(*(i.file for i in every)):
         robot, tried = select_groups(robot, data, choices.groups, options, watch)
-        found = solve(robot.chain, data, options, watch)
+        found: Identification[Chain] = solve(robot.chain, data, options, watch)
         seconds = time.perf_counter() - clock
         methods = methods_of(choices.compare, choices.method)
         known = (found, seconds)

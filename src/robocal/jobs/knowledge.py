@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 from robocal.apply.accuracy import accuracy_map
+from robocal.arms.chain import Chain
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Identification
 from robocal.errors import ModelError
@@ -17,7 +18,7 @@ from robocal.files.runfolder import ACCURACY
 __all__ = ["knowledge", "knowledge_files", "map_columns"]
 
 
-def knowledge(found: Identification) -> Knowledge:
+def knowledge(found: Identification[Chain]) -> Knowledge:
     """What an identification knows of its parameters."""
     assert found.total is not None
     by_name = {p.name: p for p in found.parameters}
@@ -29,7 +30,7 @@ def knowledge(found: Identification) -> Knowledge:
     return Knowledge(found.total, values, nominal, found.joints, found.conditions, noise, placed, found.kept)
 
 
-def map_columns(found: Identification) -> dict[str, list[Any]]:
+def map_columns(found: Identification[Chain]) -> dict[str, list[Any]]:
     """The columns of accuracy_map.csv; none for a method that knows no errors, or where the model asks for columns that
     nobody recorded."""
     if found.total is None or found.baseline is None or estimator(found.options.method).blind:
@@ -44,7 +45,7 @@ def map_columns(found: Identification) -> dict[str, list[Any]]:
     return accuracy_columns(made)
 
 
-def knowledge_files(found: Identification, cells: dict[str, list[Any]]) -> dict[str, str]:
+def knowledge_files(found: Identification[Chain], cells: dict[str, list[Any]]) -> dict[str, str]:
     """The texts by file name; a method that knows no errors has none."""
     if found.total is None or estimator(found.options.method).blind:
         return {}

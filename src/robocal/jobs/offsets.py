@@ -6,8 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from robocal.arms.chain import Chain
-from robocal.arms.conventions import default_free
-from robocal.arms.zeros import joint_offsets, joint_zeros, with_offsets
+from robocal.arms.zeros import joint_offsets, with_offsets
 from robocal.errors import ModelError
 from robocal.files.offsetparts import OffsetsAlone
 from robocal.files.offsets import OFFSETS, Offset
@@ -84,10 +83,10 @@ def _differences(robot: Robot, reference: Chain) -> list[Offset]:
     """How far the zeros of a model lie from the nominal ones. Raises ModelError where that would say nothing."""
     chain, table = robot.chain, robot.chain.table
     found = joint_offsets(reference, {p.name: p.value for p in table.rows})
-    own = {z.parameter for z in joint_zeros(chain)}
+    own = {z.parameter for z in chain.zeros}
     shifted = any(not same(table[n].value, reference.table[n].value) for n in own)
     # Where a convention frees other parameters by itself (a URDF's rz, cpc's beta), zero errors of joints are in these.
-    if not found or not (shifted or own & {*default_free(chain)}):
+    if not found or not (shifted or own & {*chain.usual}):
         raise ModelError(
             "this convention keeps joint offsets inside its frames",
             found=chain.convention,

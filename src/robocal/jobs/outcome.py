@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal import __version__
+from robocal.arms.chain import Chain
 from robocal.calibrate import evidence
 from robocal.calibrate.beyond.layer import Layer
 from robocal.calibrate.bootstrap import Resampled
@@ -51,7 +52,7 @@ class Outcome:
 
     result: files.Result
     residuals: dict[str, list[Any]]
-    identification: Identification
+    identification: Identification[Chain]
     robot: Robot
     written: tuple[Path, ...] = ()
     left_out: tuple[str, ...] = ()
@@ -88,7 +89,7 @@ def provenance(
 
 
 def to_result(
-    found: Identification, robot: Robot, recipe: files.Provenance, warnings: Sequence[Remark] = ()
+    found: Identification[Chain], robot: Robot, recipe: files.Provenance, warnings: Sequence[Remark] = ()
 ) -> files.Result:
     """result.json of an identification."""
     said = tuple(dict.fromkeys((*warnings, *found.warnings, *band_remarks(found))))
@@ -163,7 +164,7 @@ def _size(unit: Unit) -> float:
     return 1.0 / unit.factor
 
 
-def _identifiability(found: Identification, robot: Robot) -> files.Identifiability:
+def _identifiability(found: Identification[Chain], robot: Robot) -> files.Identifiability:
     seen = found.identifiability
     units = {p.name: robot.units.of(p.unit) for p in found.parameters}
     combinations = []
@@ -211,7 +212,7 @@ def _stage(stages: Stages | None, unit: Unit) -> dict[str, Any]:
     return told
 
 
-def _residuals(found: Identification) -> files.Residuals:
+def _residuals(found: Identification[Chain]) -> files.Residuals:
     by_unit = {s.unit: s for s in found.stages}
     main = by_unit.get("m")
     angle = files.AngleResiduals(**_stage(by_unit["rad"], DEG)) if "rad" in by_unit else None
@@ -223,7 +224,7 @@ def _residuals(found: Identification) -> files.Residuals:
     return files.Residuals(**_stage(main, MM), angle=angle)
 
 
-def _fit(found: Identification) -> files.Fit:
+def _fit(found: Identification[Chain]) -> files.Fit:
     groups = []
     for g in found.groups:
         unit = {"m": MM, "rad": DEG}.get(g.unit, UNITS.get(g.unit, UNITS["1"]))
@@ -250,7 +251,7 @@ def _fit(found: Identification) -> files.Fit:
     )  # fmt: skip
 
 
-def residual_columns(found: Identification) -> dict[str, list[Any]]:
+def residual_columns(found: Identification[Chain]) -> dict[str, list[Any]]:
     """The columns of residuals.csv; None where a row has no such number."""
     rows = found.rows
     out: dict[str, list[Any]] = {name: [] for name in RESIDUAL_COLUMNS}

@@ -12,13 +12,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term
 from robocal.measure import kinds as _kinds  # noqa: F401  (fills the registry)
-from robocal.measure.builder import Builder, Machine
+from robocal.measure.builder import Builder
 from robocal.measure.data import DataSet, Frame
+from robocal.measure.machine import Machine, Rig
 from robocal.measure.rows import KINDS, Kind, Rows, kind_of, register
 from robocal.parameters import Parameter, Table
 
@@ -27,6 +27,7 @@ __all__ = [
     "Builder",
     "Kind",
     "Machine",
+    "Rig",
     "Rows",
     "kind_of",
     "problem",
@@ -48,11 +49,10 @@ def problem(
     """The least-squares problem of a machine and its data.
 
     The table holds the machine's parameters, then those of frames, targets and kinds; `free` names the columns
-    (default: those that say so). A machine without joints gets one free pose per configuration as local block;
+    (default: those that say so). Where a configuration has a pose of its own, what is free of it is a local block;
     `local_targets` names targets (markers) that are eliminated instead of sharing the dense part.
     """
     rows: dict[str, Parameter] = {p.name: p for p in machine.table.rows}
-    poses = not isinstance(machine, Chain)
     known: dict[str, tuple[Frame, bool]] = {}
     numbers: dict[str, Parameter] = {}
     for obs in data.observations:
@@ -75,24 +75,21 @@ def problem(
     terms: list[Term] = []
     for obs in data.observations:
         terms.extend(kind_of(obs).terms(builder, obs))
-    start = np.zeros(0)
-    blocks = 0
-    if poses:
-        blocks = len(data.configurations)
-        given = data.configurations.start
-        start = (np.zeros((blocks, 6)) if given is None else given).ravel()
+    start, axes = np.zeros(0), machine.freedom
+    if axes:
+        start = builder.starts
     elif local_targets:
         by_name = {f.name: f for obs in data.observations for f in obs.targets}
-        blocks = len(local_targets)
-        start = np.array([by_name[n].value for n in local_targets]).ravel()
+        start, axes = np.array([by_name[n].value for n in local_targets]), tuple(range(6))
     return Problem(
         table,
         tuple(terms),
         table.free if free is None else table.with_free(free).free,
-        blocks=blocks,
-        block_size=6 if blocks else 0,
+        blocks=len(start),
+        block_size=len(axes or ()) if len(start) else 0,
         units=len(data.configurations),
-        local_start=start,
+        local_start=start.ravel(),
+        local_axes=axes if len(start) else None,
     )
 
 

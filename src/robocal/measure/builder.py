@@ -4,29 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.errors import ModelError
+from robocal.geometry import se3
 from robocal.geometry.path.program import Element, compile_path, cosines, frame_element
-from robocal.measure.carriers import Carrier, Inverse, LocalPose, Path, Product
+from robocal.measure.carriers import Carrier, Inverse, KnownPose, LocalPose, Path, Product
 from robocal.measure.data import Configurations, Frame, Observations
+from robocal.measure.machine import Machine
 from robocal.parameters import Table
 
-__all__ = ["Builder", "Machine"]
+__all__ = ["Builder"]
 
+Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-
-class Machine(Protocol):
-    """What a problem asks of a model: its parameter table. A Chain adds elements; a machine without them has one free
-    pose per configuration."""
-
-    @property
-    def table(self) -> Table: ...
 
 
 @dataclass(frozen=True)
@@ -46,11 +39,12 @@ class Builder:
         """A path of elements at some configurations."""
         program = compile_path(elements, self.table)
         phi = np.zeros((len(configuration), 0))
-        if program.columns and isinstance(self.machine, Chain):
+        if program.columns:
             c = self.configurations
             if c.joints is None:
                 raise ModelError(
-                    "the model needs joint values that the data lack", expected=", ".join(self.machine.joint_names)
+                    "the model needs joint values that the data lack",
+                    expected=", ".join(j.name for j in self.machine.joints),
                 )
             phi = self.machine.phi(c.joints, c.columns, program)[configuration]
             if np.isnan(phi).any():
@@ -64,12 +58,23 @@ class Builder:
 
     def tool(self, configuration: Ints, before: Sequence[Element] = (), after: Sequence[Element] = ()) -> Carrier:
         """The machine's tool or platform frame, with frames before and behind it."""
-        if isinstance(self.machine, Chain):
-            return self.path((*before, *self.machine.elements, *after), configuration)
-        carrier: Carrier = LocalPose(np.ascontiguousarray(configuration), len(self.table))
-        if before:
-            carrier = Product(self.path(before, configuration), carrier)
-        return Product(carrier, self.path(after, configuration)) if after else carrier
+        first = (*before, *self.machine.elements)
+        if self.machine.freedom is None:
+            return self.path((*first, *after), configuration)
+        own: Carrier
+        if self.machine.freedom:
+            own = LocalPose(np.ascontiguousarray(configuration), len(self.table), self.machine.freedom)
+        else:
+            own = KnownPose(se3.from_vector(self.starts[configuration]))
+        if first:
+            own = Product(self.path(first, configuration), own)
+        return Product(own, self.path(after, configuration)) if after else own
+
+    @property
+    def starts(self) -> Array:
+        """Where the configurations' own poses start, frame vectors (U, 6)."""
+        given = self.configurations.start
+        return np.zeros((len(self.configurations), 6)) if given is None else given
 
     def held(self, thing: Frame | None, configuration: Ints) -> Carrier:
         """T_base_thing of a frame that the tool carries (None: the tool itself) or that stands on the base."""

@@ -18,7 +18,7 @@ from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.geometry.path.program import Program
 
-__all__ = ["Carrier", "Inverse", "LocalPose", "Path", "Product", "one_local"]
+__all__ = ["Carrier", "Inverse", "KnownPose", "LocalPose", "Path", "Product", "one_local"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -78,10 +78,12 @@ class Path:
 
 @dataclass(frozen=True)
 class LocalPose:
-    """A pose of its own for every local block: x[at + 6 i : at + 6 i + 6] is the frame vector of block i."""
+    """A pose of its own for every local block: x[at + 6 i : at + 6 i + 6] is the frame vector of block i, `axes` are the
+    components that are free."""
 
     local: Ints
     at: int
+    axes: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
     columns: Ints = field(default_factory=lambda: NONE)
     moves: bool = True
 
@@ -91,9 +93,27 @@ class LocalPose:
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
         v = x[:, self.at :].reshape(len(x), -1, 6)[:, self.local[first : first + rows]]
         t = se3.from_vector(v)
-        jl = np.zeros((*t.shape[:2], 6 if turn else 3, 6))
-        jl[..., : jl.shape[2], : jl.shape[2]] = np.eye(jl.shape[2])
-        return t, np.empty((*t.shape[:2], jl.shape[2], 0)), jl
+        high = 6 if turn else 3
+        jl = np.broadcast_to(np.eye(6)[:high, list(self.axes)], (*t.shape[:2], high, len(self.axes)))
+        return t, np.empty((*t.shape[:2], high, 0)), np.ascontiguousarray(jl)
+
+
+@dataclass(frozen=True)
+class KnownPose:
+    """Poses that are known, T (m, 4, 4): nothing about them is to be found."""
+
+    known: Array
+    columns: Ints = field(default_factory=lambda: NONE)
+    local: Ints | None = None
+    moves: bool = True
+
+    def bind(self, column_of: Ints) -> KnownPose:
+        return self
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        t = np.ascontiguousarray(np.broadcast_to(self.known[first : first + rows], (len(x), rows, 4, 4)))
+        none = np.empty((len(x), rows, 6 if turn else 3, 0))
+        return t, none, none
 
 
 @dataclass(frozen=True)

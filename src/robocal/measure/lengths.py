@@ -6,10 +6,12 @@ machine's parameters; its pulley, if any, is taken as stated.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
+from robocal.cables.geometry import SYMBOLS, lengths
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.measure.builder import Builder
@@ -48,19 +50,21 @@ class LengthRows(Rows):
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term per cable."""
     machine = builder.machine
-    if not isinstance(machine, CableRobot):
-        raise ModelError("cable lengths need a cable robot", found=type(machine).__name__)
+    cables: tuple[str, ...] = getattr(machine, "cables", ())
+    if not cables:
+        raise ModelError("cable lengths need a robot with cables", found=machine.name, expected="kind: cable")
+    pulley: Callable[[int], Pulleys | None] = getattr(machine, "pulley")  # noqa: B009
     number = obs.extra["cable"].astype(np.int64)
-    if len(number) and not 0 <= number.min() <= number.max() < len(machine.cables):
+    if len(number) and not 0 <= number.min() <= number.max() < len(cables):
         raise ModelError(
             "no such cable",
             key="cable",
             found=[int(number.min()), int(number.max())],
-            expected=f"0 to {len(machine.cables) - 1}",
+            expected=f"0 to {len(cables) - 1}",
         )
     return [
-        LengthRows(builder, obs, name, np.flatnonzero(number == i), machine.pulley(i))
-        for i, name in enumerate(machine.cables)
+        LengthRows(builder, obs, name, np.flatnonzero(number == i), pulley(i))
+        for i, name in enumerate(cables)
         if (number == i).any()
     ]
 

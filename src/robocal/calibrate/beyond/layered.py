@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.beyond.layer import Layer, learn
 from robocal.calibrate.evidence import bootstrap_gain
 from robocal.calibrate.split import make_split
@@ -22,6 +21,7 @@ from robocal.estimate.problem import Problem
 from robocal.geometry import so3
 from robocal.measure.base import Rows
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -90,7 +90,7 @@ def layered_errors(layer: Layer, rows: LayerRows, q: Array) -> Array:
     return np.asarray(np.linalg.norm(left, axis=1))
 
 
-def try_layer(model: Chain, data: DataSet, problem: Problem, x: Array, watch: Watch | None = None) -> Guarded:
+def try_layer(model: Machine, data: DataSet, problem: Problem, x: Array, watch: Watch | None = None) -> Guarded:
     """Asks whether a layer on top of an identified model (its problem over all rows, its solution) helps on unseen
     blocks; makes it of all rows when it does."""
     q = data.configurations.joints
@@ -114,7 +114,7 @@ def try_layer(model: Chain, data: DataSet, problem: Problem, x: Array, watch: Wa
         own = layer_rows(data, problem, each[k : k + 1])
         assert own is not None
         known, asked = split.fit[k][own.unit], split.held[k][own.unit]
-        made = learn(model.joint_names, turning, q[own.unit[known]], own.missed[known])
+        made = learn(tuple(j.name for j in model.joints), turning, q[own.unit[known]], own.missed[known])
         there = q[own.unit[asked]]
         left = own.missed[asked] - made.predict(there)
         before[asked] = np.linalg.norm(own.missed[asked, :3], axis=1)
@@ -122,7 +122,7 @@ def try_layer(model: Chain, data: DataSet, problem: Problem, x: Array, watch: Wa
         inside.append((np.abs(left) < 1.96 * made.deviation(there)).ravel())
     gain = bootstrap_gain(before, after, rows.unit, 0)
     good = gain[1] > 0
-    made_of_all = learn(model.joint_names, turning, q[rows.unit], rows.missed) if good else None
+    made_of_all = learn(tuple(j.name for j in model.joints), turning, q[rows.unit], rows.missed) if good else None
     words = Remark.of(Code.BLOCKS_FALL if good else Code.BLOCKS_DO_NOT_FALL)
     return Guarded(
         made_of_all, words, float(before.mean()), float(after.mean()), gain, len(rows.unit),

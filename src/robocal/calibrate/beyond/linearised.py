@@ -15,12 +15,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import errors
 from robocal.calibrate.fit import Fit
 from robocal.calibrate.split import Split
 from robocal.estimate.problem import Problem
 from robocal.measure.base import problem as build
+from robocal.measure.machine import Machine
 
 __all__ = ["Linearised", "linearised"]
 
@@ -92,7 +92,7 @@ def ridge(gram: Array, columns: Ints, noise: float) -> Array:
     return np.asarray(np.linalg.solve(inner, -gram[columns, -1]))
 
 
-def linearised(model: Chain, part: Fit, added: Sequence[str], split: Split) -> Linearised:
+def linearised(model: Machine, part: Fit, added: Sequence[str], split: Split) -> Linearised:
     """The rows of a fit to everything, with the columns that it kept and those of `model` that are added."""
     made = build(model, part.data)
     x = made.start

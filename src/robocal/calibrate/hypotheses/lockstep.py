@@ -14,9 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.hypotheses.sights import Sights
 from robocal.geometry import so3
+from robocal.geometry.path.program import compile_path
+from robocal.measure.machine import Machine
+from robocal.measure.reach import reach
 
 __all__ = ["Held", "Outcome", "fitted", "reach_of"]
 
@@ -37,7 +39,7 @@ class Held:
     zeros: Array
 
     @classmethod
-    def softly(cls, chain: Chain, zeros: float) -> Held:
+    def softly(cls, chain: Machine, zeros: float) -> Held:
         """Every number of the geometry by thrice what is expected, the joints' zeros by `zeros` rad (or dm)."""
         names = tuple(n for n in chain.geometric if not chain.table[n].turn)
         sigma = LOOSE * np.array([chain.table[n].scale for n in names])
@@ -55,14 +57,14 @@ class Outcome:
     spread: Array
 
 
-def reach_of(chain: Chain, trials: Sights) -> float:
+def reach_of(chain: Machine, trials: Sights) -> float:
     """How far the nominal tool is from the base at the farthest, in the first trial (m)."""
     q = trials.joints[0]
-    places = chain.pose(q, trials.columns)[:, :3, 3]
+    places = reach(chain, q, (), trials.columns)[0][:, :3, 3]
     return max(float(np.linalg.norm(places, axis=1).max()), 0.05)
 
 
-def fitted(chain: Chain, trials: Sights, held: Held | None = None, rounds: int = ROUNDS) -> Outcome:
+def fitted(chain: Machine, trials: Sights, held: Held | None = None, rounds: int = ROUNDS) -> Outcome:
     """Every trial after frames, things and, with `held`, the arm were fitted."""
     state = _State(chain, trials, held)
     state.start()
@@ -81,7 +83,7 @@ def fitted(chain: Chain, trials: Sights, held: Held | None = None, rounds: int =
 class _State:
     """Where the iteration of all trials stands."""
 
-    def __init__(self, chain: Chain, trials: Sights, held: Held | None) -> None:
+    def __init__(self, chain: Machine, trials: Sights, held: Held | None) -> None:
         self.chain, self.trials, self.held = chain, trials, held
         b, k, n = trials.joints.shape
         self.size = b, k
@@ -89,6 +91,7 @@ class _State:
         self.theta = np.repeat(chain.table.values[None], b, axis=0)
         self.w = np.repeat(trials.frames[None], b, axis=0)
         self.x = np.repeat(trials.things[None], b, axis=0)
+        self.program = compile_path(chain.elements, chain.table)
         self.length = 0.5 * reach_of(chain, trials)
         self.high = 6 if trials.turned.any() else 3
         self.index = np.zeros(0, dtype=np.int64)
@@ -97,8 +100,8 @@ class _State:
             self.index = np.array([chain.table.index[m] for m in held.names], dtype=np.int64)
             column = np.full(len(chain.table), -1, dtype=np.int64)
             column[self.index] = np.arange(len(self.index))
-            a, fa = chain.program.entries(column)
-            z, fz = chain.program.joint_entries(chain.joint_names)
+            a, fa = self.program.entries(column)
+            z, fz = self.program.joint_entries([j.name for j in chain.joints])
             z = z.copy()
             z[:, 2] += len(self.index)
             self.entries = np.concatenate([a, z]), np.concatenate([fa, fz])
@@ -112,10 +115,10 @@ class _State:
         b, k = self.size
         q = (self.trials.joints + self.zeros[:, None]).reshape(b * k, -1)
         extra = {name: np.tile(v, b) for name, v in self.trials.columns.items()}
-        phi = self.chain.phi(q, extra).reshape(b, k, -1)
+        phi = self.chain.phi(q, extra, self.program).reshape(b, k, -1)
         if jacobian and self.entries is not None:
-            return self.chain.program.run(self.theta, phi, self.entries, self.width)
-        return self.chain.program.run(self.theta, phi)
+            return self.program.run(self.theta, phi, self.entries, self.width)
+        return self.program.run(self.theta, phi)
 
     def start(self) -> None:
         """Of the closed forms the one that leaves least: hand-eye asks for orientations that differ, points for places."""

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.geometry import se3, so3
 from robocal.measure.bearing import directions
 from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.machine import Machine
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["Sights", "sights", "usable"]
@@ -70,7 +70,7 @@ def usable(obs: Observations) -> bool:
     return obs.kind == "pose" and mounts == {"base"}
 
 
-def sights(chain: Chain, trials: Sequence[DataSet]) -> Sights | None:
+def sights(chain: Machine, trials: Sequence[DataSet]) -> Sights | None:
     """The trials in this form, whose observations are alike but for joint values, readings and targets; None where none
     is of this form."""
     first = [i for i, o in enumerate(trials[0].observations) if usable(o)]
@@ -78,7 +78,8 @@ def sights(chain: Chain, trials: Sequence[DataSet]) -> Sights | None:
         return None
     frames: dict[str, tuple[Array, Array]] = {}
     things: dict[str, tuple[Array, Array]] = {}
-    tool = tuple(chain.table[f"tool.{s}"].free for s in FRAME_SYMBOLS)
+    free = set(chain.table.free)
+    tool = tuple(f"tool.{s}" in free for s in FRAME_SYMBOLS)
     for data in trials:
         for i in first:
             obs = data.observations[i]

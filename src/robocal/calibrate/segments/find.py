@@ -22,11 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import Verdict
 from robocal.calibrate.segments.model import LEAST, Found, Model, spread
 from robocal.calibrate.segments.rows import Run, runs
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Number, Quantity, Remark
 
@@ -69,7 +69,7 @@ class Segment:
 
 
 def find_segments(
-    model: Chain, data: DataSet, start: Mapping[str, float], weights: Array | None = None
+    model: Machine, data: DataSet, start: Mapping[str, float], weights: Array | None = None
 ) -> tuple[Segment, ...]:
     """The segments of every file, the strongest first; `start` holds the parameters of a fit, `weights` (1, U) which
     configurations count."""

@@ -15,13 +15,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.noise import apply_noise, assess
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.machine import Machine
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["Candidate", "Run", "runs"]
@@ -66,7 +66,7 @@ class Run:
 
 
 def runs(
-    model: Chain, data: DataSet, start: Mapping[str, float], weights: Array | None = None
+    model: Machine, data: DataSet, start: Mapping[str, float], weights: Array | None = None
 ) -> tuple[list[Run], Array]:
     """Every file as a run, at a robust fit of everything free from `start`, and the information (n,) that holds it."""
     asked = DataSet(data.configurations, tuple(_seen(o, i) for i, o in enumerate(data.observations)))

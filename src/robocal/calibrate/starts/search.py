@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
-
 # They fill the registry.
 from robocal.calibrate.starts import cameras as _cameras  # noqa: F401
 from robocal.calibrate.starts import frames as _frames  # noqa: F401
@@ -16,6 +14,8 @@ from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.machine import Machine
+from robocal.measure.reach import nominal_poses
 
 __all__ = ["closed_form", "combined", "frames_of", "refine"]
 
@@ -25,13 +25,13 @@ FEWEST = 3
 MOST = 32  # combinations that are worth a refinement
 
 
-def closed_form(model: Chain, data: DataSet, obs: Observations, units: Ints) -> list[dict[str, float]]:
+def closed_form(model: Machine, data: DataSet, obs: Observations, units: Ints) -> list[dict[str, float]]:
     """Starting values by name for what one instrument needs: its frame or place, its target, its own numbers; empty
     where nothing is free or nothing is known."""
-    joints = data.configurations.joints
-    if obs.kind not in STARTS or joints is None:
+    machine = nominal_poses(model, data.configurations) if obs.kind in STARTS else None
+    if machine is None:
         return []
-    usable = np.isin(np.arange(len(joints)), units) & np.isfinite(joints).all(axis=1)
+    usable = np.isin(np.arange(len(machine)), units) & np.isfinite(machine[:, 0, 0])
     chosen = usable[obs.configuration] if obs.second is None else usable[obs.configuration] & usable[obs.second]
     index = np.flatnonzero(chosen if obs.used is None else chosen & obs.used)
     target = None
@@ -42,13 +42,12 @@ def closed_form(model: Chain, data: DataSet, obs: Observations, units: Ints) -> 
         index = index if obs.target is None else index[obs.target[index] == first]
     if len(index) < FEWEST:
         return []
-    machine = model.pose(joints, data.configurations.columns)
     value = obs.value[index] if obs.value.ndim == 2 else obs.value[0, index]
     other = None if obs.second is None else machine[obs.second[index]]
     return STARTS[obs.kind](Seen(model, obs, index, value, target, machine[obs.configuration[index]], other))
 
 
-def combined(model: Chain, data: DataSet, units: Ints, problem: Problem) -> list[dict[str, float]]:
+def combined(model: Machine, data: DataSet, units: Ints, problem: Problem) -> list[dict[str, float]]:
     """Every combination of the instruments' starts; where there are many, those that fit best as they are. `problem`
     has the columns free that may be set."""
     out: list[dict[str, float]] = [{}]

@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.geometry import se3
 from robocal.measure.data import Frame, Observations
+from robocal.measure.machine import Machine
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["STARTS", "Seen", "Start", "named", "outside", "start"]
@@ -28,7 +28,7 @@ class Seen:
     configurations, `other` at the second ones, where the kind compares two.
     """
 
-    model: Chain
+    model: Machine
     obs: Observations
     index: Ints
     value: Array
@@ -57,7 +57,8 @@ class Seen:
         """Whether the place of the target on the tool is to be found."""
         if self.target is not None:
             return self.target.mount == "tool" and any(self.target.free)
-        return any(self.model.table[f"tool.{s}"].free for s in FRAME_SYMBOLS)
+        names = [f"tool.{s}" for s in FRAME_SYMBOLS]
+        return any(n in self.model.table and self.model.table[n].free for n in names)
 
     def moved(self, shift: Array) -> dict[str, float]:
         """The target (or the tool) with a shift (4, 4) behind it."""

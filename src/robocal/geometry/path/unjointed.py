@@ -1,0 +1,48 @@
+"""What machines without joints have in common: nothing is driven, so there is no path and nothing to say of one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.geometry.path.joints import Joint, Zero
+from robocal.geometry.path.program import Element, Program
+from robocal.remarks.remark import Remark
+
+__all__ = ["Unjointed"]
+
+
+class Unjointed:
+    """A machine whose configurations have poses of their own: no elements, no joints, no columns."""
+
+    @property
+    def elements(self) -> tuple[Element, ...]:
+        """From the base to what moves: nothing."""
+        return ()
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """What drives the elements: nothing."""
+        return ()
+
+    @property
+    def anywhere(self) -> frozenset[str]:
+        """Geometric parameters that may be anything: none."""
+        return frozenset()
+
+    @property
+    def open_zeros(self) -> tuple[Zero, ...]:
+        """The zeros of joints: none."""
+        return ()
+
+    def phi(
+        self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None, program: Program | None = None, /
+    ) -> NDArray[np.float64]:
+        """The columns that a program reads: none."""
+        return np.empty((len(np.atleast_2d(np.asarray(joints))), 0))
+
+    def remarks(self) -> tuple[Remark, ...]:
+        """What the geometry shows before anything is measured: nothing."""
+        return ()

@@ -1,0 +1,55 @@
+"""Where a machine's frame is at joint values or poses that nobody has to have measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.measure.builder import Builder
+from robocal.measure.data import Configurations
+from robocal.measure.machine import Machine
+
+__all__ = ["limits_of", "nominal_poses", "reach"]
+
+Array = NDArray[np.float64]
+
+
+def reach(
+    machine: Machine, joints: Array, names: Sequence[str] = (), columns: Mapping[str, ArrayLike] | None = None
+) -> tuple[Array, Array]:
+    """T_base_tool (m, 4, 4) at joint values (m, n), and how named parameters move it, J (m, 6, k): (v, w) in base axes.
+    `columns` are whatever else the model reads, numbers or (m,)."""
+    m = len(joints)
+    some = {k: np.broadcast_to(np.asarray(v, float), (m,)) for k, v in (columns or {}).items()}
+    where = Configurations(tuple(map(str, range(m))), np.asarray(joints, float), some)
+    column_of = np.full(len(machine.table), -1, dtype=np.int64)
+    for i, name in enumerate(names):
+        column_of[machine.table.index[name]] = i
+    carrier = Builder(machine, machine.table, where).tool(np.arange(m)).bind(column_of)
+    pose, jacobian, _ = carrier.pose(machine.table.values[None], 0, m)
+    out = np.zeros((m, 6, len(names)))
+    out[..., carrier.columns] = jacobian[0]
+    return pose[0], out
+
+
+def nominal_poses(machine: Machine, configurations: Configurations) -> Array | None:
+    """T_base_tool (U, 4, 4) where the machine is believed to stand, NaN where that is not known; None where it is of no
+    configuration."""
+    c = configurations
+    if c.joints is None and (machine.freedom is None or c.start is None):
+        return None
+    out = np.full((len(c), 4, 4), np.nan)
+    known = np.ones(len(c), dtype=bool) if c.joints is None else np.isfinite(c.joints).all(axis=1)
+    some = np.flatnonzero(known)
+    if len(some):
+        builder = Builder(machine, machine.table, c.take(some))
+        x = np.concatenate([machine.table.values, builder.starts.ravel()])[None]
+        out[some] = builder.tool(np.arange(len(some))).pose(x, 0, len(some))[0][0]
+    return out
+
+
+def limits_of(machine: Machine) -> Array:
+    """Joint limits in rad or m, (n, 2)."""
+    return np.array([(j.lower, j.upper) for j in machine.joints]).reshape(-1, 2)
