@@ -27,6 +27,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"  # sums in one order, before numpy is there
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
 REFERENCE = HERE / "parity.json.gz"
