@@ -160,6 +160,11 @@ class Chain:
                 found.append((self.joints[i].name, self.joints[i + 1].name))
         return tuple(found)
 
+    @property
+    def lengths(self) -> tuple[str, ...]:
+        """The lengths of the geometry, which share the scale of the arm."""
+        return tuple(n for n in self.geometric if self.table[n].unit == "m")
+
     # --- what an identification asks of any machine -------------------------------------------------------------------------
 
     def remarks(self) -> tuple[Remark, ...]:

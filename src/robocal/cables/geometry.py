@@ -107,6 +107,11 @@ class CableRobot(Unjointed):
         return tuple(n for n in self.table.names if not n.endswith(".l0"))
 
     @property
+    def lengths(self) -> tuple[str, ...]:
+        """None: anchors are coordinates, and their scale is that of the winches that are read."""
+        return ()
+
+    @property
     def freedom(self) -> tuple[int, ...]:
         """The platform has a pose of its own: its axes are what a fit may move of it."""
         return self.axes

@@ -10,8 +10,8 @@ Rows that see nothing but such frames (two sockets a known distance apart) take 
 What a round does not see at all must not stay where a fit to everything has put it, for held-out rows had a say in that:
 such a round begins at its own baseline, and stays there in unseen directions. Where it is a frame that is left open (a
 plane touched at two points), held-out rows that meet the frame prove nothing.
-`unseen` keeps the columns and the noise of one fit to everything; `trial` asks for them anew from the units of a round,
-which is stricter and costs a whole fit for each.
+`unseen` keeps the columns and the noise of one fit to everything; a `trial` asks for them anew from the units of a
+round, which is stricter and costs a whole fit for each.
 """
 
 from __future__ import annotations
@@ -22,19 +22,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.baseline import frame_names, known_baseline
+from robocal.calibrate.baseline import frame_names
 from robocal.calibrate.evidence import errors
-from robocal.calibrate.fit import Fit, fit, near
-from robocal.calibrate.gross import neither, set_aside
-from robocal.calibrate.options import Options
+from robocal.calibrate.fit import near
+from robocal.calibrate.poses import own_poses
 from robocal.calibrate.split import Split
 from robocal.estimate.identifiability import SEEN, analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
-from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
 
-__all__ = ["Trial", "Unseen", "leave_one_out", "merge", "trial", "unseen"]
+__all__ = [
+    "Unseen",
+    "alike",
+    "collect",
+    "empty",
+    "leave_one_out",
+    "local_names",
+    "merge",
+    "profile",
+    "proves_nothing",
+    "terms_of",
+    "unseen",
+]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -57,18 +67,6 @@ class Unseen:
     converged: bool = True  # every round
 
 
-@dataclass(frozen=True)
-class Trial:
-    """Baseline and identified model as the fitted units of one round know them, with what they miss elsewhere."""
-
-    base: Problem
-    base_x: Array
-    part: Fit
-    aside: tuple[Bools, ...]  # held-out rows of every term that neither model comes near
-    before: Unseen
-    after: Unseen
-
-
 def unseen(
     problem: Problem, x: Array, split: Split, units: Sequence[str], local: Sequence[str] = (), home: Array | None = None
 ) -> Unseen:
@@ -79,9 +77,9 @@ def unseen(
     """
     x = np.atleast_2d(x)
     ends, converged = np.repeat(x, len(split), axis=0), True
-    out, profiled = _empty(problem, x, units), np.zeros(len(split), dtype=bool)
+    out, profiled = empty(problem, x, units), np.zeros(len(split), dtype=bool)
     weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
-    for names, rounds in _alike(problem, split, local):
+    for names, rounds in alike(problem, split, local):
         shared = [n for n in problem.free if n not in names]
         for first in range(0, len(rounds), CHUNK):
             some = rounds[first : first + CHUNK]
@@ -100,12 +98,17 @@ def unseen(
                     found[again] = once_more.x
                     ended[again] = [r.converged for r in once_more.reasons]
                 converged &= bool(ended.all())
-                _proves_nothing(problem, x, part, solved.normal.a, [n for n in local if n in shared], factor)
+                proves_nothing(problem, x, part, solved.normal.a, [n for n in local if n in shared], factor)
             if names:
                 profiled[some] = True
                 for b, k in enumerate(some):
-                    found[b], factor[b] = _profile(problem, found[b : b + 1], split.held[k], names)
-            _collect(out, problem, found, factor, split, some)
+                    found[b], factor[b] = profile(problem, found[b : b + 1], split.held[k], names)
+            mine = None
+            if problem.blocks:
+                profiled[some] = True
+                found, mine, placed = own_poses(problem, found, split.held[some])
+                converged &= placed
+            collect(out, problem, found, factor, split, some, mine)
             ends[some] = found
     return Unseen(out, profiled, ends, converged)
 
@@ -126,7 +129,7 @@ def _open(problem: Problem, a: Array, known: float = OPEN) -> Bools:
     return np.zeros(len(a), dtype=bool)
 
 
-def _proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: Sequence[str], factor: Array) -> None:
+def proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: Sequence[str], factor: Array) -> None:
     """Takes the factor (rounds, terms) from terms that see a frame which their round leaves open and all rows do not."""
     if not local:
         return
@@ -136,7 +139,7 @@ def _proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: 
     rounds = np.flatnonzero(_open(frames, a[:, at[:, None], at], SEEN))
     if not len(rounds):
         return
-    sees, _ = _sees(problem, frames.free)
+    sees, _ = terms_of(problem, frames.free)
     whole = np.tril(problem.with_free(frames.free).normal(x).a[0]) * scale
     for b in rounds:
         own = np.tril(a[b][at[:, None], at]) * scale
@@ -147,13 +150,22 @@ def _proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: 
         factor[b, sees[(np.abs(missed) > 0.1).any(axis=1)].any(axis=0)] = np.nan
 
 
-def _empty(problem: Problem, x: Array, units: Sequence[str]) -> dict[str, Array]:
+def empty(problem: Problem, x: Array, units: Sequence[str]) -> dict[str, Array]:
     seen = problem.residuals(x)
     return {u: np.full(len(errors(seen, u)[0]), np.nan) for u in units}
 
 
-def _collect(out: dict[str, Array], problem: Problem, x: Array, factor: Array, split: Split, rounds: Ints) -> None:
-    """Puts what the rounds miss where it belongs; `factor` (rounds, terms)."""
+def collect(
+    out: dict[str, Array],
+    problem: Problem,
+    x: Array,
+    factor: Array,
+    split: Split,
+    rounds: Ints,
+    own: Array | None = None,
+) -> None:
+    """Puts what the rounds miss where it belongs; `factor` (rounds, terms), `own` (rounds, U)."""
+    own = np.ones((len(rounds), problem.units)) if own is None else own
     residuals = problem.residuals(x)
     turn = np.full(len(split), -1)
     turn[rounds] = np.arange(len(rounds))
@@ -167,10 +179,12 @@ def _collect(out: dict[str, Array], problem: Problem, x: Array, factor: Array, s
         mine = split.round_of[at]
         rows = np.flatnonzero((mine >= 0) & (turn[mine] >= 0))
         b = turn[mine[rows]]
-        values[rows] = np.where(able[b], np.atleast_2d(misses)[b, rows] * factor[b, term[rows]], np.nan)
+        values[rows] = np.where(
+            able[b], np.atleast_2d(misses)[b, rows] * factor[b, term[rows]] * own[b, at[rows]], np.nan
+        )
 
 
-def _sees(problem: Problem, names: Sequence[str]) -> tuple[Bools, Bools]:
+def terms_of(problem: Problem, names: Sequence[str]) -> tuple[Bools, Bools]:
     """Which terms see each parameter at all, by structure, (names, terms), and which of these see anything else but the
     things that the parameters belong to, (terms,): only such rows can place a frame for the machine."""
     every = problem.with_free(problem.table.names)
@@ -186,11 +200,11 @@ def _sees(problem: Problem, names: Sequence[str]) -> tuple[Bools, Bools]:
     return out, anchors
 
 
-def _alike(problem: Problem, split: Split, local: Sequence[str]) -> list[tuple[tuple[str, ...], Ints]]:
+def alike(problem: Problem, split: Split, local: Sequence[str]) -> list[tuple[tuple[str, ...], Ints]]:
     """The rounds, put together where the same parameters are met in held-out rows alone."""
     if not len(local) or not len(split):
         return [((), np.arange(len(split)))] if len(split) else []
-    sees, anchors = _sees(problem, local)
+    sees, anchors = terms_of(problem, local)
     rows = np.zeros((len(problem.terms), problem.units))
     for t, term in enumerate(problem.terms):
         rows[t, term.unit] = 1
@@ -203,9 +217,9 @@ def _alike(problem: Problem, split: Split, local: Sequence[str]) -> list[tuple[t
     ]
 
 
-def _profile(problem: Problem, x: Array, held: Bools, names: tuple[str, ...]) -> tuple[Array, Array]:
+def profile(problem: Problem, x: Array, held: Bools, names: tuple[str, ...]) -> tuple[Array, Array]:
     """x (P,) with these parameters fitted to held-out units, and the factor of their errors by term, (terms,)."""
-    sees, anchors = _sees(problem, names)
+    sees, anchors = terms_of(problem, names)
     touching = np.asarray(sees.any(axis=0))
     nothing = np.ones(len(problem.terms))
     weighted = problem.with_weights(held[None].astype(float))
@@ -220,59 +234,6 @@ def _profile(problem: Problem, x: Array, held: Bools, names: tuple[str, ...]) ->
     # As many numbers as parameters are always met: they say nothing.
     factor = np.sqrt(numbers / (numbers - len(kept))) if numbers > len(kept) else np.nan
     return least_squares(some.with_free(kept), x).x[0], np.where(used, factor, nothing)
-
-
-def trial(
-    model: Machine,
-    data: DataSet,
-    split: Split,
-    k: int,
-    options: Options,
-    units: Sequence[str],
-    start: Array,
-    watch: Watch | None = None,
-) -> Trial:
-    """One round done from the beginning: start, noise and selection know its fitted units only. `start` (1, P) is where
-    frames that they cannot see are looked for."""
-    fit_units, held = split.units(k)
-    one = Split(split.held[k : k + 1], split.fit[k : k + 1], split.names[k : k + 1], split.how)
-    # Gross rows are looked for among the rows that are fitted: the others are not known here.
-    clean = set_aside(model, data, fit_units, watch)
-    by = (options.loss, options.tuning)
-    part = fit(model, clean, fit_units, options, known_baseline(model, clean, fit_units, *by, watch).x, watch)
-    # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
-    known = known_baseline(model, part.data, fit_units, *by)
-    base, base_x = known.problem, known.x
-    aside = neither(model, clean, known, part, fit_units)
-    local = local_names(model, base)
-    # Rows of a frame that nobody fitted (a new placement) are near nothing yet: they are profiled, and counted.
-    new = {n for names, rounds in _alike(base, one, local) if len(rounds) for n in names}
-    known_to_fit = np.asarray(~_sees(base, sorted(new))[0].any(axis=0))
-    judged = zip(aside, base.terms, known_to_fit, strict=True)
-    aside = tuple(a & np.isin(t.unit, held) & k for a, t, k in judged)
-    base, part = base.without(aside), replace(part, problem=part.problem.without(aside))
-    x, solved = np.array(base_x), np.array(part.solution.x)
-    for names, rounds in _alike(base, one, local):
-        if not len(rounds) or not names:
-            continue
-        at = [base.table.index[n] for n in names]
-        x[:, at] = solved[:, at] = start[:, at]
-        x[0], before = _profile(base, x, one.held[0], names)
-        solved[0], after = _profile(part.problem, solved, one.held[0], names)
-        profiled = np.ones(1, dtype=bool)
-        break
-    else:
-        before = after = np.ones(len(base.terms))
-        profiled = np.zeros(1, dtype=bool)
-    part = replace(part, solution=replace(part.solution, x=solved))
-    found, told = [], np.ones((1, len(base.terms)))
-    frames = base.with_free([n for n in local if not (profiled.any() and n in names)])
-    _proves_nothing(base.with_weights(None), base_x, frames, frames.normal(base_x).a, frames.free, told)
-    for made, there, factor in ((base, x, before), (part.problem, solved, after)):
-        values = _empty(made, there, units)
-        _collect(values, made, there, factor * told, one, np.zeros(1, dtype=np.int64))
-        found.append(Unseen(values, profiled, converged=known.converged))
-    return Trial(base, x, part, aside, *found)
 
 
 def local_names(model: Machine, problem: Problem) -> tuple[str, ...]:

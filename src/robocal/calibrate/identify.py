@@ -52,9 +52,7 @@ M = TypeVar("M", bound=Machine)
 Watch = Callable[[dict[str, object]], None]
 
 
-def identify(
-    model: M, data: DataSet, options: Options | None = None, watch: Watch | None = None
-) -> Identification[M]:
+def identify(model: M, data: DataSet, options: Options | None = None, watch: Watch | None = None) -> Identification[M]:
     """Identifies a model from data; see the module for the steps. Raises ModelError when nothing is free, nothing was
     measured, or a measurement is no number."""
     options = options or Options()

@@ -261,6 +261,8 @@ def _second_thoughts(model: Machine, base: Problem, part: Fit, proof: Proof, fou
     problem = part.problem
     if not set(problem.free) - set(frame_names(model, base)):
         return Verdict("not_improved", (Remark.of(Code.NOTHING_OF_ROBOT), *found.reasons))
+    if not set(part.identifiability.identified) & set(model.table.names):
+        return Verdict("not_improved", (Remark.of(Code.NOTHING_IDENTIFIED), *found.reasons))
     rows = problem.numbers
     left, sought = int((proof.split.fit @ rows).min()), problem.n - int((problem.prior[1] > 0).sum())
     # What is left would be met exactly, and the left-out configuration by what was known of it before.

@@ -12,11 +12,12 @@ from robocal.calibrate.baseline import Baseline, frame_names
 from robocal.calibrate.estimators import batched, estimator
 from robocal.calibrate.evidence import by_unit
 from robocal.calibrate.fit import Fit
-from robocal.calibrate.folds import local_names, merge, trial, unseen
+from robocal.calibrate.folds import local_names, merge, unseen
 from robocal.calibrate.gross import neither
 from robocal.calibrate.judge import Proof, best, units_of
 from robocal.calibrate.options import Options
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
+from robocal.calibrate.trial import trial
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine

@@ -35,9 +35,6 @@ __all__ = ["parameter_results", "prediction_band", "row_table"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-# A parameter is claimed when the data, with everything else unknown too, narrow it to half of what was expected: share
-# 1 - 1/4.
-CLAIM = 0.75
 # From here on the hidden partners, not the data, decide how well a parameter is known, and it is said.
 WIDER = 1.5
 NAMED = 6  # partners that are named
@@ -71,7 +68,7 @@ def parameter_results(
         notes: tuple[Remark, ...] = ()
         fitted = row.name in free
         if fitted:
-            status = "identified" if share[row.name] >= CLAIM else "prior"
+            status = "identified" if row.name in seen.identified else "prior"
             partners = tuple(hidden.get(row.name, [])[:NAMED])
             if status == "prior" and not partners:
                 notes = (Remark.of(Code.LITTLE_SAID),)

@@ -76,7 +76,7 @@ def scale_of(model: Machine, fit: Fit, off: Total) -> Scale | None:
     """The common scale of the fitted lengths; None where none was fitted. `off` is what the parameters may be off by."""
     table, x = fit.problem.table, fit.solution.x[0]
     fitted = set(fit.problem.free)
-    long = [n for n in off.names if n in model.geometric and model.table[n].unit == "m"]
+    long = [n for n in off.names if n in model.lengths]
     kept = [off.names.index(n) for n in long if n in fitted]
     if not kept:
         return None

@@ -78,8 +78,9 @@ def input_remarks(model: Machine, data: DataSet | None = None) -> tuple[Remark, 
         still = [n for n, s in zip((j.name for j in model.joints), np.ptp(q, axis=0), strict=True) if s < 1e-9]
         if still:
             out.append(Remark.of(Code.JOINTS_STILL, joints=tuple(still)))
+    spatial = model.freedom is None or {0, 1, 2} <= set(model.freedom)
     for obs in data.observations:
-        if obs.kind in ("position", "pose") and len(obs) > 3 and obs.value.ndim == 2:
+        if spatial and obs.kind in ("position", "pose") and len(obs) > 3 and obs.value.ndim == 2:
             points = obs.value[:, :3]
             extent = float(np.linalg.norm(np.ptp(points, axis=0)))
             off = float(np.abs(fits.plane(points)[2]).max())

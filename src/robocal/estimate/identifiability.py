@@ -30,6 +30,7 @@ __all__ = [
     "Identifiability",
     "analyse",
     "block_columns",
+    "block_ranks",
     "eliminate",
     "observability",
     "triangle",
@@ -45,6 +46,8 @@ SEEN = 1.0
 STRUCTURAL = 1e-9
 ROUNDING = 1e-12
 NAMED = 6  # partners that are named
+# Of what is known of a parameter, from data: 1 - 1/4, so its sigma is half of what was expected.
+CLAIM = 0.75
 # What a column contributes to the imitation of another, relative to the largest contribution: below, it is no partner.
 PARTNER = 0.05
 
@@ -88,6 +91,11 @@ class Identifiability:
     share: Array
     posterior: Array
 
+    @property
+    def identified(self) -> tuple[str, ...]:
+        """The parameters that the data, with everything else unknown too, narrow to half of what was expected."""
+        return tuple(n for n, s in zip(self.names, self.share, strict=True) if s >= CLAIM)
+
 
 def eliminate(lin: Linear, size: int) -> Array:
     """J (N', n) with local blocks projected out: rows of Q2^T J, where Q2 spans what the blocks' columns leave free."""
@@ -98,6 +106,15 @@ def block_columns(lin: Linear, size: int) -> int:
     """How many columns of local blocks the rows determine: the sum of the blocks' own ranks, what they cost in degrees
     of freedom."""
     return _without_blocks(lin, size)[1]
+
+
+def block_ranks(lin: Linear, size: int, blocks: int) -> Ints:
+    """How many of its own columns the rows of each local block determine, (blocks,)."""
+    out = np.zeros(blocks, dtype=np.int64)
+    for block in np.unique(lin.local[lin.local >= 0]):
+        s = np.linalg.svd(lin.jl[lin.local == block], compute_uv=False)
+        out[block] = int((s > STRUCTURAL * s.max(initial=0.0)).sum()) if size else 0
+    return out
 
 
 def _without_blocks(lin: Linear, size: int) -> tuple[Array, int]:

@@ -61,7 +61,11 @@ class Machine(Protocol):
 
     @property
     def geometric(self) -> tuple[str, ...]:
-        """The parameters that its making leaves: lengths among them share the scale of the machine."""
+        """The parameters that its making leaves."""
+
+    @property
+    def lengths(self) -> tuple[str, ...]:
+        """Those that are lengths of the machine and share its scale; a coordinate is none."""
 
     @property
     def anywhere(self) -> frozenset[str]:
@@ -84,6 +88,7 @@ class Rig(Unjointed):
     table: Table = field(default_factory=Table)
     freedom: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
     geometric: tuple[str, ...] = ()
+    lengths: tuple[str, ...] = ()
 
     def with_values(self, values: Mapping[str, float]) -> Self:
         """The same rig with other values."""

@@ -26,6 +26,7 @@ class Code(StrEnum):
     NO_BETTER_THAN_MEAN = "no-better-than-mean"
     UNEXPLAINED = "unexplained"
     NOTHING_OF_ROBOT = "nothing-of-robot"
+    NOTHING_IDENTIFIED = "nothing-identified"
     FEW_NUMBERS = "few-numbers"
     BENT = "bent"
     UNMADE = "unmade"

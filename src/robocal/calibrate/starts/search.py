@@ -73,7 +73,7 @@ def _placed(problem: Problem, starts: list[dict[str, float]]) -> Array:
 def refine(problem: Problem, frames: tuple[str, ...], starts: list[dict[str, float]]) -> tuple[Array, bool]:
     """The best x (1, P) after fitting frames and targets from every start at once, and whether that fit converged; the
     table's own values are one more start."""
-    if not frames:
+    if not frames and not problem.blocks:
         return problem.start, True
     free = problem.with_free(frames)
     solution = least_squares(free, _placed(free, [{}, *starts]))

@@ -80,6 +80,11 @@ TABLE: dict[Code, Words] = {
         "nothing of the robot itself is seen in these data",
         "Measure more or better, or free other parameters; only frames, targets and tool were fitted.",
     ),
+    Code.NOTHING_IDENTIFIED: Words(
+        "no parameter of the robot is identified: what was fitted is known in combinations alone",
+        "Measurements like these are explained better, but where the robot goes is not known any better. Measure its poses with an "
+        "instrument of their own, or free fewer parameters.",
+    ),
     Code.FEW_NUMBERS: Words(
         "too few measurements: without one {noun} {left} numbers are left for {sought} parameters",
         "Measure more configurations: at least three times as many numbers as free parameters, and some more to hold out. Or free "

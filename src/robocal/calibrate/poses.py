@@ -1,0 +1,34 @@
+"""Poses that belong to configurations nobody fitted: each is fitted to its own rows, with everything shared frozen.
+
+What is left of N numbers that had to give a pose of p is too small by sqrt((N - p) / N); errors are enlarged by the
+inverse. As many numbers as the pose has are always met: they say nothing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.estimate.identifiability import block_ranks
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import Problem
+
+__all__ = ["own_poses"]
+
+Array = NDArray[np.float64]
+
+
+def own_poses(problem: Problem, x: Array, units: NDArray[np.bool_]) -> tuple[Array, Array, bool]:
+    """x (B, P) with the poses of some configurations (B, U) fitted to their own rows, the factor of what these rows leave,
+    (B, U), and whether every fit converged. Other poses stay."""
+    alone = problem.with_free(()).with_weights(units.astype(float))
+    solved = least_squares(alone, x)
+    p, width = len(problem.table), len(problem.local_start) // problem.blocks
+    out = np.array(x)
+    mine = np.repeat(units, width, axis=1)
+    out[:, p:] = np.where(mine, solved.x[:, p:], x[:, p:])
+    numbers = problem.numbers.astype(float)
+    rank = block_ranks(alone.with_weights(None).linearize(x[:1]), problem.block_size, problem.blocks)
+    known = numbers > rank
+    factor = np.where(known, np.sqrt(numbers / np.where(known, numbers - rank, 1.0)), np.nan)
+    return out, np.where(units, factor, 1.0), all(r.converged for r in solved.reasons)
