@@ -38,6 +38,7 @@ from robocal.calibrate.scale import scale_of, scaled
 from robocal.calibrate.scatter import kept_rows
 from robocal.calibrate.segments.find import find_segments, refused_by
 from robocal.calibrate.split import SHARE, make_split, places
+from robocal.calibrate.starts.own import placed
 from robocal.calibrate.warn import data_warnings
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import uncertainty
@@ -62,6 +63,7 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
     if not data.observations or not len(data.configurations):
         raise ModelError("the data set holds no measurement")
     _numbers(data)
+    data = placed(model, data)
     count = len(np.unique(places(data.configurations)))
     if options.hold_out is None:
         options = replace(options, hold_out=SHARE if count >= FEW and options.folds is None else 0.0)

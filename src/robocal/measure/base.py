@@ -63,7 +63,9 @@ def problem(
             if frame.name not in local_targets:
                 rows.update({p.name: p for p in frame.parameters if p.name not in rows})
         for p in kind.parameters(obs):
-            if numbers.setdefault(p.name, p) != p or p.name in machine.table:
+            own = rows.get(p.name, p) if p.name in machine.table else p
+            # A number that the machine has is the machine's: a camera that is itself to be identified.
+            if numbers.setdefault(p.name, p) != p or (own.value, own.unit) != (p.value, p.unit):
                 raise ModelError(
                     "two different numbers have one name", key=p.name, expected="two names, or equal values"
                 )

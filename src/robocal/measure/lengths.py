@@ -7,18 +7,21 @@ machine's parameters; its pulley, if any, is taken as stated.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.geometry import SYMBOLS, lengths
+from robocal.cables.forward import forward
+from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
+from robocal.measure.machine import Machine
 from robocal.measure.rows import Kind, Rows, register
 
-__all__ = ["LENGTHS"]
+__all__ = ["LENGTHS", "located"]
 
 Array = NDArray[np.float64]
 UNSTATED = (1e-3,)
@@ -67,6 +70,21 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
         for i, name in enumerate(cables)
         if (number == i).any()
     ]
+
+
+def located(machine: Machine, obs: Observations, wanted: NDArray[np.bool_]) -> Array:
+    """T_base_platform (U, 4, 4) of the wanted configurations (U,) by forward kinematics, NaN where a length is missing or
+    the lengths do not tell."""
+    out = np.full((len(wanted), 4, 4), np.nan)
+    robot = cast(CableRobot, machine)
+    table = np.full((len(wanted), len(robot.cables)), np.nan)
+    table[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.value[:, 0]
+    some = np.flatnonzero(wanted & np.isfinite(table).all(axis=1))
+    if len(some) and len(robot.cables) >= len(robot.axes):
+        found = forward(robot, table[some])
+        good = found.converged & np.isfinite(found.pose).all(axis=(1, 2))
+        out[some[good]] = found.pose[good]
+    return out
 
 
 LENGTHS = register(Kind("lengths", 1, terms, parts=((0, 1, "m"),), metric=True))

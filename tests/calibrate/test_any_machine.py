@@ -1,0 +1,73 @@
+"""The truth law through the same functions for machines that have nothing in common: perturb, synthesise, identify, compare
+on configurations that were not used."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from calibrate import machines as made
+
+from robocal.calibrate.identify import identify
+from robocal.calibrate.options import Options
+from robocal.measure.base import synthesise
+
+MACHINES = {
+    "arm": lambda rng: made.arm(rng, 60),
+    "eight cables": lambda rng: made.cables("3R3T", rng, 60),
+    "two translations": lambda rng: made.cables("2T", rng, 60),
+    "one turn, two translations": lambda rng: made.cables("1R2T", rng, 60),
+    "turntable": lambda rng: made.turntable(rng, 40),
+}
+MOSTLY = 0.35  # of the nominal error, noise included
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_what_is_identified_is_the_truth(name):
+    rng = np.random.default_rng(5)
+    robot, truth, data = MACHINES[name](rng)
+    found = identify(robot, made.recorded(truth, data, rng, forget=robot.freedom is not None))
+    assert found.verdict.status == "improved", list(map(str, found.verdict.reasons))
+    first = found.stages[0]
+    assert first.held_out.mean < MOSTLY * first.held_out_before.mean
+    assert first.held_out.profiled == (robot.freedom is not None)
+    for p in found.parameters:
+        if p.name in robot.table and p.status == "identified":
+            assert abs(p.identified - truth.table[p.name].value) < 4.5 * p.sigma, p
+    identified = [p for p in found.parameters if p.status == "identified" and p.name in robot.table]
+    assert len(identified) > len(robot.table.free) / 2
+    # Where nobody measured: the instruments of the same data read the corrected machine as they read the true one.
+    again = np.random.default_rng(6)
+    _, _, fresh = MACHINES[name](again)
+    seen = synthesise(truth, fresh)
+    said = synthesise(found.corrected, made.told(fresh, found.table))
+    base = robot.with_values({n: found.baseline[n].value for n in robot.table.names})
+    nominal = synthesise(base, made.told(fresh, found.baseline))
+    for a, b, c in zip(seen.observations, said.observations, nominal.observations, strict=True):
+        if np.abs(a.value - c.value).max() > 1e-9:
+            assert np.abs(a.value - b.value).mean() < MOSTLY * np.abs(a.value - c.value).mean()
+
+
+def test_a_camera_before_a_board_is_a_machine_like_any_other():
+    rng = np.random.default_rng(2)
+    truth, data = made.board(rng, 25)
+    off = (12.0, -9.0, 7.0, -5.0, 0.05, -0.04, 0.0, 0.0, 0.0)
+    real = made.recorded(truth, data, rng)
+    guess = tuple(a + b for a, b in zip(made.CAMERA, off, strict=True))
+    seen = real.observations[0]
+    known = {**seen.options, "intrinsics": guess}
+    found = identify(made.lens(guess), made.replace(real, observations=(made.replace(seen, options=known),)), Options())
+    assert found.verdict.status == "improved", list(map(str, found.verdict.reasons))
+    by_name = {p.name: p for p in found.parameters}
+    for symbol, true in zip(made.LENS, made.CAMERA, strict=False):
+        p = by_name[f"lens.{symbol}"]
+        assert p.status == "identified" and abs(p.identified - true) < 4 * p.sigma, p
+    pixels = next(s for s in found.stages if s.unit == "px")
+    assert pixels.held_out.profiled and pixels.held_out.rms < 1.2 * 0.2 * np.sqrt(2) < pixels.held_out_before.rms
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_encoders_alone_identify_nothing(seed):
+    rng = np.random.default_rng(seed)
+    robot, truth, data = made.cables("3R3T", rng, 60, encoders_alone=True)
+    found = identify(robot, made.recorded(truth, data, rng))
+    assert found.verdict.status != "improved" or any(p.status == "identified" for p in found.parameters)
