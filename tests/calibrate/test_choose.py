@@ -8,12 +8,12 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from robocal.cables.geometry import cable_robot
+from robocal.cables.geometry import EXPECTED, cable_robot
 from robocal.cables.inverse import inverse
 from robocal.errors import ModelError
 from robocal.estimate.criteria import CRITERIA
 from robocal.geometry import se3, so3
-from robocal.plan.cable import EXPECTED, Noise, cable_blocks, choose
+from robocal.plan.cable import Noise, cable_blocks, choose
 
 
 def robot(**more):

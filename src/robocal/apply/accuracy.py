@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.workspace import base_motion, parameters_of, predict, sample_joints
 from robocal.estimate.uncertainty import Total, radius
 from robocal.geometry import fits
+from robocal.measure.machine import Machine
+from robocal.measure.reach import reach
 
 __all__ = ["AccuracyMap", "Slice", "accuracy_map"]
 
@@ -52,8 +53,8 @@ class AccuracyMap:
 
 
 def accuracy_map(
-    nominal: Chain,
-    corrected: Chain,
+    nominal: Machine,
+    corrected: Machine,
     total: Total,
     conditions: Mapping[str, float],
     measured: Array | None,
@@ -64,11 +65,11 @@ def accuracy_map(
     `nominal` has its tool where the baseline put it; `measured` (n, 2) is the measured range of every joint.
     """
     joints, region = sample_joints(corrected, measured, DRAWN, seed)
-    place = corrected.pose(joints, conditions)[:, :3, 3]
+    place = reach(corrected, joints, (), conditions)[0][:, :3, 3]
     anchor = joints[:ANCHORS]
-    jac = corrected.parameter_jacobian(anchor, parameters_of(corrected, total), conditions)
+    jac = reach(corrected, anchor, parameters_of(corrected, total), conditions)[1]
     motion = base_motion(jac, place[:ANCHORS])
-    t = fits.rigid(nominal.pose(anchor, conditions)[:, :3, 3], place[:ANCHORS])
+    t = fits.rigid(reach(nominal, anchor, (), conditions)[0][:, :3, 3], place[:ANCHORS])
     low, high = np.percentile(place, [SHARE, 100 - SHARE], axis=0)
     side = float((high - low).max()) / ACROSS
     rng = np.random.default_rng(seed + 1)
@@ -84,7 +85,7 @@ def accuracy_map(
         if not len(inside):
             continue
         q, p = joints[inside], place[inside]
-        before = nominal.pose(q, conditions)[:, :3, 3] @ t[:3, :3].T + t[:3, 3]
+        before = reach(nominal, q, (), conditions)[0][:, :3, 3] @ t[:3, :3].T + t[:3, 3]
         error = np.linalg.norm(before - p, axis=1)
         band = radius(predict(corrected, q, total, conditions, motion).position, total.dof)
         cell = np.floor(p[:, across] / side).astype(np.int64)

@@ -181,7 +181,8 @@ def total_of(found: Fit) -> Total:
 
 def coverage_of(found: Fit, held: Ints) -> tuple[Coverage, ...]:
     """Whether the bands of a fit hold the measurements of configurations that it had not seen."""
-    if not len(held):
+    # A pose that is found from the very rows that are to be predicted leaves nothing to predict.
+    if not len(held) or found.problem.blocks:
         return ()
     off = total_of(found)
     return coverage(row_bands(found.problem, found.solution.x, off, held, unmet(found)), off.dof)
@@ -200,4 +201,6 @@ def coverage_remarks(found: Fit, held: Ints, checked: Sequence[Coverage]) -> tup
     """Why the bands were not checked, where they were not."""
     if checked:
         return ()
+    if found.problem.blocks:
+        return (Remark.of(Code.BAND_PROFILED),)
     return (Remark.of(Code.BAND_BLIND, names=unmet(found)[:6]) if len(held) else Remark.of(Code.BAND_UNCHECKED),)

@@ -146,7 +146,8 @@ def _constant(data: DataSet, base: Problem, proof: Proof | None, everything: boo
     positions; None where none did."""
     found = [i for i, o in enumerate(data.observations) if o.kind in ("position", "pose") and o.value.ndim == 2]
     split = proof.split if proof is not None else leave_one_out_rounds(data)
-    if not found or (len(split) < 2 and proof is None):
+    # Where a configuration's own pose is fitted to its rows, predicting the mean of them is no rival.
+    if not found or base.blocks or (len(split) < 2 and proof is None):
         return None
     owned = list(owners(data, base))
     owner = by_unit(base.terms, [np.full(len(t.index), i) for i, t in owned], "m")

@@ -25,11 +25,13 @@ def show_check(terminal: Terminal, found: Checked) -> None:
         for warning in found.warnings:
             terminal.warn(warning)
         return
-    chain = found.robot.chain
-    joints = ", ".join(f"{j.name}{'' if j.type == 'revolute' else ' (prismatic)'}" for j in chain.joints)
-    terminal.show(
-        Text.assemble((chain.name, "bold"), f"   convention {chain.convention}; {len(chain.joints)} joints: {joints}")
-    )
+    machine = found.robot.machine
+    parts = [f"{j.name}{'' if j.type == 'revolute' else ' (prismatic)'}" for j in machine.joints]
+    noun, cables = "joints", found.document["robot"].get("cables")
+    if cables:
+        noun, parts = "cables", cables
+    words = f"   convention {found.robot.convention}; {len(parts)} {noun}: {', '.join(parts)}"
+    terminal.show(Text.assemble((machine.name, "bold"), words))
     if found.instruments:
         made = table("instrument", "kind", "rows", "configurations", "sigma", "frame", "targets", "file", right=(2, 3))
         for i in found.instruments:
@@ -57,7 +59,7 @@ def show_check(terminal: Terminal, found: Checked) -> None:
         if found.assumed:
             words += " (where no sigma is stated, 0.1 mm and 0.1 mrad were assumed)"
         terminal.show(Text(words, style="bold"))
-        kept = [n for n in seen.kept if n in chain.table]
+        kept = [n for n in seen.kept if n in machine.table]
         terminal.show(*indented(f"to be fitted: {', '.join(kept)}"))
         terminal.show(*indented(*(c.remark.sentence for c in seen.combinations)))
         if found.misfit is not None:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.errors import nearest
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, JointsModel, SecondModel, ValueModel
@@ -19,6 +18,8 @@ from robocal.files.units import UNITS, Unit, parse_unit
 from robocal.files.unread import near_miss
 from robocal.files.yamlio import Document, Path_
 from robocal.measure.data import Configurations
+from robocal.measure.machine import Machine
+from robocal.measure.reach import names_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -43,7 +44,7 @@ class Places:
     angle: Unit
 
 
-def read_configurations(model: DataModel, table: CsvTable, chain: Chain, document: Document) -> Places:
+def read_configurations(model: DataModel, table: CsvTable, chain: Machine, document: Document) -> Places:
     """Rows with the same id are the same configuration. Raises FormatError."""
     q, angle, digits = joint_values(model.joints, table, chain, document, ("joints",))
     columns, groups = recorded(model, table, chain, document)
@@ -53,6 +54,8 @@ def read_configurations(model: DataModel, table: CsvTable, chain: Chain, documen
     second = getattr(model, "second", None)
     if second is None:
         made, index = _merge(Configurations(ids, q, columns, groups=groups, digits=digits), table, every)
+        if chain.freedom is not None and not chain.joints:
+            made = replace(made, joints=None, digits=None)
         return Places(made, index, None, q, every, angle)
     if second.columns is None and second.id is not None:
         if not stated:
@@ -97,7 +100,7 @@ def _default_ids(table: CsvTable) -> tuple[str, ...]:
     return tuple(f"{table.path.name}:{line}" for line in table.lines)
 
 
-def _second_joints(second: SecondModel, first: JointsModel, table: CsvTable, chain: Chain) -> JointsModel:
+def _second_joints(second: SecondModel, first: JointsModel, table: CsvTable, chain: Machine) -> JointsModel:
     """The other joints' columns, by default `second.` and the first ones' names; their unit is the first ones'."""
     columns = second.columns
     if columns is None:
@@ -109,7 +112,7 @@ def _second_joints(second: SecondModel, first: JointsModel, table: CsvTable, cha
 
 
 def joint_values(
-    model: JointsModel, table: CsvTable, chain: Chain, document: Document, at: Path_
+    model: JointsModel, table: CsvTable, chain: Machine, document: Document, at: Path_
 ) -> tuple[Array, Unit, Array]:
     """Joint values (k, n) in rad or m, the unit of the angles, and what one unit in the last digit means (k, n)."""
     n = len(chain.joints)
@@ -117,7 +120,7 @@ def joint_values(
     if columns is None:
         columns = joint_columns(table, chain)
     if len(columns) != n:
-        expected = f"{n} for {chain.name}: {', '.join(chain.joint_names)}"
+        expected = f"{n} for {chain.name}: {', '.join(names_of(chain))}"
         document.fail("wrong number of joint columns", (*at, "columns"), found=len(columns), expected=expected)
     unit = model.unit
     if isinstance(unit, list) and len(unit) != n:
@@ -130,7 +133,7 @@ def joint_values(
 
 
 def recorded(
-    model: DataModel, table: CsvTable, chain: Chain, document: Document
+    model: DataModel, table: CsvTable, chain: Machine, document: Document
 ) -> tuple[dict[str, Array], tuple[str, ...] | None]:
     """What was recorded with each row, by name in SI, and the label of its group."""
     columns: dict[str, Array] = {}
@@ -146,7 +149,7 @@ def recorded(
             if name not in PER_JOINT or len(given.columns or ()) != len(chain.joints):
                 expected = f"one column, or for {' and '.join(PER_JOINT)} one per joint, {len(chain.joints)}"
                 document.fail("wrong number of columns", (*at, "columns"), found=given.columns, expected=expected)
-            for joint, column in zip(chain.joint_names, given.columns, strict=True):
+            for joint, column in zip(names_of(chain), given.columns, strict=True):
                 key = f"{name}.{joint}"
                 columns[key] = _column(key, column, given.unit, table, chain, document, at)
         else:
@@ -171,18 +174,18 @@ def carried(model: DataModel, document: Document) -> tuple[Remark, ...]:
 
 
 def _column(
-    name: str, column: str | int, stated: str | None, table: CsvTable, chain: Chain, document: Document, at: Path_
+    name: str, column: str | int, stated: str | None, table: CsvTable, chain: Machine, document: Document, at: Path_
 ) -> Array:
     """One column of a configuration in SI. Raises FormatError for a name without a meaning or a unit."""
     stem, _, joint = name.partition(".")
     known = {*CONFIGURATION, "group"}
     if stem in PER_JOINT and joint:
-        if joint not in chain.joint_names:
-            names = ", ".join(chain.joint_names)
+        if joint not in names_of(chain):
+            names = ", ".join(names_of(chain))
             document.fail(
-                "no joint has this name", at, found=joint, expected=names, suggestion=nearest(joint, chain.joint_names)
+                "no joint has this name", at, found=joint, expected=names, suggestion=nearest(joint, names_of(chain))
             )
-        prismatic = chain.joints[chain.joint_names.index(joint)].type == "prismatic"
+        prismatic = chain.joints[names_of(chain).index(joint)].type == "prismatic"
         si = "1" if stem == "approach" else "N" if prismatic else "N m"
     elif name in CONFIGURATION:
         si = CONFIGURATION[name]

@@ -174,6 +174,8 @@ class CsvTable:
     def digits(self, columns: Sequence[str | int]) -> Array:
         """What one unit in the last digit of each number means, (rows, columns): `digits.last_digits`."""
         at = [self.find(c) for c in columns]
+        if not at:
+            return np.empty((len(self), 0))
         return last_digits([[row[i].replace(self.decimal, ".") for row in self.cells] for i in at])
 
     def _bad_cell(self, at: int) -> FormatError:

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.errors import FormatError, nearest
 from robocal.files.configurations import carried, nowhere, read_configurations
 from robocal.files.csvtable import CsvTable, MissingCells, read_csv
@@ -23,7 +22,7 @@ from robocal.files.doubts import Suspicion, alternatives, limit_warning, repeat_
 from robocal.files.frames import frame_vector
 from robocal.files.headers import self_description, vocabulary
 from robocal.files.kinds.base import Around, KindFile, Values
-from robocal.files.kinds.registry import READERS
+from robocal.files.kinds.registry import readers_of
 from robocal.files.leaving import Excluded, LeftOut, words_of
 from robocal.files.names import meant
 from robocal.files.onething import distances_told, one_thing, refuse_again, untouched
@@ -35,6 +34,7 @@ from robocal.files.units import UNITS, Unit, Units
 from robocal.files.unread import Unread, left_over, unread_remarks
 from robocal.files.yamlio import Document, load
 from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.machine import Machine
 from robocal.remarks.remark import Remark
 
 __all__ = ["InputFile", "Reading", "read_dataset", "read_datasets"]
@@ -86,7 +86,7 @@ class Reading:
 
 def read_datasets(
     paths: Sequence[str | os.PathLike[str]],
-    chain: Chain,
+    chain: Machine,
     *,
     kind: str | None = None,
     group: str | None = None,
@@ -115,7 +115,7 @@ def read_datasets(
 @discreet
 def read_dataset(
     path: str | os.PathLike[str],
-    chain: Chain,
+    chain: Machine,
     *,
     kind: str | None = None,
     taken: set[str] | frozenset[str] = frozenset(),
@@ -132,7 +132,7 @@ def read_dataset(
     place = Path(path)
     if place.suffix.lower() in (".yaml", ".yml"):
         document = load(place)
-        reader = _reader(kind or document.data.get("kind"), document)
+        reader = _reader(kind or document.data.get("kind"), document, chain)
         model = validate(reader.model, document)
         options = {"separator": model.csv.separator, "decimal": model.csv.decimal, "header": model.csv.header}
         tables = [read_csv(place.parent / name, **options) for name in model.file]
@@ -140,7 +140,7 @@ def read_dataset(
     else:
         tables, files = [read_csv(place)], []
         document = Document(place, "", "", self_description(tables[0], chain, kind))
-        reader = _reader(document.data["kind"], document)
+        reader = _reader(document.data["kind"], document, chain)
         model = validate(reader.model, document)
     if group is not None:
         given = {**model.configuration, "group": ColumnModel(column=int(group) if group.isdecimal() else group)}
@@ -158,7 +158,7 @@ def read_dataset(
 
 
 def _read_rows(
-    model: DataModel, table: CsvTable, chain: Chain, kind: KindFile, document: Document, name: str,
+    model: DataModel, table: CsvTable, chain: Machine, kind: KindFile, document: Document, name: str,
     exclude: Sequence[Excluded | None],
 ) -> Reading:  # fmt: skip
     """A table without the rows that are left out: those that were named, and where the file says so, those that lack
@@ -194,18 +194,19 @@ def _read_rows(
     return replace(made, left_out=tuple(left), warnings=said, unread=(left_over(table, vocabulary(chain)),))
 
 
-def _reader(kind: object, document: Document) -> KindFile:
+def _reader(kind: object, document: Document, machine: Machine) -> KindFile:
+    known = readers_of(machine)
     if kind is None:
-        document.fail("a key is missing", ("kind",), expected=", ".join(READERS))
-    if not isinstance(kind, str) or kind not in READERS:
+        document.fail("a key is missing", ("kind",), expected=", ".join(known))
+    if not isinstance(kind, str) or kind not in known:
         document.fail(
-            "unknown kind", ("kind",), found=kind, expected=", ".join(READERS), suggestion=nearest(str(kind), READERS)
+            "unknown kind", ("kind",), found=kind, expected=", ".join(known), suggestion=nearest(str(kind), known)
         )
-    return READERS[kind]
+    return known[kind]
 
 
 def _read_table(
-    model: DataModel, table: CsvTable, chain: Chain, kind: KindFile, document: Document, name: str
+    model: DataModel, table: CsvTable, chain: Machine, kind: KindFile, document: Document, name: str
 ) -> Reading:
     values = kind.read(model, table, document)
     places = read_configurations(model, table, chain, document)
@@ -268,7 +269,7 @@ def _units(model: DataModel, values: Values, angle: Unit, document: Document) ->
 
 
 def _frame_name(
-    model: DataModel, place: Path, csv: Path, chain: Chain, taken: set[str] | frozenset[str], document: Document
+    model: DataModel, place: Path, csv: Path, chain: Machine, taken: set[str] | frozenset[str], document: Document
 ) -> str:
     """The instrument's name: as stated, else the file's, made unlike any owner of a parameter."""
     owners = {n.rpartition(".")[0] for n in chain.table.names}
@@ -298,7 +299,7 @@ def _instrument(given: InstrumentModel, name: str, units: Units) -> Frame:
 
 
 def _targets(
-    model: DataModel, table: CsvTable, kind: KindFile, chain: Chain, frame: str, units: Units, document: Document
+    model: DataModel, table: CsvTable, kind: KindFile, chain: Machine, frame: str, units: Units, document: Document
 ) -> tuple[tuple[Frame, ...], Ints | None]:
     """The targets and which one each row sees (None: the tool itself)."""
     models: Mapping[str, FrameModel] = model.targets

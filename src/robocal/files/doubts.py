@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.arms.chain import Chain
 from robocal.files.units import UNITS, Unit
 from robocal.measure.base import kind_of
 from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.measure.machine import Machine
+from robocal.measure.reach import limits_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -88,13 +89,13 @@ class Suspicion:
 
 
 def suspicions(
-    obs: Observations, joints: Array, chain: Chain, angle: Unit, length: Unit | None
+    obs: Observations, joints: Array, chain: Machine, angle: Unit, length: Unit | None
 ) -> tuple[Suspicion, ...]:
     """Angles that look like the other of deg and rad, and positions that no arm of this size reaches or hardly
     leaves."""
     out = []
     turning = tuple(i for i, j in enumerate(chain.joints) if j.type != "prismatic")
-    found = _angles(joints[:, turning], chain.limits[list(turning)], angle) if turning else None
+    found = _angles(joints[:, turning], limits_of(chain)[list(turning)], angle) if turning else None
     if found:
         other, reason = found
         out.append(
@@ -106,7 +107,7 @@ def suspicions(
             abs(p.value) for p in chain.table.rows if p.unit == "m" and p.name.rpartition(".")[0] not in ("base",)
         )
         geometry += sum(float(np.ptp(joints[:, i])) for i, j in enumerate(chain.joints) if j.type == "prismatic")
-        moved = float(np.ptp(joints, axis=0).max()) > 0.2
+        moved = float(np.ptp(joints, axis=0).max(initial=0.0)) > 0.2
         reason = Remark.of(Code.SPREAD_UNLIKE, spread=spread, reach=geometry)
         other_unit = None
         if geometry > 0 and spread > 10 * geometry:
@@ -120,7 +121,7 @@ def suspicions(
 
 
 def alternatives(
-    obs: Observations, joints: Array, chain: Chain, angle: Unit, length: Unit | None, section: str
+    obs: Observations, joints: Array, chain: Machine, angle: Unit, length: Unit | None, section: str
 ) -> tuple[Suspicion, ...]:
     """Every unit that people mix up with the stated one, whether or not the values look odd; for when nothing fits. `section`
     holds the lengths that were read, "" where a kind reads none."""
@@ -163,9 +164,9 @@ def _outside(q: Array, limits: Array) -> NDArray[np.bool_]:
     return np.asarray((q < limits[:, 0] - slack) | (q > limits[:, 1] + slack))
 
 
-def limit_warning(joints: Array, chain: Chain, lines: NDArray[np.int64], file: object) -> tuple[Remark, ...]:
+def limit_warning(joints: Array, chain: Machine, lines: NDArray[np.int64], file: object) -> tuple[Remark, ...]:
     """One line on the rows that are outside the joint limits."""
-    outside = _outside(joints, chain.limits)
+    outside = _outside(joints, limits_of(chain))
     rows = np.flatnonzero(outside.any(axis=1))
     if not len(rows):
         return ()

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from robocal.arms.chain import Chain
 from robocal.errors import FormatError
 from robocal.files.csvtable import CsvTable
 from robocal.files.unread import near_miss
+from robocal.measure.machine import Machine
+from robocal.measure.reach import names_of
 
 __all__ = ["CONFIGURATION", "PER_JOINT", "joint_columns", "self_description", "vocabulary"]
 
@@ -33,11 +34,13 @@ TURNS: tuple[tuple[tuple[str, ...], str], ...] = (
 )
 
 
-def joint_columns(table: CsvTable, chain: Chain) -> list[str]:
+def joint_columns(table: CsvTable, chain: Machine) -> list[str]:
     """The columns named like the robot's joints, or q1, q2, ... Raises FormatError when there are none or too few."""
     n = len(chain.joints)
+    if not n:
+        return []
     for names in (
-        chain.joint_names,
+        names_of(chain),
         *(tuple(f"{stem}{i}" for i in range(1, n + 1)) for stem in ("q", "j", "q_", "joint_", "joint")),
     ):
         if all(name in table.names for name in names):
@@ -50,30 +53,41 @@ def joint_columns(table: CsvTable, chain: Chain) -> list[str]:
                 )
             return list(names)
     expected = (
-        f"{n} columns {chain.joint_names[0]} to {chain.joint_names[-1]} or q1 to q{n}, or a data file that names them"
+        f"{n} columns {names_of(chain)[0]} to {names_of(chain)[-1]} or q1 to q{n}, or a data file that names them"
     )
     raise table.fail("there are no columns for the joints", found=", ".join(table.names), expected=expected)
 
 
-def vocabulary(chain: Chain) -> tuple[str, ...]:
+def cables_of(machine: Machine) -> tuple[str, ...]:
+    """The names of a machine's cables; none of an arm."""
+    return tuple(getattr(machine, "cables", ()))
+
+
+def vocabulary(chain: Machine) -> tuple[str, ...]:
     """Every header that has a meaning in some table of this arm."""
-    joints = chain.joint_names
+    joints = names_of(chain)
     numbered = [f"{stem}{i}" for stem in ("q", "j") for i in range(1, len(joints) + 1)]
     each = [f"{stem}.{name}" for stem in ("second", *PER_JOINT) for name in (*joints, *numbered)]
     groups = (*POSITIONS, *SIGMAS, *(names for names, _ in TURNS), *TURN_SIGMAS)
     others = [n for sections in OTHERS.values() for _, names, spread in sections for n in (*names, *spread)]
     located = [n for names in groups for n in names]
     known = (*IDS, *CONFIGURATION, "group", "target", "second", *located, *others)
-    return tuple(dict.fromkeys((*known, *joints, *numbered, *each)))
+    return tuple(dict.fromkeys((*known, *joints, *numbered, *each, *cables_of(chain))))
 
 
-def self_description(table: CsvTable, chain: Chain, kind: str | None) -> dict[str, Any]:
+def self_description(table: CsvTable, chain: Machine, kind: str | None) -> dict[str, Any]:
     """The mapping that a data.yaml for this table would hold. Raises FormatError when the headers do not say enough."""
     joints = joint_columns(table, chain)
-    out: dict[str, Any] = {"robocal": 1, "file": table.path.name, "joints": {"columns": joints}}
+    out: dict[str, Any] = {"robocal": 1, "file": table.path.name}
+    if joints:
+        out["joints"] = {"columns": joints}
     second = [f"second.{name}" for name in joints]
-    two = _first(table, (second,)) is not None
-    found = _other(table, two) if kind is None or kind in OTHERS else None
+    two = bool(joints) and _first(table, (second,)) is not None
+    cables = cables_of(chain)
+    if cables and kind in (None, "lengths") and all(name in table.names for name in cables):
+        found: dict[str, Any] | None = {"kind": "lengths", "lengths": {"columns": list(cables)}}
+    else:
+        found = _other(table, two) if kind is None or kind in OTHERS else None
     out |= found if found is not None else _located(table, two, kind)
     if two:
         out["second"] = {"columns": second}

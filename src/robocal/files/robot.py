@@ -65,6 +65,21 @@ class Robot:
         return self.chain.name
 
     @property
+    def machine(self) -> Chain:
+        """The chain, as what an identification is made of."""
+        return self.chain
+
+    @property
+    def convention(self) -> str:
+        """The convention in which the file describes the arm."""
+        return self.chain.convention
+
+    @property
+    def source(self) -> str:
+        """Where the numbers come from."""
+        return self.chain.source
+
+    @property
     def tool_free(self) -> bool:
         """Whether any part of the tool is to be identified."""
         return any(n.startswith("tool.") for n in self.chain.table.free)

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.files import orientation
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, OrientationModel
@@ -21,6 +20,7 @@ from robocal.files.kinds.position import PositionModel, matrix_columns, place_co
 from robocal.files.units import UNITS, Unit
 from robocal.files.yamlio import Document
 from robocal.geometry import so3
+from robocal.measure.machine import Machine
 
 __all__ = ["Form", "Spoken", "spoken"]
 
@@ -61,7 +61,7 @@ class Spoken:
 
 
 def spoken(
-    model: DataModel, table: CsvTable, chain: Chain, document: Document, angle: Unit, length: Unit | None
+    model: DataModel, table: CsvTable, chain: Machine, document: Document, angle: Unit, length: Unit | None
 ) -> Spoken:
     """How a table speaks that was read already."""
     columns = model.joints.columns if model.joints.columns is not None else joint_columns(table, chain)

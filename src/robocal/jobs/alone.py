@@ -7,8 +7,8 @@ from robocal.calibrate.evidence import Statistic
 from robocal.calibrate.offsets import JointOffset, OffsetsAlone
 from robocal.files import offsetparts as files
 from robocal.files.beyondparts import Gain
+from robocal.files.opened import Opened
 from robocal.files.parts import Remark
-from robocal.files.robot import Robot
 from robocal.files.units import UNITS, Unit
 
 __all__ = ["offset_result"]
@@ -16,7 +16,7 @@ __all__ = ["offset_result"]
 SHOWN = {"m": UNITS["mm"], "rad": UNITS["deg"], "px": UNITS["px"]}
 
 
-def offset_result(found: OffsetsAlone | None, robot: Robot) -> files.OffsetsAlone | None:
+def offset_result(found: OffsetsAlone | None, robot: Opened) -> files.OffsetsAlone | None:
     """The section `offsets` of result.json."""
     if found is None:
         return None

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.gross import sift
 from robocal.calibrate.identify import baseline
 from robocal.calibrate.outliers import Outlier, named
@@ -16,11 +15,15 @@ from robocal.calibrate.segments.find import find_segments, segment_remarks
 from robocal.calibrate.warn import few_numbers, input_remarks
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.dataset import InputFile
-from robocal.files.robot import Robot
+from robocal.files.headers import cables_of
+from robocal.files.opened import Opened, cable_file
+from robocal.jobs.cable.load import robot_input
+from robocal.jobs.cable.measured import read_measured
 from robocal.jobs.inputs import Watch, computable, open_arm, read_inputs, robot_files
 from robocal.jobs.strange import outlier
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 
@@ -32,7 +35,7 @@ class Checked:
     """What was found: the robot, the instruments (one mapping each), what the data can tell at the nominal model, and
     warnings."""
 
-    robot: Robot
+    robot: Opened
     data: DataSet | None
     instruments: tuple[dict[str, Any], ...]
     free: tuple[str, ...]
@@ -47,8 +50,9 @@ class Checked:
     @property
     def document(self) -> dict[str, Any]:
         """The same for machines."""
-        chain, seen = self.robot.chain, self.seen
-        joints = [{"name": j.name, "type": j.type, "lower": j.lower, "upper": j.upper} for j in chain.joints]
+        machine, seen = self.robot.machine, self.seen
+        joints = [{"name": j.name, "type": j.type, "lower": j.lower, "upper": j.upper} for j in machine.joints]
+        cables = {"cables": list(cables_of(machine))} if cables_of(machine) else {}
         found = None
         if seen is not None:
             found = {
@@ -63,7 +67,13 @@ class Checked:
                 "sigma_assumed": self.assumed,
             }
         return {
-            "robot": {"name": chain.name, "convention": chain.convention, "joints": joints, "source": chain.source},
+            "robot": {
+                "name": machine.name,
+                "convention": self.robot.convention,
+                "joints": joints,
+                "source": self.robot.source,
+            }
+            | cables,
             "instruments": list(self.instruments),
             "configurations": None if self.data is None else len(self.data.configurations),
             "free": list(self.free),
@@ -86,20 +96,38 @@ def check(
     watch: Watch | None = None,
 ) -> Checked:
     """Reads a robot, and data files when there are any. Raises InputError for whatever is wrong with them."""
+    if (cable := cable_file(robot)) is not None:
+        if not data:
+            files = (robot_input(cable, robot),)
+            return Checked(cable, None, (), cable.robot.table.free, None, None, False, cable.warnings, files)
+        seen_there = read_measured(cable, robot, data, exclude, watch)
+        return _checked(cable, robot, data, seen_there.data, seen_there.warnings, seen_there.files, watch)
     if not data:
         arm = open_arm(robot, base=base, tip=tip)
         warnings = (*arm.warnings, *input_remarks(arm.chain), *_free(arm.chain))
         return Checked(arm, None, (), arm.chain.table.free, None, None, False, warnings, robot_files(arm, robot))
     inputs = read_inputs(robot, data, base=base, tip=tip, exclude=exclude, watch=watch)
-    chain, measured = inputs.robot.chain, inputs.data
+    return _checked(inputs.robot, robot, data, inputs.data, inputs.warnings, inputs.files, watch)
+
+
+def _checked(
+    opened: Opened,
+    robot: str,
+    data: Sequence[str],
+    measured: DataSet,
+    said_before: tuple[Remark, ...],
+    files: tuple[InputFile, ...],
+    watch: Watch | None,
+) -> Checked:
+    machine = opened.machine
     with computable(robot, *data):
         everyone = np.arange(len(measured.configurations))
-        sifted = sift(chain, measured, everyone, watch)
-        problem, x = baseline(chain, sifted.data, everyone, watch)
+        sifted = sift(machine, measured, everyone, watch)
+        problem, x = baseline(machine, sifted.data, everyone, watch)
         free = problem.table.free
         seen = analyse(problem.with_free(free), x) if free else None
-        moved = find_segments(chain, measured, dict(zip(problem.table.names, map(float, x[0]), strict=False)))
-    strange = named(chain, sifted.data, sifted.problem, sifted.x, sifted.away)
+        moved = find_segments(machine, measured, dict(zip(problem.table.names, map(float, x[0]), strict=False)))
+    strange = named(machine, sifted.data, sifted.problem, sifted.x, sifted.away)
     lengths = [
         (np.linalg.norm(r.value[:, a:b], axis=1), r.used)
         for r in problem.residuals(x)
@@ -110,13 +138,13 @@ def check(
     whole = float(np.concatenate([v for v, _ in lengths]).mean()) if lengths else None
     assumed = any(o.sigma is None for o in measured.observations)
     rows = sum(o.value.size for o in measured.observations)
-    said = (*input_remarks(chain, measured), *few_numbers(rows, len(free)), *_free(chain), *segment_remarks(moved))
-    warnings = tuple(dict.fromkeys((*inputs.warnings, *said)))
+    said = (*input_remarks(machine, measured), *few_numbers(rows, len(free)), *_free(machine), *segment_remarks(moved))
+    warnings = tuple(dict.fromkeys((*said_before, *said)))
     seen_by = _instruments(measured)
-    return Checked(inputs.robot, measured, seen_by, free, seen, misfit, assumed, warnings, inputs.files, strange, whole)
+    return Checked(opened, measured, seen_by, free, seen, misfit, assumed, warnings, files, strange, whole)
 
 
-def _free(chain: Chain) -> tuple[Remark, ...]:
+def _free(chain: Machine) -> tuple[Remark, ...]:
     return () if chain.table.free else (Remark.of(Code.NOTHING_FREE),)
 
 

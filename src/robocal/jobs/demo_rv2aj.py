@@ -6,11 +6,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
+from robocal.calibrate.identification import Identification
 from robocal.jobs.demo_case import Case, Finding
 from robocal.jobs.examples import copy_example
 from robocal.jobs.identify import Choices, identify
@@ -36,7 +38,7 @@ def true_arm(nominal: Chain) -> Chain:
 
 def errors_elsewhere(outcome: Outcome) -> Array:
     """Position errors of a corrected model anywhere within the joint limits, in mm."""
-    found = outcome.identification
+    found = cast(Identification[Chain], outcome.identification)
     truth = true_arm(found.nominal)
     low, high = truth.limits.T
     q = np.random.default_rng(2).uniform(low, high, (VERIFY, len(low)))

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.arms.chain import Chain
+from robocal.calibrate.identification import Identification
 from robocal.jobs.demo_case import Case, Finding
 from robocal.jobs.identify import Choices, identify
 from robocal.jobs.inputs import Watch
@@ -42,7 +45,7 @@ def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[Finding
         facts.append(
             f"on 16 poses that were not used for fitting the error falls from {before.mean:.2f} to {held.mean:.3f} mm"
         )
-    found = outcome.identification
+    found = cast(Identification[Chain], outcome.identification)
     q = sample_joints(made.truth, 1000, np.random.default_rng(3))
     # Seen from the tracker, as everything is: a shift of the whole robot is nobody's error.
     gap = _aligned(found.corrected.pose(q)[:, :3, 3], made.truth.pose(q)[:, :3, 3])

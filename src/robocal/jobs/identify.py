@@ -15,12 +15,18 @@ from robocal.calibrate.identification import Identification
 from robocal.calibrate.identify import identify as solve
 from robocal.calibrate.options import Options
 from robocal.errors import FileError, ModelError, nearest
+from robocal.files.dataset import InputFile
+from robocal.files.leaving import LeftOut
+from robocal.files.opened import cable_file
+from robocal.files.result import Provenance
 from robocal.files.runfolder import obstacle
 from robocal.jobs.beside import compared, methods_of
 from robocal.jobs.beyond import group_results, guard_layer, layer_result, select_groups
+from robocal.jobs.cable.identify import identify_cable
 from robocal.jobs.inputs import Inputs, Watch, choose, computable, read_inputs
 from robocal.jobs.outcome import Outcome, provenance, residual_columns, save, to_result
 from robocal.jobs.region import MEASURED, working_range
+from robocal.measure.machine import Machine
 
 __all__ = ["Choices", "identify", "identify_inputs"]
 
@@ -135,6 +141,13 @@ def identify(
         raise FileError("this is not a folder", file=output, expected="a folder for the run, or a new name")
     if output is not None and not force and (there := obstacle(output)):
         raise there
+    if (cable := cable_file(robot)) is not None:
+        timed = Timed()
+        made = identify_cable(cable, robot, data, choices.options, asdict(choices), watch, choices.exclude)
+        measured = made.measured
+        recipe = recipe_of(made.found, choices, command, measured.files, timed, measured.reading.left_out)
+        result = to_result(made.found, made.robot, recipe, measured.warnings)
+        return saved(Outcome(result, residual_columns(made.found), made.found, made.robot), output, watch)
     links = {"base": choices.base, "tip": choices.tip}
     inputs = read_inputs(robot, data, **links, group=choices.group, exclude=choices.exclude, watch=watch)
     return identify_inputs(inputs, choices, output=output, command=command, watch=watch)
@@ -150,37 +163,57 @@ def identify_inputs(
 ) -> Outcome:
     """The same from inputs that were read already."""
     choices = choices or Choices()
-    started, clock = datetime.datetime.now(datetime.UTC), time.perf_counter()
+    timed = Timed()
     robot, data = choose(inputs.robot, inputs.data, free=choices.free, fix=choices.fix, prior=choices.prior)
     region, read = working_range(robot, data, choices.region)
     options, every = replace(choices.options, region=region), (*inputs.files, *read)
     with computable(*(i.file for i in every)):
         robot, tried = select_groups(robot, data, choices.groups, options, watch)
         found: Identification[Chain] = solve(robot.chain, data, options, watch)
-        seconds = time.perf_counter() - clock
+        seconds = timed.seconds
         methods = methods_of(choices.compare, choices.method)
         known = (found, seconds)
         others = compared(robot.chain, data, methods, options, known, watch) if methods else None
         guarded = guard_layer(found, data, watch) if choices.layer else None
-    stamp = started.isoformat(timespec="seconds")
-    # What was left to us is recorded as it was decided.
+    said = (*inputs.warnings, *(remark for file in read for remark in file.remarks))
+    recipe = recipe_of(found, choices, command, every, timed, inputs.reading.left_out)
+    more = {"comparison": others, "layer": layer_result(guarded)} | group_results(robot, tried)
+    result = to_result(found, robot, recipe, said).model_copy(update=more)
+    outcome = Outcome(result, residual_columns(found), found, robot, layer=guarded.layer if guarded else None)
+    return saved(outcome, output, watch)
+
+
+class Timed:
+    """When a run started, and how long it has taken."""
+
+    def __init__(self) -> None:
+        self.started, self._clock = datetime.datetime.now(datetime.UTC), time.perf_counter()
+
+    @property
+    def seconds(self) -> float:
+        """Since the start."""
+        return time.perf_counter() - self._clock
+
+
+def recipe_of(
+    found: Identification[Machine],
+    choices: Choices,
+    command: str,
+    inputs: Sequence[InputFile],
+    timed: Timed,
+    left_out: Sequence[LeftOut],
+) -> Provenance:
+    """What made the result of a run; what was left to us is recorded as it was decided."""
     decided = {
         "hold_out": found.options.hold_out,
         "leave_one_out": any(s.leave_one_out is not None for s in found.stages),
     }
-    said = (*inputs.warnings, *(remark for file in read for remark in file.remarks))
-    recipe = provenance(
-        command,
-        every,
-        choices.seed,
-        stamp,
-        time.perf_counter() - clock,
-        choices.record | decided,
-        inputs.reading.left_out,
-    )
-    more = {"comparison": others, "layer": layer_result(guarded)} | group_results(robot, tried)
-    result = to_result(found, robot, recipe, said).model_copy(update=more)
-    outcome = Outcome(result, residual_columns(found), found, robot, layer=guarded.layer if guarded else None)
+    stamp = timed.started.isoformat(timespec="seconds")
+    return provenance(command, inputs, choices.seed, stamp, timed.seconds, choices.record | decided, left_out)
+
+
+def saved(outcome: Outcome, output: Path | None, watch: Watch | None) -> Outcome:
+    """The outcome, with its run folder written where one was asked for."""
     if output is None:
         return outcome
     if watch:

@@ -14,7 +14,9 @@ from robocal.arms.chain import Chain
 from robocal.errors import FileError, FormatError, InputError, ModelError, nearest
 from robocal.files.dataset import InputFile, Reading, read_datasets
 from robocal.files.groups import added
+from robocal.files.kinds.lengths import LENGTHS
 from robocal.files.kinds.registry import READERS
+from robocal.files.opened import Speaks
 from robocal.files.robot import Robot, open_robot, render_robot
 from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
 from robocal.files.text import read_text
@@ -24,6 +26,7 @@ from robocal.jobs.doubting import doubt_units, refuse_still
 from robocal.jobs.naming import refuse_wrong
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.machine import Machine
 from robocal.parameters import Table
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -199,7 +202,15 @@ def choose(
 ) -> tuple[Robot, DataSet]:
     """The robot and data with other free parameters and priors than their files say. Raises ModelError naming the
     nearest name."""
-    table = robot.chain.table
+    table, data = chosen(robot.chain, robot.units, data, free=free, fix=fix, prior=prior)
+    return replace(robot, chain=replace(robot.chain, table=table)), data
+
+
+def chosen(
+    machine: Machine, units: Speaks, data: DataSet, *, free: Sequence[str], fix: Sequence[str], prior: Sequence[str]
+) -> tuple[Table, DataSet]:
+    """The same of any machine: its table and the data."""
+    table = machine.table
     frames = {f.name: f for o in data.observations for f in every_frame(o)}
     for option, words in (("--free", free), ("--fix", fix)):
         if any(not part.strip() for word in words for part in word.split(",")):
@@ -207,9 +218,9 @@ def choose(
     free, fix = split_words(free), split_words(fix)
     if free:
         table = table.with_free(
-            {n for word in free if word not in frames for n in _select(word, robot.chain, frames, "--free")}
+            {n for word in free if word not in frames for n in _select(word, machine, frames, "--free")}
         )
-    held = {n for word in fix if word not in frames for n in _select(word, robot.chain, frames, "--fix")}
+    held = {n for word in fix if word not in frames for n in _select(word, machine, frames, "--fix")}
     table = table.with_free(set(table.free) - held)
     priors: dict[str, float | None] = {}
     for text in prior:
@@ -227,17 +238,16 @@ def choose(
             )
         unit = {"length": "m", "angle": "rad"}.get(word.strip())
         names = (
-            tuple(n for n in robot.chain.geometric if n in set(table.free) and table[n].unit == unit)
+            tuple(n for n in machine.geometric if n in set(table.free) and table[n].unit == unit)
             if unit
-            else _select(word.strip(), robot.chain, frames, "--prior")
+            else _select(word.strip(), machine, frames, "--prior")
         )
-        priors.update({n: robot.units.of(table[n].unit).to_si(sigma) for n in names})
-    chain = replace(robot.chain, table=table.with_priors(priors))
+        priors.update({n: units.of(table[n].unit).to_si(sigma) for n in names})
     fixed, loose = set(fix) & set(frames), set(free) & set(frames)
-    return replace(robot, chain=chain), _frames(data, fixed, loose) if fixed or loose else data
+    return table.with_priors(priors), _frames(data, fixed, loose) if fixed or loose else data
 
 
-def _select(word: str, chain: Chain, frames: Mapping[str, object], option: str) -> tuple[str, ...]:
+def _select(word: str, chain: Machine, frames: Mapping[str, object], option: str) -> tuple[str, ...]:
     """Parameters of the robot that a word selects; a bare symbol speaks of joints only, as in the robot file."""
     names = chain.table.names
     owners = {n.rpartition(".")[0] for n in names}
@@ -277,7 +287,7 @@ def _frames(data: DataSet, fixed: set[str], loose: set[str]) -> DataSet:
     """The data with some frames held or freed; of a place, what its kind can see is freed."""
     out = []
     for obs in data.observations:
-        sees = READERS[obs.kind].free
+        sees = (READERS | {LENGTHS.name: LENGTHS})[obs.kind].free
 
         def renewed(frame: Frame, flags: tuple[bool, ...] = (True,) * 6) -> Frame:
             if frame.name in loose:

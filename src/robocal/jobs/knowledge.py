@@ -7,18 +7,18 @@ import math
 from typing import Any
 
 from robocal.apply.accuracy import accuracy_map
-from robocal.arms.chain import Chain
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Identification
 from robocal.errors import ModelError
 from robocal.files.accuracy import accuracy_columns, accuracy_text
 from robocal.files.covariance import COVARIANCE, Knowledge, covariance_text
 from robocal.files.runfolder import ACCURACY
+from robocal.measure.machine import Machine
 
 __all__ = ["knowledge", "knowledge_files", "map_columns"]
 
 
-def knowledge(found: Identification[Chain]) -> Knowledge:
+def knowledge(found: Identification[Machine]) -> Knowledge:
     """What an identification knows of its parameters."""
     assert found.total is not None
     by_name = {p.name: p for p in found.parameters}
@@ -30,11 +30,13 @@ def knowledge(found: Identification[Chain]) -> Knowledge:
     return Knowledge(found.total, values, nominal, found.joints, found.conditions, noise, placed, found.kept)
 
 
-def map_columns(found: Identification[Chain]) -> dict[str, list[Any]]:
+def map_columns(found: Identification[Machine]) -> dict[str, list[Any]]:
     """The columns of accuracy_map.csv; none for a method that knows no errors, or where the model asks for columns that
     nobody recorded."""
     if found.total is None or found.baseline is None or estimator(found.options.method).blind:
         return {}
+    if found.nominal.freedom is not None:
+        return {}  # joint values do not say where it is
     before = {n: found.baseline[n].value for n in found.nominal.table.names if n in found.baseline}
     try:
         made = accuracy_map(
@@ -45,7 +47,7 @@ def map_columns(found: Identification[Chain]) -> dict[str, list[Any]]:
     return accuracy_columns(made)
 
 
-def knowledge_files(found: Identification[Chain], cells: dict[str, list[Any]]) -> dict[str, str]:
+def knowledge_files(found: Identification[Machine], cells: dict[str, list[Any]]) -> dict[str, str]:
     """The texts by file name; a method that knows no errors has none."""
     if found.total is None or estimator(found.options.method).blind:
         return {}

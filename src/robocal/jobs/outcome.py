@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal import __version__
-from robocal.arms.chain import Chain
 from robocal.calibrate import evidence
 from robocal.calibrate.beyond.layer import Layer
 from robocal.calibrate.bootstrap import Resampled
@@ -28,7 +27,7 @@ from robocal.files import result as files
 from robocal.files.dataset import InputFile
 from robocal.files.layerfile import LAYER, layer_text
 from robocal.files.leaving import LeftOut
-from robocal.files.robot import Robot, render_robot
+from robocal.files.opened import Opened, rendered
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.units import UNITS, Unit
 from robocal.jobs.alone import offset_result
@@ -36,6 +35,7 @@ from robocal.jobs.beside import linear
 from robocal.jobs.knowledge import knowledge_files, map_columns
 from robocal.jobs.strange import outlier
 from robocal.jobs.trusted import band_remarks, prediction_part, range_part, scale_part
+from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, documents, sentences
 
@@ -52,8 +52,8 @@ class Outcome:
 
     result: files.Result
     residuals: dict[str, list[Any]]
-    identification: Identification[Chain]
-    robot: Robot
+    identification: Identification[Machine]
+    robot: Opened
     written: tuple[Path, ...] = ()
     left_out: tuple[str, ...] = ()
     layer: Layer | None = None
@@ -89,16 +89,16 @@ def provenance(
 
 
 def to_result(
-    found: Identification[Chain], robot: Robot, recipe: files.Provenance, warnings: Sequence[Remark] = ()
+    found: Identification[Machine], robot: Opened, recipe: files.Provenance, warnings: Sequence[Remark] = ()
 ) -> files.Result:
     """result.json of an identification."""
     said = tuple(dict.fromkeys((*warnings, *found.warnings, *band_remarks(found))))
-    chain = found.nominal
+    machine = found.nominal
     held = len(found.held_ids)
     count = held + len(found.fit_ids) + len(found.embargoed_ids)
     return files.Result(
         robot=files.RobotSummary(
-            name=chain.name, convention=chain.convention, joints=len(chain.joints), source=chain.source
+            name=machine.name, convention=robot.convention, joints=len(machine.joints), source=robot.source
         ),
         method=estimator(found.options.method).title
         + ("" if found.options.loss == "none" else f", {found.options.loss} loss"),
@@ -137,7 +137,7 @@ def _documents(remarks: Iterable[Remark]) -> list[files.Remark]:
     return [files.Remark.model_validate(d) for d in documents(remarks)]
 
 
-def _parameter(p: Any, robot: Robot, drawn: Resampled | None) -> files.ParameterResult:
+def _parameter(p: Any, robot: Opened, drawn: Resampled | None) -> files.ParameterResult:
     unit = robot.units.of(p.unit)
     at = None if drawn is None or p.name not in drawn.names else drawn.names.index(p.name)
     size = _size(unit)
@@ -164,7 +164,7 @@ def _size(unit: Unit) -> float:
     return 1.0 / unit.factor
 
 
-def _identifiability(found: Identification[Chain], robot: Robot) -> files.Identifiability:
+def _identifiability(found: Identification[Machine], robot: Opened) -> files.Identifiability:
     seen = found.identifiability
     units = {p.name: robot.units.of(p.unit) for p in found.parameters}
     combinations = []
@@ -212,7 +212,7 @@ def _stage(stages: Stages | None, unit: Unit) -> dict[str, Any]:
     return told
 
 
-def _residuals(found: Identification[Chain]) -> files.Residuals:
+def _residuals(found: Identification[Machine]) -> files.Residuals:
     by_unit = {s.unit: s for s in found.stages}
     main = by_unit.get("m")
     angle = files.AngleResiduals(**_stage(by_unit["rad"], DEG)) if "rad" in by_unit else None
@@ -224,7 +224,7 @@ def _residuals(found: Identification[Chain]) -> files.Residuals:
     return files.Residuals(**_stage(main, MM), angle=angle)
 
 
-def _fit(found: Identification[Chain]) -> files.Fit:
+def _fit(found: Identification[Machine]) -> files.Fit:
     groups = []
     for g in found.groups:
         unit = {"m": MM, "rad": DEG}.get(g.unit, UNITS.get(g.unit, UNITS["1"]))
@@ -251,7 +251,7 @@ def _fit(found: Identification[Chain]) -> files.Fit:
     )  # fmt: skip
 
 
-def residual_columns(found: Identification[Chain]) -> dict[str, list[Any]]:
+def residual_columns(found: Identification[Machine]) -> dict[str, list[Any]]:
     """The columns of residuals.csv; None where a row has no such number."""
     rows = found.rows
     out: dict[str, list[Any]] = {name: [] for name in RESIDUAL_COLUMNS}
@@ -302,7 +302,7 @@ def save(outcome: Outcome, folder: Path) -> Outcome:
     """Writes the run folder, all or nothing; warns of a report that could not be made and of values left out."""
     robot = outcome.robot
     values = {p.name: p.value for p in outcome.identification.corrected.table.rows}
-    text, left_out = render_robot(robot, values)
+    text, left_out = rendered(robot, values)
     if left_out:
         lacks = Remark.of(Code.URDF_LACKS, names=left_out)
         outcome = replace(outcome, result=_warned(outcome.result, lacks), left_out=left_out)

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from scipy import special
 
-from robocal.arms.chain import Chain
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Identification
 from robocal.files import trustparts as files
+from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -18,7 +18,7 @@ WHOLE = {"m": "positions", "rad": "orientations"}
 QUANTITY = {"m": "position", "rad": "orientation", "px": "pixels"}
 
 
-def prediction_part(found: Identification[Chain]) -> files.Prediction | None:
+def prediction_part(found: Identification[Machine]) -> files.Prediction | None:
     """The predicted error in mm with the check of the bands; a method that fits what cannot be seen has no honest one."""
     if estimator(found.options.method).blind:
         return None
@@ -35,7 +35,7 @@ def prediction_part(found: Identification[Chain]) -> files.Prediction | None:
     return files.Prediction(unit="mm", **sizes, n=b.n, region=b.region, coverage=shares)
 
 
-def band_remarks(found: Identification[Chain]) -> tuple[Remark, ...]:
+def band_remarks(found: Identification[Machine]) -> tuple[Remark, ...]:
     """Bands that are too narrow, and the predicted error away from the data."""
     if estimator(found.options.method).blind:
         return ()
@@ -53,7 +53,7 @@ def band_remarks(found: Identification[Chain]) -> tuple[Remark, ...]:
     return (*narrow, away)
 
 
-def range_part(found: Identification[Chain]) -> files.WorkingRange | None:
+def range_part(found: Identification[Machine]) -> files.WorkingRange | None:
     """The working range in mm, and in words."""
     h = found.holds
     if h is None:
@@ -65,7 +65,7 @@ def range_part(found: Identification[Chain]) -> files.WorkingRange | None:
     return files.WorkingRange(name=h.name, unit="mm", **sizes, n=h.n, text=said.sentence)
 
 
-def scale_part(found: Identification[Chain]) -> files.Scale | None:
+def scale_part(found: Identification[Machine]) -> files.Scale | None:
     """The common scale, and in words where a stated length is all that gives it."""
     s = found.scale
     if s is None:

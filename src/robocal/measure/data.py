@@ -145,6 +145,25 @@ class DataSet:
             kept.append(replace(part, configuration=new[part.configuration], second=second))
         return DataSet(self.configurations.take(units), tuple(o for o in kept if len(o)))
 
+    def by_id(self) -> DataSet:
+        """Configurations with one id as one, in the order of their first mention; for machines whose configurations are
+        nothing but a name. What the first does not know a later one may."""
+        c = self.configurations
+        number = {name: i for i, name in enumerate(dict.fromkeys(c.ids))}
+        index = np.array([number[name] for name in c.ids], dtype=np.int64)
+        first = np.unique(index, return_index=True)[1]
+        made = c.take(first)
+        columns = dict(made.columns)
+        for name, values in c.columns.items():
+            known = np.flatnonzero(np.isfinite(values))[::-1]
+            columns[name] = np.full(len(number), np.nan)
+            columns[name][index[known]] = values[known]
+        seen = tuple(
+            replace(o, configuration=index[o.configuration], second=None if o.second is None else index[o.second])
+            for o in self.observations
+        )
+        return DataSet(replace(made, columns=columns), seen)
+
     def __add__(self, other: DataSet) -> DataSet:
         """Two data sets as one; configurations are kept apart."""
         a, b = self.configurations, other.configurations

@@ -11,7 +11,7 @@ from robocal.measure.builder import Builder
 from robocal.measure.data import Configurations
 from robocal.measure.machine import Machine
 
-__all__ = ["limits_of", "nominal_poses", "reach"]
+__all__ = ["limits_of", "names_of", "nominal_poses", "reach"]
 
 Array = NDArray[np.float64]
 
@@ -53,3 +53,8 @@ def nominal_poses(machine: Machine, configurations: Configurations) -> Array | N
 def limits_of(machine: Machine) -> Array:
     """Joint limits in rad or m, (n, 2)."""
     return np.array([(j.lower, j.upper) for j in machine.joints]).reshape(-1, 2)
+
+
+def names_of(machine: Machine) -> tuple[str, ...]:
+    """The names of the joints."""
+    return tuple(j.name for j in machine.joints)

@@ -18,18 +18,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.geometry import SYMBOLS, CableRobot, lengths, straight
+from robocal.cables.geometry import EXPECTED, SYMBOLS, CableRobot, lengths, straight
 from robocal.errors import ModelError
 from robocal.estimate.selection import Design, greedy, limit, select
 from robocal.plan.design import Blocks, gathered, posed, predicted
 
-__all__ = ["EXPECTED", "Choice", "Noise", "cable_blocks", "choose"]
+__all__ = ["Choice", "Noise", "cable_blocks", "choose"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Watch = Callable[[dict[str, object]], None]
-# What a tape measure or radio beacons leave, by the thesis; four poses and more improve it a hundredfold.
-EXPECTED = 0.1  # m
 DEFAULT = ("ax", "ay", "az", "l0")
 LEAST, MOST = 1e-9, 1e3  # noise that can be computed with, m and rad
 DRAWS = 25

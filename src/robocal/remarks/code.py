@@ -69,6 +69,7 @@ class Code(StrEnum):
     LEAVE_ONE_OUT_LEFT = "leave-one-out-left"
     BAND_TOO_NARROW = "band-too-narrow"
     BAND_UNCHECKED = "band-unchecked"
+    BAND_PROFILED = "band-profiled"
     BAND_BLIND = "band-blind"
     ELSEWHERE = "elsewhere"
     OVER_THE_RANGE = "over-the-range"

@@ -35,6 +35,21 @@ class CableFile:
     warnings: tuple[Remark, ...] = ()
     places: Mapping[str, Place] | None = None
 
+    @property
+    def machine(self) -> CableRobot:
+        """The robot, as what an identification is made of."""
+        return self.robot
+
+    @property
+    def convention(self) -> str:
+        """What kind of machine the file describes, with its degrees of freedom."""
+        return f"cable {self.robot.degrees}"
+
+    @property
+    def source(self) -> str:
+        """Where the numbers come from."""
+        return self.robot.sources.get("", "")
+
 
 def checked(robot: CableRobot, document: Document, where: Mapping[str, Path_] | None = None) -> tuple[Remark, ...]:
     """What `cables.check` says of a robot, located in its file; `where` says under which keys another format has mass,

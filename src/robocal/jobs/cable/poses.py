@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.boundary import statics_along
-from robocal.cables.geometry import CableRobot
+from robocal.cables.geometry import EXPECTED, CableRobot
 from robocal.cables.poses import PoseBox, PoseList, reachable_poses
 from robocal.cables.program import kept_to_what_is_held, program
 from robocal.cables.start import Clearance, Start
@@ -27,7 +27,7 @@ from robocal.jobs.cable.start import box_of, clearance_of, started
 from robocal.jobs.inputs import Watch, computable
 from robocal.jobs.plain import json_text
 from robocal.jobs.simulate import refuse_existing
-from robocal.plan.cable import EXPECTED, Noise, choose
+from robocal.plan.cable import Noise, choose
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 

@@ -253,6 +253,10 @@ TABLE: dict[Code, Words] = {
         "the bands were not checked: no set was held out as a whole",
         "Hold out a part of the configurations (--hold-out 0.2).",
     ),
+    Code.BAND_PROFILED: Words(
+        "the bands were not checked: the pose of each held-out configuration is found from the very rows that are to be predicted",
+        "",
+    ),
     Code.BAND_BLIND: Words(
         "the bands were not checked: all that was held out depends on {names}, which nothing that was fitted has seen",
         "Hold out configurations whose places and targets are also met by others.",

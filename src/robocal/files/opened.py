@@ -1,0 +1,101 @@
+"""A machine with where it came from, whatever it is: the file of an arm, of a cable robot, or none at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Generic, Protocol, TypeVar
+
+from robocal.errors import InputError
+from robocal.files.cable.cablefile import CableFile
+from robocal.files.cable.robot import read_cable
+from robocal.files.cable.write import render_cable
+from robocal.files.robot import Robot, render_robot
+from robocal.files.rows import quoted
+from robocal.files.units import Unit, Units, number
+from robocal.files.yamlio import load
+from robocal.measure.machine import Machine
+from robocal.remarks.remark import Remark
+
+__all__ = ["Bare", "Opened", "Speaks", "cable_file", "rendered", "with_machine"]
+
+M = TypeVar("M", bound=Machine)
+
+
+class Speaks(Protocol):
+    """The units in which a file and its reports speak."""
+
+    def of(self, si: str, /) -> Unit:
+        """The unit for a quantity whose SI unit is `si`."""
+
+
+@dataclass(frozen=True)
+class Bare(Generic[M]):
+    """A machine without a file, as somebody made it in Python; `text` describes its parameters."""
+
+    machine: M
+    units: Units = field(default_factory=Units)
+    path: Path | None = None
+    text: str = ""
+    sha256: str = ""
+    format: str = "yaml"
+    warnings: tuple[Remark, ...] = ()
+    convention: str = ""
+    source: str = ""
+
+
+class Opened(Protocol):
+    """A machine, the units and the text of its file."""
+
+    @property
+    def machine(self) -> Machine: ...
+    @property
+    def units(self) -> Speaks: ...
+    @property
+    def path(self) -> Path | None: ...
+    @property
+    def format(self) -> str: ...
+    @property
+    def warnings(self) -> tuple[Remark, ...]: ...
+    @property
+    def convention(self) -> str: ...
+    @property
+    def source(self) -> str: ...
+
+
+def cable_file(name: str | os.PathLike[str]) -> CableFile | None:
+    """The cable robot of a file, or None where the file is of something else, or there is none. Raises InputError for
+    whatever is wrong with a cable robot."""
+    place = Path(name)
+    if place.suffix.lower() not in (".yaml", ".yml") or not place.is_file():
+        return None
+    try:
+        kind = load(place).data.get("kind")
+    except InputError:
+        return None
+    return read_cable(place) if kind == "cable" else None
+
+
+def with_machine(file: Opened, machine: Machine) -> Opened:
+    """The same file with other values, priors and free parameters than its text says."""
+    if isinstance(file, CableFile):
+        return replace(file, robot=machine)  # type: ignore[arg-type]
+    if isinstance(file, Robot):
+        return replace(file, chain=machine)  # type: ignore[arg-type]
+    assert isinstance(file, Bare)
+    return replace(file, machine=machine)
+
+
+def rendered(file: Opened, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
+    """The text of the file with other parameter values (SI, by name), and the names that it cannot hold."""
+    if isinstance(file, CableFile):
+        return render_cable(file, {n: v for n, v in values.items() if n in file.robot.table})
+    if isinstance(file, Robot):
+        return render_robot(file, dict(values))
+    lines = [f"name: {quoted(file.machine.name)}", "parameters:"]
+    for p in file.machine.table.rows:
+        unit = file.units.of(p.unit)
+        lines.append(f"  {p.name}: {{value: {number(unit.from_si(values.get(p.name, p.value)))}, unit: {unit.name}}}")
+    return "\n".join(lines) + "\n", ()

@@ -1,0 +1,73 @@
+"""What was measured of a cable robot: lengths of its cables beside poses of its platform, put together by the ids of their
+rows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from robocal.calibrate.starts.own import placed
+from robocal.errors import FormatError
+from robocal.files.cable.cablefile import CableFile
+from robocal.files.dataset import InputFile, Reading, read_datasets
+from robocal.jobs.cable.load import robot_input
+from robocal.jobs.inputs import Watch, computable
+from robocal.measure.data import DataSet, Observations
+from robocal.remarks.remark import Remark
+
+__all__ = ["Measured", "read_measured"]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A cable robot and its data as one data set, with every file that was read and what is odd about them."""
+
+    robot: CableFile
+    reading: Reading
+    data: DataSet
+    files: tuple[InputFile, ...]
+    warnings: tuple[Remark, ...]
+
+
+def read_measured(
+    file: CableFile, robot: str, data: Sequence[str], exclude: Sequence[str] = (), watch: Watch | None = None
+) -> Measured:
+    """Reads data files of a cable robot. Raises InputError for whatever is wrong with them: columns that are no cables, files
+    that no id ties together."""
+    if watch:
+        watch({"stage": "read"})
+    reading = read_datasets([Path(d) for d in data], file.robot, exclude=exclude)
+    seen = tuple(_named(obs, file) for obs in reading.dataset.observations)
+    joined = replace(reading.dataset, observations=seen).by_id()
+    if len(seen) > 1 and len(joined.configurations) == len(reading.dataset.configurations):
+        raise FormatError(
+            "the files have no configuration in common",
+            file=str(data[-1]),
+            key="configuration",
+            expected="an id in every row of every file (configuration: {id: ...}), the same where the platform stood still",
+        )
+    with computable(robot, *data):
+        joined = placed(file.robot, joined)
+    own = tuple(w for w in file.warnings)
+    return Measured(file, reading, joined, (robot_input(file, robot), *reading.files), (*own, *reading.warnings))
+
+
+def _named(obs: Observations, file: CableFile) -> Observations:
+    """Lengths by the names of their columns where these are names of cables, else in the robot's order."""
+    if obs.kind != "lengths":
+        return obs
+    cables, columns = file.robot.cables, obs.options.get("columns", ())
+    assert isinstance(columns, tuple)
+    known = [c for c in columns if c in cables]
+    if len(columns) != len(cables) or (known and (len(known) < len(columns) or len(set(known)) < len(known))):
+        raise FormatError(
+            "these are not the cables of the robot", file=obs.source, key="lengths.columns", found=", ".join(columns),
+            expected=f"{len(cables)}: {', '.join(cables)}",
+        )  # fmt: skip
+    if not known:
+        return obs
+    number = np.array([cables.index(c) for c in columns], dtype=float)
+    return replace(obs, extra={"cable": number[obs.extra["cable"].astype(np.int64)]})
