@@ -9,6 +9,8 @@ from calibrate import machines as made
 
 from robocal.calibrate.identify import identify
 from robocal.calibrate.options import Options
+from robocal.files.opened import Bare
+from robocal.jobs.outcome import Outcome, provenance, residual_columns, save, to_result
 from robocal.measure.base import synthesise
 
 MACHINES = {
@@ -71,3 +73,17 @@ def test_encoders_alone_identify_nothing(seed):
     robot, truth, data = made.cables("3R3T", rng, 60, encoders_alone=True)
     found = identify(robot, made.recorded(truth, data, rng))
     assert found.verdict.status != "improved" or any(p.status == "identified" for p in found.parameters)
+
+
+def test_a_machine_of_somebody_elses_has_a_run_folder(tmp_path):
+    rng = np.random.default_rng(5)
+    robot, truth, data = made.turntable(rng, 40)
+    found = identify(robot, made.recorded(truth, data, rng, forget=False))
+    opened = Bare(robot, convention="turntable")
+    result = to_result(found, opened, provenance("", (), 0, "2026-01-01T00:00:00+00:00", 1.0, {}))
+    kept = save(Outcome(result, residual_columns(found), found, opened), tmp_path / "run")
+    assert {p.name for p in kept.written} >= {"result.json", "residuals.csv", "report.html", "calibrated.yaml"}
+    assert result.verdict.status == "improved" and result.robot.convention == "turntable"
+    page = (tmp_path / "run" / "report.html").read_text()
+    assert "turntable" in page and "axis.gain" in page
+    assert "axis.gain: {value: 1.00" in (tmp_path / "run" / "calibrated.yaml").read_text()

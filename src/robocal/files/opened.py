@@ -14,12 +14,13 @@ from robocal.files.cable.robot import read_cable
 from robocal.files.cable.write import render_cable
 from robocal.files.robot import Robot, render_robot
 from robocal.files.rows import quoted
+from robocal.files.runfolder import ROBOTS, find_run
 from robocal.files.units import Unit, Units, number
 from robocal.files.yamlio import load
 from robocal.measure.machine import Machine
 from robocal.remarks.remark import Remark
 
-__all__ = ["Bare", "Opened", "Speaks", "cable_file", "rendered", "with_machine"]
+__all__ = ["Bare", "Opened", "Speaks", "cable_file", "rendered"]
 
 M = TypeVar("M", bound=Machine)
 
@@ -66,26 +67,22 @@ class Opened(Protocol):
 
 
 def cable_file(name: str | os.PathLike[str]) -> CableFile | None:
-    """The cable robot of a file, or None where the file is of something else, or there is none. Raises InputError for
+    """The cable robot of a file or of a run folder, or None where the file is of something else, or there is none. Raises InputError for
     whatever is wrong with a cable robot."""
     place = Path(name)
+    run = find_run(place) if place.exists() else None
+    if place.is_dir():
+        place = place / ROBOTS[0]
     if place.suffix.lower() not in (".yaml", ".yml") or not place.is_file():
         return None
     try:
         kind = load(place).data.get("kind")
     except InputError:
         return None
-    return read_cable(place) if kind == "cable" else None
-
-
-def with_machine(file: Opened, machine: Machine) -> Opened:
-    """The same file with other values, priors and free parameters than its text says."""
-    if isinstance(file, CableFile):
-        return replace(file, robot=machine)  # type: ignore[arg-type]
-    if isinstance(file, Robot):
-        return replace(file, chain=machine)  # type: ignore[arg-type]
-    assert isinstance(file, Bare)
-    return replace(file, machine=machine)
+    if kind != "cable":
+        return None
+    file = read_cable(place)
+    return file if run is None else replace(file, warnings=(*file.warnings, *run.doubts))
 
 
 def rendered(file: Opened, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
