@@ -94,7 +94,7 @@ def _head(result: Result) -> dict[str, Any]:
     count = len(joints) if isinstance(joints, list | tuple) else finite(joints)
     facts = [
         ("Convention", robot.get("convention")),
-        ("Joints", None if count is None else f"{count:.0f}"),
+        ("Joints", f"{count:.0f}" if count else None),
         ("Nominal values from", robot.get("source")),
         ("Method", result.get("method")),
         ("Computed", _moment(provenance.get("started"))),
