@@ -68,7 +68,9 @@ def parameter_results(
         notes: tuple[Remark, ...] = ()
         fitted = row.name in free
         if fitted:
-            status = "identified" if row.name in seen.identified else "prior"
+            # What is known less well than before is not claimed, whoever else is to blame: it is known in a combination.
+            claimed = row.name in seen.identified and total[row.name] <= row.scale
+            status = "identified" if claimed else "prior"
             partners = tuple(hidden.get(row.name, [])[:NAMED])
             if status == "prior" and not partners:
                 notes = (Remark.of(Code.LITTLE_SAID),)
