@@ -17,7 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.estimate.identifiability import block_leverage
 from robocal.estimate.problem import Problem
+from robocal.estimate.uncertainty import reweighted
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet
 
@@ -84,10 +86,11 @@ def assess(
     unstated = {obs.label for obs in stated.observations if obs.sigma is None}
     # A fit that resists outliers must not let them decide what the noise is.
     resistant = problem.loss != "none"
-    rows: dict[Key, list[tuple[Array, Array]]] = {}
+    rows: dict[Key, list[tuple[Array, Array, Array]]] = {}
     in_use: dict[Key, Array] = {}
     kinds: dict[str, str] = {}
-    for r, (own, term) in zip(problem.residuals(x), owners(stated, problem), strict=True):
+    paid = _paid(problem, x, chosen)
+    for r, taken, (own, term) in zip(problem.residuals(x), paid, owners(stated, problem), strict=True):
         kinds.setdefault(r.group, r.kind)
         given = stated.observations[own].sigma
         for start, stop, unit in r.parts:
@@ -95,17 +98,17 @@ def assess(
             sigma = np.zeros_like(r.value) if r.group in unstated or given is None else given[term.index]
             in_use[r.group, unit] = 1 / r.scale[r.used, start:stop]
             rows.setdefault((r.group, unit), []).append(
-                (r.value[keep, start:stop].ravel(), sigma[keep, start:stop].ravel())
+                (r.value[keep, start:stop].ravel(), sigma[keep, start:stop].ravel(), taken[keep, start:stop].ravel())
             )
-    total = sum(len(v) for parts in rows.values() for v, _ in parts)
-    share = max(1 - columns / max(total, 1), 1e-9)
+    left = sum(len(v) - float(taken.sum()) for parts in rows.values() for v, _, taken in parts)
+    share = max(1 - columns / max(left, 1.0), 1e-9)
     groups = []
     for (name, unit), parts in rows.items():
-        value, sigma = (np.concatenate(p) for p in zip(*parts, strict=True))
+        value, sigma, taken = (np.concatenate(p) for p in zip(*parts, strict=True))
         if not len(value):
             continue
-        # Free columns are charged to the groups in proportion to their rows.
-        dof = share * len(value)
+        # Local blocks are charged to the very rows that determine them, free columns in proportion to what is left.
+        dof = share * (len(value) - float(taken.sum()))
         rms = float(np.sqrt(np.mean(value**2)))
         if name in unstated:
             # Without a degree of freedom residuals are zero whatever the noise: what was assumed stays.
@@ -121,6 +124,23 @@ def assess(
             Group(name, kinds[name], unit, len(value), dof, chi2, rms, float(np.sqrt(np.mean(sigma**2))), tau)
         )
     return groups
+
+
+def _paid(problem: Problem, x: Array, chosen: NDArray[np.bool_]) -> list[Array]:
+    """How much of every row of every term, (m, d), its local block takes for itself, among the rows of the chosen units; what a
+    robust loss weighs down takes less."""
+    out = [np.zeros(t.scale.shape) for t in problem.terms]
+    if problem.block_size:
+        own = problem.with_free(())
+        lin = reweighted(own.linearize(x, np.flatnonzero(chosen)), own)
+        taken = block_leverage(lin, own.block_size)
+        first = 0
+        for part, term in zip(out, own.terms, strict=True):
+            keep = chosen[term.unit] & term.used
+            mine = part[keep]
+            part[keep] = taken[first : first + mine.size].reshape(mine.shape)
+            first += mine.size
+    return out
 
 
 def _spread(value: Array, dof: float, resistant: bool) -> float:
