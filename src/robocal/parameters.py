@@ -22,6 +22,7 @@ FRAME_SYMBOLS = ("x", "y", "z", "rx", "ry", "rz")
 
 # What a parameter is expected to be off by when nobody states a prior: typical of a factory-built arm.
 TYPICAL = {"m": 1e-3, "rad": 5e-3, "1": 1e-3}
+WIDE = 1e3  # a metre, any angle: so far off, nothing is known
 ROUNDING = 1e-13
 
 
@@ -48,8 +49,14 @@ class Parameter:
 
     @property
     def scale(self) -> float:
-        """The error expected without data, in the parameter's unit."""
-        return self.usual if self.prior is None else self.prior
+        """The error expected without data, in the parameter's unit: what a prior says, unless it says nothing."""
+        return self.prior if self.prior is not None and self.believed else self.usual
+
+    @property
+    def believed(self) -> bool:
+        """Whether a stated prior says how far off the parameter is: one beyond WIDE times what is typical, and wider than what
+        is expected without it, says nothing. It still pulls, as little as it does."""
+        return self.prior is not None and self.prior <= max(self.usual, WIDE * TYPICAL.get(self.unit, 1.0))
 
     @property
     def usual(self) -> float:

@@ -5,9 +5,7 @@ prior), and divided by the noise as fitted. A singular value s of that matrix th
 combination to 1 / s of what was expected. A combination is *seen* when s exceeds SEEN = 1, so the decision is
 relative to the measurement noise and never to machine precision. Columns are kept by QR with pivoting on the same
 matrix with the stated priors as further rows, which count like any others: a prior on one column also keeps those that
-hide behind it. What is left over is dropped and stays at its nominal value. There a column is scaled with what is usual,
-or with its prior where that is narrower: a prior wider than usual says little by itself, and one far wider
-nothing. Which of several columns that say the same is kept
+hide behind it. What is left over is dropped and stays at its nominal value. Which of several columns that say the same is kept
 is then a matter of preference (`Parameter.preference`): a kept column is exchanged for a preferred one wherever nothing
 that was seen is lost by it. References: Pashkevich, Computer-aided generation
 of complete irreducible models (2011); Gautier and Khalil (1990) for base parameters; Borm and Menq (1991), Driels and
@@ -54,8 +52,6 @@ NAMED = 6  # partners that are named
 CLAIM = 0.75
 # What a column contributes to the imitation of another, relative to the largest contribution: below, it is no partner.
 PARTNER = 0.05
-# How many times wider than usual a stated prior may be and still say how far off its parameter is.
-BELIEVED = 100.0
 
 
 @dataclass(frozen=True)
@@ -248,8 +244,9 @@ def analyse(
     """What the free columns of a problem mean at x; `noise` multiplies the stated sigma (sqrt(chi2 / dof) when the
     model leaves more).
 
-    Rank, singular values, indices and shares speak of the data in units of what is expected. What is kept is seen by data and
-    stated priors together: a parameter whose prior is no wider than usual always is, and so are those named in `always`.
+    Rank, singular values, indices and shares speak of the data in units of what is expected; what is kept is seen by data and
+    stated priors together. So what has a prior is always kept, unless that is so wide that it says nothing
+    (`Parameter.believed`), and so are the names in `always`.
     """
     lin = problem.linearize(x)
     r = triangle(eliminate(lin, problem.block_size)) / noise
@@ -262,8 +259,8 @@ def analyse(
     unit = scaled / np.where(norms > ROUNDING * norms.max(initial=0.0), norms, np.inf)
     ones = _singular(unit)
     structural = int((ones > STRUCTURAL * max(ones.max(initial=0.0), 1e-300)).sum())
-    kept, left, told, unit_of = _selected(problem, r, always, seen)
-    combinations = tuple(_hiding(told, unit_of, names, kept, i) for i in left)
+    kept, left, told = _selected(problem, r, always, seen)
+    combinations = tuple(_hiding(told, scale, names, kept, i) for i in left)
     final = _singular(scaled[:, kept])
     # (S^T S + I)^-1 from the singular values: squaring S would lose what is known to better than 1e-8 of what was
     # expected.
@@ -283,27 +280,18 @@ def analyse(
     )
 
 
-def _selected(
-    problem: Problem, r: Array, always: Sequence[str], seen: float
-) -> tuple[list[int], list[int], Array, Array]:
-    """Kept and left columns in order, the matrix of data and stated priors that says so, and the unit of each of its columns, (n,).
-
-    A prior narrower than usual is what is expected, and its own row keeps its column. A wider one is a row shorter than
-    one: with it alone nothing is seen, but what its data narrow to half its variance is.
-    """
-    usual, prior = problem.usual, np.where(problem.stated, problem.scales, np.inf)
-    unit = np.minimum(usual, prior)
-    told = np.vstack([r, problem.prior_root]) * unit if problem.stated.any() else r * unit
+def _selected(problem: Problem, r: Array, always: Sequence[str], seen: float) -> tuple[list[int], list[int], Array]:
+    """Kept and left columns in order, and the scaled matrix of data and stated priors that says so."""
+    told = np.vstack([r, problem.prior_root]) * problem.scales if problem.stated.any() else r * problem.scales
     # Without noise everything is above it; then only what rounding lets through counts.
-    least = max(seen, STRUCTURAL * float(np.linalg.norm(r * unit, axis=0).max(initial=0.0)))
-    tolerance = np.full(problem.n, least)
-    wide = prior <= BELIEVED * usual
-    tolerance[wide] *= np.minimum(1.0, np.sqrt(2.0) * usual[wide] / prior[wide])
-    tolerance[prior <= usual] = 0.0
-    sure = {i for i, name in enumerate(problem.free) if prior[i] <= usual[i] or name in always}
+    least = max(seen, STRUCTURAL * float(np.linalg.norm(r * problem.scales, axis=0).max(initial=0.0)))
+    # Its own row, of length one and nobody else's, keeps what has a prior; rounding must not say otherwise.
+    held = problem.believed
+    tolerance = np.where(held, 0.0, least)
+    sure = {i for i, name in enumerate(problem.free) if held[i] or name in always}
     kept, left = _preferred(told, *_pivot(told, tolerance), problem.preference, sure, tolerance)
     kept += [i for i in left if i in sure]
-    return sorted(kept), sorted(i for i in left if i not in sure), told, unit
+    return sorted(kept), sorted(i for i in left if i not in sure), told
 
 
 def _hiding(scaled: Array, scale: Array, names: tuple[str, ...], kept: list[int], column: int) -> Combination:

@@ -59,7 +59,7 @@ def kalman(
     """
     x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
     n, size = problem.n, problem.block_size
-    root = _root_of(problem.expected_root) if covariance is None else _root(covariance)
+    root = _beforehand(problem) if covariance is None else _root(covariance)
     if problem.local_prior is not None:
         # What has a prior starts at its mean.
         x = np.concatenate([x[:, : len(problem.table)], problem.local_start[None]], axis=1)
@@ -151,11 +151,12 @@ def _root(covariance: Array) -> Array:
     return np.asarray(np.linalg.qr(scipy.linalg.solve_triangular(lower, np.eye(len(lower)), lower=True), mode="r"))
 
 
-def _root_of(factor: Array) -> Array:
-    """R with R^T R = (S S^T)^-1, upper triangular, from S, which is so where nothing is shared."""
-    if not np.count_nonzero(factor - np.diag(np.diag(factor))):
-        return np.diag(1.0 / np.diag(factor))
-    return np.asarray(np.linalg.qr(np.linalg.inv(factor), mode="r"))
+def _beforehand(problem: Problem) -> Array:
+    """R (n, n), R^T R the information before any row: of the stated priors, and of the expected error where none is stated."""
+    prior, vague = problem.prior_root, np.diag(1.0 / problem.scales)
+    if not np.count_nonzero(prior - np.diag(np.diag(prior))):
+        return np.where(problem.stated, prior, vague)
+    return np.asarray(np.linalg.qr(np.vstack([prior, vague[~problem.stated]]), mode="r"))
 
 
 def _local(problem: Problem, block: int, vague: Array) -> Array:

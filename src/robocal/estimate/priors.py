@@ -29,10 +29,12 @@ KEY = "prior of local blocks"
 
 
 def covariance_root(table: Table, names: Sequence[str], scales: Array) -> Array:
-    """S (n, n) with S S^T the covariance expected without data: `scales` (n,) on the diagonal, and what parameters share."""
+    """S (n, n) with S S^T the covariance expected without data: `scales` (n,) on the diagonal, and what parameters share where
+    all of it is believed."""
     out = np.diag(scales)
     for at, covariance in _shared(table, names):
-        out[np.ix_(at, at)] = np.linalg.cholesky(covariance)
+        if all(table[names[i]].believed for i in at):
+            out[np.ix_(at, at)] = np.linalg.cholesky(covariance)
     return out
 
 

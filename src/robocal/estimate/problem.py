@@ -121,6 +121,11 @@ class Problem:
         return np.array([bool(self.table[name].prior) and self.priors for name in self.free], dtype=bool)
 
     @cached_property
+    def believed(self) -> Bools:
+        """Which free columns have a stated prior that says how far off they are, (n,)."""
+        return np.array([b and self.table[n].believed for n, b in zip(self.free, self.stated, strict=True)], dtype=bool)
+
+    @cached_property
     def prior_root(self) -> Array:
         """R (n, n), R^T R the information of the stated priors: rows beside those of the data, of the step from the table's values."""
         return shared_root(self.table, self.free) if self.priors else np.zeros((self.n, self.n))
@@ -133,12 +138,8 @@ class Problem:
     @cached_property
     def scales(self) -> Array:
         """The error expected of every free column without data, (n,); a stated prior says it, unless priors are off."""
-        return np.where(self.stated, [self.table[name].scale for name in self.free], self.usual)
-
-    @cached_property
-    def usual(self) -> Array:
-        """The error that would be expected of every free column if nobody had stated a prior, (n,)."""
-        return np.array([self.table[name].usual for name in self.free], dtype=float)
+        rows = [self.table[name] for name in self.free]
+        return np.array([p.scale if self.priors else p.usual for p in rows], dtype=float)
 
     @cached_property
     def preference(self) -> Ints:
