@@ -9,7 +9,7 @@ from measure.scenarios import HAND, TAGS, TRACKER, arm, made, observations, plat
 from unit.plain_terms import Plain, linear, plain_problem
 
 from robocal.errors import ModelError
-from robocal.estimate.identifiability import analyse, block_columns, block_leverage, eliminate
+from robocal.estimate.identifiability import analyse, beside_blocks, block_columns, eliminate
 from robocal.estimate.kalman import kalman
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import effective_columns, total, uncertainty
@@ -190,7 +190,7 @@ def test_priors_of_local_blocks_are_the_dense_estimate(rng, ranks):
     lin = q.linearize(s.x)
     local = np.linalg.inv((dense.T @ dense + info)[2:, 2:])
     np.testing.assert_allclose(
-        block_leverage(lin, 3), np.einsum("ij,jk,ik->i", dense[:, 2:], local, dense[:, 2:]), atol=1e-10
+        beside_blocks(lin, 3)[0], np.einsum("ij,jk,ik->i", dense[:, 2:], local, dense[:, 2:]), atol=1e-10
     )
     reduced = eliminate(lin, 3)
     np.testing.assert_allclose(reduced.T @ reduced + info[:2, :2], np.linalg.inv(inverse[:2, :2]), atol=1e-9)
@@ -203,7 +203,7 @@ def test_priors_of_local_blocks_are_the_dense_estimate(rng, ranks):
 def test_leverage_without_priors_is_the_rank(rng, ranks):
     p, dense, _ = with_blocks(rng, ranks)
     lin = p.linearize(p.start)
-    taken = block_leverage(lin, 3)
+    taken = beside_blocks(lin, 3)[0]
     assert taken.sum() == pytest.approx(sum(ranks)) == block_columns(lin, 3) and not taken[lin.local < 0].any()
     hat = dense[:, 2:] @ np.linalg.pinv(dense[:, 2:], rcond=1e-10)
     np.testing.assert_allclose(taken, np.diag(hat), atol=1e-9)

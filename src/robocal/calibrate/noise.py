@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.estimate.identifiability import block_leverage
 from robocal.estimate.problem import Problem
-from robocal.estimate.uncertainty import reweighted
+from robocal.estimate.uncertainty import leverages
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet
 
@@ -27,6 +26,7 @@ __all__ = ["Group", "apply_noise", "assess", "owners"]
 
 Array = NDArray[np.float64]
 Key = tuple[str, str]  # (sensor group, SI unit)
+LEAST = 1e-9  # of its rows, that a group keeps as degrees of freedom
 MEDIAN = 0.454936  # of a squared standard normal
 # Below this no instrument measures; it only keeps noise-free data from dividing by zero.
 FLOOR = {"m": 1e-12, "rad": 1e-12, "px": 1e-9}
@@ -89,7 +89,7 @@ def assess(
     rows: dict[Key, list[tuple[Array, Array, Array]]] = {}
     in_use: dict[Key, Array] = {}
     kinds: dict[str, str] = {}
-    paid = _paid(problem, x, chosen)
+    paid = _paid(problem, x, chosen, columns)
     for r, taken, (own, term) in zip(problem.residuals(x), paid, owners(stated, problem), strict=True):
         kinds.setdefault(r.group, r.kind)
         given = stated.observations[own].sigma
@@ -100,15 +100,12 @@ def assess(
             rows.setdefault((r.group, unit), []).append(
                 (r.value[keep, start:stop].ravel(), sigma[keep, start:stop].ravel(), taken[keep, start:stop].ravel())
             )
-    left = sum(len(v) - float(taken.sum()) for parts in rows.values() for v, _, taken in parts)
-    share = max(1 - columns / max(left, 1.0), 1e-9)
     groups = []
     for (name, unit), parts in rows.items():
         value, sigma, taken = (np.concatenate(p) for p in zip(*parts, strict=True))
         if not len(value):
             continue
-        # Local blocks are charged to the very rows that determine them, free columns in proportion to what is left.
-        dof = share * (len(value) - float(taken.sum()))
+        dof = max(len(value) - float(taken.sum()), LEAST * len(value))
         rms = float(np.sqrt(np.mean(value**2)))
         if name in unstated:
             # Without a degree of freedom residuals are zero whatever the noise: what was assumed stays.
@@ -126,20 +123,25 @@ def assess(
     return groups
 
 
-def _paid(problem: Problem, x: Array, chosen: NDArray[np.bool_]) -> list[Array]:
-    """How much of every row of every term, (m, d), its local block takes for itself, among the rows of the chosen units; what a
-    robust loss weighs down takes less."""
-    out = [np.zeros(t.scale.shape) for t in problem.terms]
-    if problem.block_size:
-        own = problem.with_free(())
-        lin = reweighted(own.linearize(x, np.flatnonzero(chosen)), own)
-        taken = block_leverage(lin, own.block_size)
-        first = 0
-        for part, term in zip(out, own.terms, strict=True):
-            keep = chosen[term.unit] & term.used
-            mine = part[keep]
-            part[keep] = taken[first : first + mine.size].reshape(mine.shape)
-            first += mine.size
+def _paid(problem: Problem, x: Array, chosen: NDArray[np.bool_], columns: float) -> list[Array]:
+    """How many degrees of freedom every row of every term, (m, d), pays for what was fitted to the chosen units.
+
+    Without local blocks all pay alike. With them, each pays for its block and the shared columns by its leverage: lengths hardly
+    say where a platform is that a camera sees, and know nothing of its markers.
+    """
+    counts = [(chosen[t.unit] & t.used)[:, None] & np.ones(t.scale.shape[1], dtype=bool) for t in problem.terms]
+    total = sum(int(c.sum()) for c in counts)
+    if not problem.block_size or not total:
+        return [np.asarray(columns / max(total, 1) * c, dtype=np.float64) for c in counts]
+    own, shared = leverages(problem, x, np.flatnonzero(chosen))
+    whole = shared.sum()
+    paid = own + columns * (shared / whole if whole > 0 else 1 / total)
+    out, first = [], 0
+    for c in counts:
+        mine = np.zeros(c.shape)
+        mine[c] = paid[first : first + int(c.sum())]
+        first += int(c.sum())
+        out.append(mine)
     return out
 
 

@@ -30,8 +30,8 @@ __all__ = [
     "Combination",
     "Identifiability",
     "analyse",
+    "beside_blocks",
     "block_columns",
-    "block_leverage",
     "block_ranks",
     "eliminate",
     "observability",
@@ -130,14 +130,17 @@ def block_ranks(lin: Linear, size: int, blocks: int) -> Ints:
     return out
 
 
-def block_leverage(lin: Linear, size: int) -> Array:
-    """How much of every row its local block takes for itself, (N,): |row of U1|^2, where U1 spans the block's columns. In all
-    `block_columns` where blocks have no priors, and less by what the priors hold otherwise."""
-    out = np.zeros(len(lin.r))
+def beside_blocks(lin: Linear, size: int) -> tuple[Array, Array]:
+    """How much of every row its local block takes for itself, (N,): |row of U1|^2, where U1 spans the block's columns; and M J
+    (N, n) with M = I - U1 U1^T, what is left for shared columns. The first is `block_columns` in all where blocks have no
+    priors, and less by what the priors hold otherwise."""
+    taken, left = np.zeros(len(lin.r)), lin.j.copy()
     for _, rows, jl in _blocks(lin, size):
         u, s, _ = np.linalg.svd(jl, full_matrices=False)
-        out[rows] = np.sum(u**2 * _spans(s)[:, None, :], axis=2)[:, : rows.shape[1]]
-    return out
+        own = (u * _spans(s)[:, None, :])[:, : rows.shape[1]]
+        taken[rows] = np.sum(own**2, axis=2)
+        left[rows] -= own @ (np.swapaxes(own, 1, 2) @ lin.j[rows])
+    return taken, left
 
 
 def _spans(s: Array) -> NDArray[np.bool_]:
@@ -146,8 +149,8 @@ def _spans(s: Array) -> NDArray[np.bool_]:
 
 
 def _blocks(lin: Linear, size: int) -> Iterator[tuple[Ints, Ints, Array]]:
-    """Blocks with the same number of rows together: which blocks (b,), which rows (b, k), and their columns (b, k or k + l, l), the rows of the
-    blocks' priors last."""
+    """Blocks with the same number of rows together: which blocks (b,), which rows (b, k), and their columns (b, k or k + l, l),
+    the rows of the blocks' priors last."""
     inside = lin.local >= 0
     if not size or not inside.any():
         return

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.estimate.identifiability import block_columns, eliminate, triangle
+from robocal.estimate.identifiability import beside_blocks, block_columns, eliminate, triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Linear
 
@@ -35,6 +35,7 @@ __all__ = [
     "Uncertainty",
     "band",
     "effective_columns",
+    "leverages",
     "quantile",
     "radius",
     "reweighted",
@@ -47,6 +48,7 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 # Singular values below this share of the largest are rounding.
 RESOLUTION = 1e-13
+EPS = float(np.finfo(float).eps)
 LEVEL = 0.95  # of every interval and band
 
 
@@ -120,6 +122,20 @@ def effective_columns(problem: Problem, x: Array) -> float:
     hold = problem.prior_root * problem.scales
     full = triangle(np.vstack([triangle(eliminate(lin, problem.block_size)) * problem.scales, hold]))
     return n - float(np.linalg.norm(np.linalg.lstsq(full.T, hold.T, rcond=None)[0]) ** 2)
+
+
+def leverages(problem: Problem, x: Array, units: Ints) -> tuple[Array, Array]:
+    """How much of every row that counts, of some units, its local block takes for itself and how much the shared columns take,
+    (N,) each: the diagonals of U1 U1^T and of M J (J^T M J + P)^-1 J^T M. What a robust loss weighs down takes less."""
+    lin = reweighted(problem.linearize(x, units), problem)
+    taken, left = beside_blocks(lin, problem.block_size)
+    if not problem.n:
+        return taken, np.zeros(len(taken))
+    scale, root = problem.scales, problem.prior_root
+    values, vectors = np.linalg.eigh((lin.j.T @ left + root.T @ root) * np.outer(scale, scale))
+    known = values > len(values) * EPS * values[-1]
+    turned = left @ (scale[:, None] * vectors[:, known] / np.sqrt(values[known]))
+    return taken, np.asarray(np.sum(turned**2, axis=1))
 
 
 def band(jacobian: Array, covariance: Array) -> Array:
