@@ -12,16 +12,18 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robocal.errors import ModelError, nearest
 
-__all__ = ["FRAME_SYMBOLS", "Parameter", "Table", "frame_parameters"]
+__all__ = ["FRAME_SYMBOLS", "Parameter", "Table", "Together", "check_covariance", "frame_parameters"]
 
 FRAME_SYMBOLS = ("x", "y", "z", "rx", "ry", "rz")
 
 # What a parameter is expected to be off by when nobody states a prior: typical of a factory-built arm.
 TYPICAL = {"m": 1e-3, "rad": 5e-3, "1": 1e-3}
+WIDE = 1e3  # a metre, any angle: so far off, nothing is known
+ROUNDING = 1e-13
 
 
 @dataclass(frozen=True)
@@ -47,10 +49,44 @@ class Parameter:
 
     @property
     def scale(self) -> float:
-        """The error expected without data, in the parameter's unit."""
-        if self.prior is not None:
-            return self.prior
+        """The error expected without data, in the parameter's unit: what a prior says, unless it says nothing."""
+        return self.prior if self.prior is not None and self.believed else self.usual
+
+    @property
+    def believed(self) -> bool:
+        """Whether a stated prior says how far off the parameter is: one beyond WIDE times what is typical, and wider than what
+        is expected without it, says nothing. It still pulls, as little as it does."""
+        return self.prior is not None and self.prior <= max(self.usual, WIDE * TYPICAL.get(self.unit, 1.0))
+
+    @property
+    def usual(self) -> float:
+        """The error expected when nobody states a prior, in the parameter's unit."""
         return self.expected if self.expected is not None else TYPICAL.get(self.unit, 1.0)
+
+
+@dataclass(frozen=True)
+class Together:
+    """A prior of several parameters together: their covariance (k, k) around their values, SI, in the order of `names`.
+    Components of a rotation vector are turns, as everywhere in a covariance. Each name's own `Parameter.prior` is the root
+    of its diagonal."""
+
+    names: tuple[str, ...]
+    covariance: tuple[tuple[float, ...], ...]
+
+    def of(self, names: Sequence[str]) -> NDArray[np.float64]:
+        """The covariance of some of the names, in the given order; what is not asked is left open, not held."""
+        at = [self.names.index(n) for n in names]
+        return np.array(self.covariance)[np.ix_(at, at)]
+
+    def without(self, names: Iterable[str]) -> Together:
+        """What it says of the other names."""
+        gone = set(names)
+        rest = tuple(n for n in self.names if n not in gone)
+        return self if len(rest) == len(self.names) else _together(rest, self.of(rest))
+
+
+def _together(names: tuple[str, ...], covariance: NDArray[np.float64]) -> Together:
+    return Together(names, tuple(map(tuple, covariance.tolist())))
 
 
 def frame_parameters(
@@ -82,11 +118,39 @@ def frame_parameters(
     return tuple(rows)
 
 
+# How unequal the two halves of a covariance may be, relative to its standard deviations: what writing it down leaves.
+SYMMETRIC = 1e-6
+
+
+def check_covariance(c: NDArray[np.float64], size: int, key: str) -> None:
+    """Raises ModelError where c (..., size, size) is no covariance; `key` says whose prior it is."""
+    if c.shape[-2:] != (size, size):
+        raise ModelError("a prior's covariance has another size", key=key, found=c.shape, expected=f"{size} x {size}")
+    if not np.isfinite(c).all():
+        raise ModelError("a prior's covariance must be finite", key=key)
+    own = np.diagonal(c, axis1=-2, axis2=-1)
+    if not (own > 0).all():
+        raise ModelError("a prior's variances must be above zero", key=key, found=float(own.min()))
+    unit = c / np.sqrt(own[..., :, None] * own[..., None, :])
+    if (np.abs(unit - np.swapaxes(unit, -1, -2)) > SYMMETRIC).any():
+        raise ModelError("a prior's covariance must be symmetric", key=key)
+    # Units differ by orders of magnitude, so it is the correlations whose eigenvalues say whether it is one.
+    least = float(np.linalg.eigvalsh(unit).min(initial=np.inf))
+    if not least > ROUNDING:
+        raise ModelError(
+            "a prior's covariance must be positive definite",
+            key=key,
+            found=f"smallest eigenvalue of the correlations {least:.3g}",
+            expected="above 0; parameters that depend on each other exactly cannot have priors of their own",
+        )
+
+
 @dataclass(frozen=True)
 class Table:
-    """An ordered, immutable set of parameters with unique names."""
+    """An ordered, immutable set of parameters with unique names; `together` are the priors that several of them share."""
 
     rows: tuple[Parameter, ...] = ()
+    together: tuple[Together, ...] = ()
 
     def __post_init__(self) -> None:
         if len(self.index) != len(self.rows):
@@ -137,35 +201,56 @@ class Table:
         return name in self.index
 
     def __add__(self, other: Table | Iterable[Parameter]) -> Table:
-        rows = other.rows if isinstance(other, Table) else tuple(other)
-        return Table(self.rows + rows)
+        if isinstance(other, Table):
+            return Table(self.rows + other.rows, self.together + other.together)
+        return Table(self.rows + tuple(other), self.together)
 
     def with_values(self, values: Mapping[str, float] | NDArray[np.float64]) -> Table:
         """The same table with other values: by name, or an array of shape (P,)."""
         if isinstance(values, Mapping):
             for name in values:
                 _ = self[name]
-            return Table(tuple(replace(p, value=float(values.get(p.name, p.value))) for p in self.rows))
-        return Table(tuple(replace(p, value=float(v)) for p, v in zip(self.rows, values, strict=True)))
+            return self._of(replace(p, value=float(values.get(p.name, p.value))) for p in self.rows)
+        return self._of(replace(p, value=float(v)) for p, v in zip(self.rows, values, strict=True))
 
     def with_free(self, names: Iterable[str]) -> Table:
         """The same table with exactly these names free."""
         wanted = set(names)
         for name in wanted:
             _ = self[name]
-        return Table(tuple(replace(p, free=p.name in wanted) for p in self.rows))
+        return self._of(replace(p, free=p.name in wanted) for p in self.rows)
 
     def with_priors(self, priors: Mapping[str, float | None]) -> Table:
-        """The same table with these prior standard deviations."""
+        """The same table with these prior standard deviations; what was said of these names before is gone, together with
+        others or alone."""
         for name in priors:
             _ = self[name]
-        return Table(tuple(replace(p, prior=priors[p.name]) if p.name in priors else p for p in self.rows))
+        rows = tuple(replace(p, prior=priors[p.name]) if p.name in priors else p for p in self.rows)
+        left = (t.without(priors) for t in self.together)
+        return Table(rows, tuple(t for t in left if len(t.names) > 1))
+
+    def with_covariance(self, names: Sequence[str], covariance: ArrayLike) -> Table:
+        """The same table with a prior of several parameters together, covariance (k, k) in SI.
+
+        Raises ModelError for an unknown name or one given twice, and for a matrix that is no covariance of so many: not
+        (k, k), not finite, not symmetric, not positive definite.
+        """
+        names, c = tuple(names), np.asarray(covariance, float)
+        if len(set(names)) < len(names):
+            double = next(n for i, n in enumerate(names) if n in names[:i])
+            raise ModelError("a prior names a parameter twice", key=double)
+        check_covariance(c, len(names), ", ".join(names[:3]) + (" ..." if len(names) > 3 else ""))
+        made = self.with_priors({n: float(s) for n, s in zip(names, np.sqrt(np.diag(c)), strict=True)})
+        return Table(made.rows, (*made.together, _together(names, (c + c.T) / 2)) if len(names) > 1 else made.together)
 
     def with_preferences(self, preferences: Mapping[str, int]) -> Table:
         """The same table with these preferences."""
         for name in preferences:
             _ = self[name]
-        return Table(tuple(replace(p, preference=preferences.get(p.name, p.preference)) for p in self.rows))
+        return self._of(replace(p, preference=preferences.get(p.name, p.preference)) for p in self.rows)
+
+    def _of(self, rows: Iterable[Parameter]) -> Table:
+        return Table(tuple(rows), self.together)
 
     def match(self, patterns: Iterable[str]) -> tuple[str, ...]:
         """Names selected by full names (`j2.alpha`), symbols (`alpha`) or owners (`tool`); errors name the nearest."""

@@ -114,7 +114,7 @@ def _split(total: Total, names: Sequence[str], other: Sequence[str]) -> tuple[Ar
     response[np.ix_(known, known)] = total.response[np.ix_(at, at)]
     rest = [i for i, n in enumerate(total.names) if n in other]
     own = np.zeros((size, len(rest)))
-    own[known] = (total.response * total.expected)[np.ix_(at, rest)]
+    own[known] = total.hidden[np.ix_(at, rest)]
     expected = np.zeros(size)
     expected[known] = total.expected[at]
     return noise, response, own, expected

@@ -86,7 +86,7 @@ def with_gains(chain: Chain, joints: Sequence[str] = (), prior: float = GAIN) ->
     for name in names:
         _ = chain.table[name]
     rows = (replace(p, free=True, prior=prior) if p.name in names else p for p in chain.table.rows)
-    return replace(chain, table=Table(tuple(rows)))
+    return replace(chain, table=Table(tuple(rows), chain.table.together))
 
 
 def with_eccentricity(

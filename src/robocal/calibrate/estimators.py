@@ -81,11 +81,11 @@ def _least_squares(method: str) -> Run:
 def _held(problem: Problem, start: Array) -> tuple[Problem, Array]:
     """The problem as the filter sees it: a prior on every column, stated or wide around the start; and where it starts."""
     names = np.array(problem.free)
-    info = problem.prior[1]
+    stated = problem.stated
     x = np.array(start)
     # What has a prior starts at its mean, wherever the baseline put it.
-    x[:, problem.index[info > 0]] = problem.table.values[problem.index[info > 0]]
-    wide = {str(n): WIDE * float(s) for n, s in zip(names[info == 0], problem.scales[info == 0], strict=True)}
+    x[:, problem.index[stated]] = problem.table.values[problem.index[stated]]
+    wide = {str(n): WIDE * float(s) for n, s in zip(names[~stated], problem.scales[~stated], strict=True)}
     table = problem.table.with_values(x[0, : len(problem.table)]).with_priors(wide)
     return replace(problem.with_table(table), priors=True), x
 

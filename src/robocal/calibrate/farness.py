@@ -121,7 +121,7 @@ def far_from(data: DataSet, problem: Problem, x: Array, units: Ints) -> Farness:
 def _inverse(problem: Problem, x: Array) -> Array:
     """(J^T J + P)^-1 over the free columns."""
     lin = problem.linearize(x)
-    a = lin.j.T @ lin.j + np.diag(problem.prior[1])
+    a = lin.j.T @ lin.j + problem.prior_root.T @ problem.prior_root
     # Columns differ by orders of magnitude: unit diagonal before the inverse.
     size = np.sqrt(np.where(np.diag(a) > 0, np.diag(a), 1.0))
     both = np.outer(size, size)

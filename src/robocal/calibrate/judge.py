@@ -265,7 +265,7 @@ def _second_thoughts(model: Machine, base: Problem, part: Fit, proof: Proof, fou
     if not set(part.identifiability.identified) & set(model.table.names):
         return Verdict("not_improved", (Remark.of(Code.NOTHING_IDENTIFIED), *found.reasons))
     rows = problem.numbers
-    left, sought = int((proof.split.fit @ rows).min()), problem.n - int((problem.prior[1] > 0).sum())
+    left, sought = int((proof.split.fit @ rows).min()), problem.n - int(problem.stated.sum())
     # What is left would be met exactly, and the left-out configuration by what was known of it before.
     if len(proof.split) > 1 and left <= sought:
         few = Remark.of(Code.FEW_NUMBERS, noun=_noun(proof), left=left, sought=sought)

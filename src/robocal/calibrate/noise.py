@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal.estimate.problem import Problem
+from robocal.estimate.uncertainty import leverages
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet
 
@@ -25,6 +26,7 @@ __all__ = ["Group", "apply_noise", "assess", "owners"]
 
 Array = NDArray[np.float64]
 Key = tuple[str, str]  # (sensor group, SI unit)
+LEAST = 1e-9  # of its rows, that a group keeps as degrees of freedom
 MEDIAN = 0.454936  # of a squared standard normal
 # Below this no instrument measures; it only keeps noise-free data from dividing by zero.
 FLOOR = {"m": 1e-12, "rad": 1e-12, "px": 1e-9}
@@ -84,10 +86,11 @@ def assess(
     unstated = {obs.label for obs in stated.observations if obs.sigma is None}
     # A fit that resists outliers must not let them decide what the noise is.
     resistant = problem.loss != "none"
-    rows: dict[Key, list[tuple[Array, Array]]] = {}
+    rows: dict[Key, list[tuple[Array, Array, Array]]] = {}
     in_use: dict[Key, Array] = {}
     kinds: dict[str, str] = {}
-    for r, (own, term) in zip(problem.residuals(x), owners(stated, problem), strict=True):
+    paid = _paid(problem, x, chosen, columns)
+    for r, taken, (own, term) in zip(problem.residuals(x), paid, owners(stated, problem), strict=True):
         kinds.setdefault(r.group, r.kind)
         given = stated.observations[own].sigma
         for start, stop, unit in r.parts:
@@ -95,17 +98,14 @@ def assess(
             sigma = np.zeros_like(r.value) if r.group in unstated or given is None else given[term.index]
             in_use[r.group, unit] = 1 / r.scale[r.used, start:stop]
             rows.setdefault((r.group, unit), []).append(
-                (r.value[keep, start:stop].ravel(), sigma[keep, start:stop].ravel())
+                (r.value[keep, start:stop].ravel(), sigma[keep, start:stop].ravel(), taken[keep, start:stop].ravel())
             )
-    total = sum(len(v) for parts in rows.values() for v, _ in parts)
-    share = max(1 - columns / max(total, 1), 1e-9)
     groups = []
     for (name, unit), parts in rows.items():
-        value, sigma = (np.concatenate(p) for p in zip(*parts, strict=True))
+        value, sigma, taken = (np.concatenate(p) for p in zip(*parts, strict=True))
         if not len(value):
             continue
-        # Free columns are charged to the groups in proportion to their rows.
-        dof = share * len(value)
+        dof = max(len(value) - float(taken.sum()), LEAST * len(value))
         rms = float(np.sqrt(np.mean(value**2)))
         if name in unstated:
             # Without a degree of freedom residuals are zero whatever the noise: what was assumed stays.
@@ -121,6 +121,28 @@ def assess(
             Group(name, kinds[name], unit, len(value), dof, chi2, rms, float(np.sqrt(np.mean(sigma**2))), tau)
         )
     return groups
+
+
+def _paid(problem: Problem, x: Array, chosen: NDArray[np.bool_], columns: float) -> list[Array]:
+    """How many degrees of freedom every row of every term, (m, d), pays for what was fitted to the chosen units.
+
+    Without local blocks all pay alike. With them, each pays for its block and the shared columns by its leverage: lengths hardly
+    say where a platform is that a camera sees, and know nothing of its markers.
+    """
+    counts = [(chosen[t.unit] & t.used)[:, None] & np.ones(t.scale.shape[1], dtype=bool) for t in problem.terms]
+    total = sum(int(c.sum()) for c in counts)
+    if not problem.block_size or not total:
+        return [np.asarray(columns / max(total, 1) * c, dtype=np.float64) for c in counts]
+    own, shared = leverages(problem, x, np.flatnonzero(chosen))
+    whole = shared.sum()
+    paid = own + columns * (shared / whole if whole > 0 else 1 / total)
+    out, first = [], 0
+    for c in counts:
+        mine = np.zeros(c.shape)
+        mine[c] = paid[first : first + int(c.sum())]
+        first += int(c.sum())
+        out.append(mine)
+    return out
 
 
 def _spread(value: Array, dof: float, resistant: bool) -> float:

@@ -85,7 +85,7 @@ def scale_of(model: Machine, fit: Fit, off: Total) -> Scale | None:
     shows = (np.eye(len(off.names)) + off.response)[kept]
     size = off.expected[kept]
     a, delta, each = shows @ nominal / size, change / size, shows / size[:, None]
-    made = shows * off.expected / size[:, None]
+    made = (shows * off.expected if off.root is None else shows @ off.root) / size[:, None]
     making, noise = made @ made.T, off.noise[np.ix_(kept, kept)] / np.outer(size, size)
     values, vectors = np.linalg.eigh(making + noise)
     known = values > 1e-12 * values[-1]

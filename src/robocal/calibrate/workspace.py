@@ -99,7 +99,7 @@ def predict(
     pose, jac = reach(chain, joints, names, conditions)
     if motion is not None:
         jac = jac - motion_field(pose[:, :3, 3]) @ motion
-    hidden = total.response[at] * total.expected
+    hidden = total.hidden[at]
     # Root by root, so that large errors that cancel leave no rounding below zero.
     left = jac @ hidden
     noise = np.einsum("mai,ij,mbj->mab", jac, total.noise[np.ix_(at, at)], jac, optimize=True)

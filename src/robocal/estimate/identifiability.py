@@ -4,7 +4,8 @@ The whitened Jacobian is scaled column by column with the error expected of that
 prior), and divided by the noise as fitted. A singular value s of that matrix then says: the data know this
 combination to 1 / s of what was expected. A combination is *seen* when s exceeds SEEN = 1, so the decision is
 relative to the measurement noise and never to machine precision. Columns are kept by QR with pivoting on the same
-matrix; what is left over is dropped and stays at its nominal value. Which of several columns that say the same is kept
+matrix with the stated priors as further rows, which count like any others: a prior on one column also keeps those that
+hide behind it. What is left over is dropped and stays at its nominal value. Which of several columns that say the same is kept
 is then a matter of preference (`Parameter.preference`): a kept column is exchanged for a preferred one wherever nothing
 that was seen is lost by it. References: Pashkevich, Computer-aided generation
 of complete irreducible models (2011); Gautier and Khalil (1990) for base parameters; Borm and Menq (1991), Driels and
@@ -13,7 +14,7 @@ Pathre (1990), Nahvi and Hollerbach (1996), Sun and Hollerbach (2008) for the ob
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,7 @@ __all__ = [
     "Combination",
     "Identifiability",
     "analyse",
+    "beside_blocks",
     "block_columns",
     "block_ranks",
     "eliminate",
@@ -98,45 +100,68 @@ class Identifiability:
 
 
 def eliminate(lin: Linear, size: int) -> Array:
-    """J (N', n) with local blocks projected out: rows of Q2^T J, where Q2 spans what the blocks' columns leave free."""
-    return _without_blocks(lin, size)[0]
+    """J (N', n) with local blocks projected out: rows of Q2^T J, where Q2 spans what the blocks' columns, their priors
+    included, leave free."""
+    parts = [lin.j[lin.local < 0]]
+    for _, rows, jl in _blocks(lin, size):
+        u, s, _ = np.linalg.svd(jl, full_matrices=True)
+        spans = np.zeros(jl.shape[:2], dtype=bool)
+        spans[:, : s.shape[1]] = _spans(s)
+        # Nothing shared is in the rows of a prior.
+        left = np.swapaxes(u[:, : rows.shape[1]], 1, 2) @ lin.j[rows]
+        parts.append(left[~spans])
+    return np.concatenate(parts) if len(parts) > 1 else lin.j
 
 
 def block_columns(lin: Linear, size: int) -> int:
-    """How many columns of local blocks the rows determine: the sum of the blocks' own ranks, what they cost in degrees
-    of freedom."""
-    return _without_blocks(lin, size)[1]
+    """What local blocks cost in degrees of freedom: their own ranks, less what their priors bring in as rows."""
+    rank = 0
+    for _, rows, jl in _blocks(lin, size):
+        rank += int(_spans(np.asarray(np.linalg.svd(jl, compute_uv=False))).sum())
+        rank -= int((jl[:, rows.shape[1] :] != 0).any(axis=2).sum())
+    return rank
 
 
 def block_ranks(lin: Linear, size: int, blocks: int) -> Ints:
     """How many of its own columns the rows of each local block determine, (blocks,)."""
     out = np.zeros(blocks, dtype=np.int64)
-    for block in np.unique(lin.local[lin.local >= 0]):
-        s = np.linalg.svd(lin.jl[lin.local == block], compute_uv=False)
-        out[block] = int((s > STRUCTURAL * s.max(initial=0.0)).sum()) if size else 0
+    for own, rows, jl in _blocks(lin, size):
+        out[own] = _spans(np.asarray(np.linalg.svd(jl[:, : rows.shape[1]], compute_uv=False))).sum(axis=1)
     return out
 
 
-def _without_blocks(lin: Linear, size: int) -> tuple[Array, int]:
-    if not size or not (lin.local >= 0).any():
-        return lin.j, 0
-    parts = [lin.j[lin.local < 0]]
-    rank = 0
-    counts = np.unique(lin.local[lin.local >= 0], return_counts=True)[1]
+def beside_blocks(lin: Linear, size: int) -> tuple[Array, Array]:
+    """How much of every row its local block takes for itself, (N,): |row of U1|^2, where U1 spans the block's columns; and M J
+    (N, n) with M = I - U1 U1^T, what is left for shared columns. The first is `block_columns` in all where blocks have no
+    priors, and less by what the priors hold otherwise."""
+    taken, left = np.zeros(len(lin.r)), lin.j.copy()
+    for _, rows, jl in _blocks(lin, size):
+        u, s, _ = np.linalg.svd(jl, full_matrices=False)
+        own = (u * _spans(s)[:, None, :])[:, : rows.shape[1]]
+        taken[rows] = np.sum(own**2, axis=2)
+        left[rows] -= own @ (np.swapaxes(own, 1, 2) @ lin.j[rows])
+    return taken, left
+
+
+def _spans(s: Array) -> NDArray[np.bool_]:
+    """Which singular values (b, k) of blocks are any: one that its rows do not determine takes away only what they say of it."""
+    return np.asarray(s > STRUCTURAL * s.max(axis=1, keepdims=True, initial=0.0))
+
+
+def _blocks(lin: Linear, size: int) -> Iterator[tuple[Ints, Ints, Array]]:
+    """Blocks with the same number of rows together: which blocks (b,), which rows (b, k), and their columns (b, k or k + l, l),
+    the rows of the blocks' priors last."""
+    inside = lin.local >= 0
+    if not size or not inside.any():
+        return
+    blocks, counts = np.unique(lin.local[inside], return_counts=True)
     order = np.argsort(lin.local, kind="stable")
-    order = order[lin.local[order] >= 0]
+    order = order[inside[order]]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     for count in np.unique(counts):
-        # Blocks with the same number of rows are factored together.
         rows = order[starts[counts == count][:, None] + np.arange(count)]
-        u, s, _ = np.linalg.svd(lin.jl[rows], full_matrices=True)
-        # A block that its rows do not determine takes away only what they say of it.
-        spans = np.zeros((len(rows), count), dtype=bool)
-        spans[:, : s.shape[1]] = s > STRUCTURAL * s.max(axis=1, keepdims=True, initial=0.0)
-        rank += int(spans.sum())
-        left = np.swapaxes(u, 1, 2) @ lin.j[rows]
-        parts.append(left[~spans])
-    return np.concatenate(parts), rank
+        own, jl = blocks[counts == count], lin.jl[rows]
+        yield own, rows, jl if lin.hold is None else np.concatenate([jl, lin.hold[own]], axis=1)
 
 
 def triangle(j: Array, chunk: int = 20_000) -> Array:
@@ -149,8 +174,9 @@ def triangle(j: Array, chunk: int = 20_000) -> Array:
     return r
 
 
-def _pivot(r: Array, tolerance: float) -> tuple[list[int], list[int]]:
-    """Kept and left columns of R by pivoted Gram-Schmidt; among equals the first column wins."""
+def _pivot(r: Array, tolerance: Array) -> tuple[list[int], list[int]]:
+    """Kept and left columns of R by pivoted Gram-Schmidt; tolerance (n,) is what each has to exceed. Among equals the first
+    column wins."""
     work = r.copy()
     n = r.shape[1]
     kept: list[int] = []
@@ -159,9 +185,10 @@ def _pivot(r: Array, tolerance: float) -> tuple[list[int], list[int]]:
     favour = 1.0 - 1e-7 * np.arange(n)
     while left:
         norms = np.linalg.norm(work[:, left], axis=0)
-        best = int(np.argmax(norms * favour[left]))
-        if norms[best] <= tolerance:
+        seen = norms > tolerance[left]
+        if not seen.any():
             break
+        best = int(np.argmax(np.where(seen, norms * favour[left], -1.0)))
         q = work[:, left[best]] / norms[best]
         kept.append(left.pop(best))
         for _ in range(2):
@@ -170,7 +197,7 @@ def _pivot(r: Array, tolerance: float) -> tuple[list[int], list[int]]:
 
 
 def _preferred(
-    scaled: Array, kept: list[int], left: list[int], preference: Ints, sure: set[int], tolerance: float
+    scaled: Array, kept: list[int], left: list[int], preference: Ints, sure: set[int], tolerance: Array
 ) -> tuple[list[int], list[int]]:
     """Kept and left columns after every exchange of a kept column for a preferred one that says the same.
 
@@ -180,7 +207,7 @@ def _preferred(
     kept, left = list(kept), list(left)
     for wanted in sorted(left, key=lambda i: -int(preference[i])):
         rivals = [k for k in kept if preference[k] < preference[wanted] and k not in sure]
-        if not rivals or np.linalg.norm(scaled[:, wanted]) <= tolerance:
+        if not rivals or np.linalg.norm(scaled[:, wanted]) <= tolerance[wanted]:
             continue
         share = np.linalg.lstsq(scaled[:, kept], scaled[:, wanted], rcond=None)[0]
         effect = dict(zip(kept, np.abs(share) * np.linalg.norm(scaled[:, kept], axis=0), strict=True))
@@ -191,7 +218,7 @@ def _preferred(
             rest = [rival, *(k for k in left if k != wanted)]
             q, r = np.linalg.qr(scaled[:, new])
             missed = scaled[:, rest] - q @ (q.T @ scaled[:, rest])
-            if abs(r[-1, -1]) > tolerance and np.linalg.norm(missed, axis=0).max() <= tolerance:
+            if abs(r[-1, -1]) > tolerance[wanted] and (np.linalg.norm(missed, axis=0) <= tolerance[rest]).all():
                 kept, left = new, rest
                 break
     return kept, left
@@ -220,47 +247,54 @@ def analyse(
     """What the free columns of a problem mean at x; `noise` multiplies the stated sigma (sqrt(chi2 / dof) when the
     model leaves more).
 
-    Parameters with a stated prior are kept (the prior holds them where the data do not), and so are those named in
-    `always`.
+    Rank, singular values, indices and shares speak of the data in units of what is expected; what is kept is seen by data and
+    stated priors together. So what has a prior is always kept, unless that is so wide that it says nothing
+    (`Parameter.believed`), and so are the names in `always`.
     """
     lin = problem.linearize(x)
-    r = triangle(eliminate(lin, problem.block_size))
+    r = triangle(eliminate(lin, problem.block_size)) / noise
     names, scale = problem.free, problem.scales
     n = len(names)
-    scaled = r * scale / noise
-    _, values, vt = np.linalg.svd(scaled) if n else (None, np.zeros(0), np.zeros((0, 0)))
+    scaled = r * scale
+    _, values, vt = np.linalg.svd(r @ problem.expected_root) if n else (None, np.zeros(0), np.zeros((0, 0)))
     norms = np.linalg.norm(scaled, axis=0)
     # A column that is nothing but rounding counts as zero.
     unit = scaled / np.where(norms > ROUNDING * norms.max(initial=0.0), norms, np.inf)
     ones = _singular(unit)
     structural = int((ones > STRUCTURAL * max(ones.max(initial=0.0), 1e-300)).sum())
-    _, info = problem.prior
-    sure = {i for i in range(n) if info[i] > 0 or names[i] in always}
-    # Without noise everything is above it; then only what rounding lets through counts.
-    tolerance = max(seen, STRUCTURAL * norms.max(initial=0.0))
-    kept, left = _pivot(scaled, tolerance)
-    kept, left = _preferred(scaled, kept, left, problem.preference, sure, tolerance)
-    kept += [i for i in left if i in sure]
-    left = [i for i in left if i not in sure]
-    kept.sort()
-    combinations = tuple(_hiding(scaled, scale, names, kept, i) for i in sorted(left))
+    kept, left, told = _selected(problem, r, always, seen)
+    combinations = tuple(_hiding(told, scale, names, kept, i) for i in left)
     final = _singular(scaled[:, kept])
     # (S^T S + I)^-1 from the singular values: squaring S would lose what is known to better than 1e-8 of what was
     # expected.
-    posterior = (vt.T / (1.0 + values**2)) @ vt
+    posterior = problem.expected_root @ (vt.T / (1.0 + values**2)) @ vt @ problem.expected_root.T
     return Identifiability(
         names,
         int((values > seen).sum()),
         structural,
         tuple(names[i] for i in kept),
-        tuple(names[i] for i in sorted(left)),
+        tuple(names[i] for i in left),
         combinations,
         values,
         float(final[0] / final[-1]) if len(final) and final[-1] > 0 else float("inf"),
         observability(final, len(np.unique(lin.unit))),
-        1.0 - np.diag(posterior),
-        posterior * np.outer(scale, scale),
+        1.0 - np.diag(posterior) / scale**2,
+        posterior,
     )
+
+
+def _selected(problem: Problem, r: Array, always: Sequence[str], seen: float) -> tuple[list[int], list[int], Array]:
+    """Kept and left columns in order, and the scaled matrix of data and stated priors that says so."""
+    told = np.vstack([r, problem.prior_root]) * problem.scales if problem.stated.any() else r * problem.scales
+    # Without noise everything is above it; then only what rounding lets through counts.
+    least = max(seen, STRUCTURAL * float(np.linalg.norm(r * problem.scales, axis=0).max(initial=0.0)))
+    # Its own row, of length one and nobody else's, keeps what has a prior; rounding must not say otherwise.
+    held = problem.believed
+    tolerance = np.where(held, 0.0, least)
+    sure = {i for i, name in enumerate(problem.free) if held[i] or name in always}
+    kept, left = _preferred(told, *_pivot(told, tolerance), problem.preference, sure, tolerance)
+    kept += [i for i in left if i in sure]
+    return sorted(kept), sorted(i for i in left if i not in sure), told
 
 
 def _hiding(scaled: Array, scale: Array, names: tuple[str, ...], kept: list[int], column: int) -> Combination:

@@ -53,16 +53,21 @@ def kalman(
 ) -> Filtered:
     """Filters the units of a problem in order, starting from x (1, P) with covariance (n, n).
 
-    The default covariance is that of the priors, or of the expected errors where no prior is stated. Raises
+    The default covariance is that of the priors, or of the expected errors where no prior is stated; a local block starts at its
+    prior, or anywhere within `local_sigma` of x where none is stated. Raises
     ModelError when a local block is seen from several units: it could not be marginalised.
     """
     x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
     n, size = problem.n, problem.block_size
-    root = np.diag(1.0 / problem.scales) if covariance is None else _root(covariance)
-    _blocks_have_one_owner(problem)
+    root = _beforehand(problem) if covariance is None else _root(covariance)
+    if problem.local_prior is not None:
+        # What has a prior starts at its mean.
+        x = np.concatenate([x[:, : len(problem.table)], problem.local_start[None]], axis=1)
+    block_of = {unit: block for block, unit in _owners(problem).items()}
+    vague = np.eye(size) / local_sigma
     big = np.zeros((size + n, size + n))
     for unit in range(problem.units):
-        big[:size, :size] = np.eye(size) / local_sigma
+        big[:size, :size] = _local(problem, block_of[unit], vague) if unit in block_of else vague
         big[size:, size:] = root
         moved = np.zeros(size + n)
         weight: Array | None = None
@@ -146,7 +151,25 @@ def _root(covariance: Array) -> Array:
     return np.asarray(np.linalg.qr(scipy.linalg.solve_triangular(lower, np.eye(len(lower)), lower=True), mode="r"))
 
 
-def _blocks_have_one_owner(problem: Problem) -> None:
+def _beforehand(problem: Problem) -> Array:
+    """R (n, n), R^T R the information before any row: of the stated priors, and of the expected error where none is stated."""
+    prior, vague = problem.prior_root, np.diag(1.0 / problem.scales)
+    if not np.count_nonzero(prior - np.diag(np.diag(prior))):
+        return np.where(problem.stated, prior, vague)
+    return np.asarray(np.linalg.qr(np.vstack([prior, vague[~problem.stated]]), mode="r"))
+
+
+def _local(problem: Problem, block: int, vague: Array) -> Array:
+    """R (l, l) of a local block before its rows: its prior, and `vague` where that says nothing."""
+    if problem.local_prior is None:
+        return vague
+    own = problem.local_prior.root[block]
+    silent = ~(own != 0).any(axis=0)
+    return np.asarray(np.linalg.qr(np.vstack([own, vague[silent]]), mode="r"))
+
+
+def _owners(problem: Problem) -> dict[int, int]:
+    """The configuration that each local block belongs to. Raises ModelError where one is seen from several."""
     owner: dict[int, int] = {}
     for term in problem.terms:
         for block, unit in {(int(b), int(u)) for b, u in zip(term.local, term.unit, strict=True) if b >= 0}:
@@ -154,6 +177,7 @@ def _blocks_have_one_owner(problem: Problem) -> None:
                 raise ModelError(
                     "the filter needs every local block to belong to one configuration", found=f"block {block}"
                 )
+    return owner
 
 
 def _weights(problem: Problem, lin: Linear, h: Array, root: Array) -> Array:

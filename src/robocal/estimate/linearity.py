@@ -63,10 +63,10 @@ def one_step(problem: Problem, x: Array, unit: str = "m") -> Step | None:
     mine &= used
     if not mine.any():
         return None
-    root = np.sqrt(problem.prior[1])
+    root = problem.prior_root
     away = problem.difference(np.atleast_2d(x))[0]
     scales = problem.scales
-    stack = np.column_stack([np.vstack([lin.j[used], np.diag(root)]) * scales, np.append(lin.r[used], root * away)])
+    stack = np.column_stack([np.vstack([lin.j[used], root]) * scales, np.append(lin.r[used], root @ away)])
     r = triangle(stack)
     d = -scales * (np.linalg.pinv(r[:-1, :-1], rcond=STRUCTURAL) @ r[:-1, -1])
     sigma = 1.0 / np.concatenate([t.scale[t.used].ravel() for t in problem.terms])

@@ -1,10 +1,11 @@
 """A least-squares problem: everything that a solver may see.
 
-    cost(x) = 1/2 sum_i w_i rho(|r_i(x) / sigma_i|^2) + 1/2 sum_j ((x_j - mu_j) / s_j)^2
+    cost(x) = 1/2 sum_i w_i rho(|r_i(x) / sigma_i|^2) + 1/2 |R (x - mu)|^2 + 1/2 sum_b |R_b (x_b - mu_b)|^2
 
 x (B, P) stacks B parameter vectors of a table, followed by local blocks (one pose or one point each). The solver
-moves in the tangent space: n free columns and L blocks of l. Terms give residuals and Jacobians for many rows at
-once; whitening, robust weights, priors, bounds and elimination happen here, once. `normal` feeds the iteration,
+moves in the tangent space: n free columns and L blocks of l; R and R_b are roots of stated priors (`priors.py`). Terms
+give residuals and Jacobians for many rows at once; whitening, robust weights, priors, bounds and elimination happen here,
+once. `normal` feeds the iteration,
 `linearize` feeds rank, EKF and reports; a law test keeps them equal. Reference: Triggs et al., Bundle adjustment, a
 modern synthesis (2000), sections 4 to 6.
 """
@@ -16,9 +17,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robocal.errors import ModelError
+from robocal.estimate.priors import LocalPrior, add_shared, covariance_root, local_prior, shared_root
 from robocal.estimate.rows import Linear, Normal, Residuals, Term
 from robocal.parameters import Table
 
@@ -26,6 +28,7 @@ __all__ = ["LOSSES", "Problem"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 LOSSES = {"none": 0, "huber": 1, "cauchy": 2, "tukey": 3}
 # Tuning constants for 95 % efficiency under Gaussian noise in one dimension (Holland and Welsch, 1977).
 TUNING = {"none": 1.0, "huber": 1.345, "cauchy": 2.385, "tukey": 4.685}
@@ -53,12 +56,18 @@ class Problem:
     priors: bool = True
     local_start: Array = field(default_factory=lambda: np.zeros(0))
     local_axes: tuple[int, ...] | None = None
+    local_prior: LocalPrior | None = None  # of every block, around its start
 
     def __post_init__(self) -> None:
         if self.loss not in LOSSES:
             raise ModelError("unknown loss", found=self.loss, expected=", ".join(LOSSES))
 
     # --- layout -------------------------------------------------------------------------------------------------------------
+
+    @property
+    def axes(self) -> list[int]:
+        """The components of a local block that a step moves."""
+        return list(range(self.block_size) if self.local_axes is None else self.local_axes)
 
     @property
     def n(self) -> int:
@@ -107,22 +116,30 @@ class Problem:
         return bool(np.isfinite(self.bounds[0]).any() or np.isfinite(self.bounds[1]).any())
 
     @cached_property
-    def prior(self) -> tuple[Array, Array]:
-        """Prior mean and information (1 / s^2, zero where none is stated) of the free columns, each (n,)."""
-        rows = [self.table[name] for name in self.free]
-        info = np.array([1 / p.prior**2 if p.prior and self.priors else 0.0 for p in rows])
-        return np.array([p.value for p in rows]), info
+    def stated(self) -> Bools:
+        """Which free columns have a stated prior, (n,)."""
+        return np.array([bool(self.table[name].prior) and self.priors for name in self.free], dtype=bool)
 
     @cached_property
-    def informed(self) -> bool:
-        """Whether any free column has a stated prior."""
-        return bool(self.prior[1].any())
+    def believed(self) -> Bools:
+        """Which free columns have a stated prior that says how far off they are, (n,)."""
+        return np.array([b and self.table[n].believed for n, b in zip(self.free, self.stated, strict=True)], dtype=bool)
+
+    @cached_property
+    def prior_root(self) -> Array:
+        """R (n, n), R^T R the information of the stated priors: rows beside those of the data, of the step from the table's values."""
+        return shared_root(self.table, self.free) if self.priors else np.zeros((self.n, self.n))
+
+    @cached_property
+    def expected_root(self) -> Array:
+        """S (n, n), S S^T the covariance expected without data: diagonal, but where a stated prior says more."""
+        return covariance_root(self.table, self.free, self.scales) if self.priors else np.diag(self.scales)
 
     @cached_property
     def scales(self) -> Array:
         """The error expected of every free column without data, (n,); a stated prior says it, unless priors are off."""
         rows = [self.table[name] for name in self.free]
-        return np.array([(p if self.priors else replace(p, prior=None)).scale for p in rows])
+        return np.array([p.scale if self.priors else p.usual for p in rows], dtype=float)
 
     @cached_property
     def preference(self) -> Ints:
@@ -155,6 +172,11 @@ class Problem:
         """The same rows over a table with the same names and other values, priors or bounds."""
         return replace(self, table=table)
 
+    def with_local_prior(self, sigma: ArrayLike | None = None, covariance: ArrayLike | None = None) -> Problem:
+        """The same problem with a prior of every local block around its start; see `priors.local_prior`."""
+        start = self.local_start.reshape(self.blocks, len(self.local_start) // max(self.blocks, 1))
+        return replace(self, local_prior=local_prior(start, self.axes, sigma, covariance))
+
     # --- evaluation ---------------------------------------------------------------------------------------------------------
 
     def retract(self, x: Array, step: Array, step_local: Array | None = None) -> Array:
@@ -172,8 +194,7 @@ class Problem:
             p = len(self.table)
             flat = np.ascontiguousarray(out[:, p:]).reshape(len(x) * self.blocks, -1)
             moved = np.zeros_like(flat)
-            axes = range(self.block_size) if self.local_axes is None else self.local_axes
-            moved[:, list(axes)] = step_local.reshape(len(flat), self.block_size)
+            moved[:, self.axes] = step_local.reshape(len(flat), self.block_size)
             flat[:, :3] += moved[:, :3]
             if flat.shape[1] == 6:
                 turn_vectors(flat, _THREE, moved, _COLUMNS)
@@ -217,26 +238,11 @@ class Problem:
                     r, jac, jloc, term.scale, self._weight(which[lo:hi]), term.unit, term.columns, term.local, loss, tuning, first,
                     out.cost[lo:hi], out.g[lo:hi], out.a[lo:hi], out.gl[lo:hi], out.al[lo:hi], out.asl[lo:hi],
                 )  # fmt: skip
-        if self.informed:
-            _, info = self.prior
-            d = self.difference(x)
-            out.cost += 0.5 * (d * d) @ info
-            out.g += d * info
-            out.a[:, np.arange(n), np.arange(n)] += info
-            self._priors_of_turns(d, info, out)
+        if self.stated.any():
+            add_shared(self.prior_root, self.difference(x), self._turns[1], out)
+        if self.local_prior is not None:
+            self.local_prior.add(x, out)
         return out
-
-    def _priors_of_turns(self, d: Array, info: Array, out: Normal) -> None:
-        """The tangent of a rotation is no vector: d(step) has the slope Jinv(d), which matters where the axes' priors differ."""
-        from robocal.geometry import so3
-
-        for c in self._turns[1]:
-            if (c < 0).any() or (info[c] == info[c[0]]).all():
-                continue  # held in part, or equal on all axes: Jinv^T d = d
-            slope = so3.left_jacobian_inverse(d[:, c])
-            out.g[:, c] += np.einsum("bij,bi->bj", slope, d[:, c] * info[c]) - d[:, c] * info[c]
-            exact = np.einsum("bij,i,bik->bjk", slope, info[c], slope) - np.diag(info[c])
-            out.a[:, c[:, None], c] += np.tril(exact)
 
     @cached_property
     def numbers(self) -> Ints:
@@ -299,7 +305,7 @@ class Problem:
 
     def linearize(self, x: Array, units: Ints | None = None) -> Linear:
         """Whitened r and dense J at one x (P,) or (1, P), of the rows that count, of the given units or of all with positive
-        weight; priors are left out."""
+        weight; priors of shared columns are left out, those of local blocks are `hold`."""
         x = np.atleast_2d(x)
         weight = self._weight(np.zeros(1, dtype=np.int64))[0]
         chosen = weight > 0 if units is None else np.isin(np.arange(len(weight)), units)
@@ -336,7 +342,8 @@ class Problem:
                     np.full(len(dense) * d, term.reading),
                 )
             )
-        return Linear(*(np.concatenate(p) for p in zip(*parts, strict=True)))
+        lin = Linear(*(np.concatenate(p) for p in zip(*parts, strict=True)))
+        return lin if self.local_prior is None else replace(lin, hold=self.local_prior.rows(x)[1][0])
 
 
 _THREE = np.array([3], dtype=np.int64)

@@ -94,7 +94,8 @@ class Normal:
 @dataclass(frozen=True)
 class Linear:
     """Whitened residual and dense Jacobian of one problem: r (N,), j (N, n), jl (N, l), of the rows that count; robust
-    weights are not applied, and concern only what is a `reading` of the machine."""
+    weights are not applied, and concern only what is a `reading` of the machine. `hold` (L, l, l) are the rows of the local
+    blocks' priors, whitened (None: no priors)."""
 
     r: Array
     j: Array
@@ -104,6 +105,7 @@ class Linear:
     observation: Ints
     group: Ints
     reading: Bools
+    hold: Array | None = None
 
 
 @dataclass(frozen=True)

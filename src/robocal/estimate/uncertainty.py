@@ -2,18 +2,19 @@
 
     C = (J^T J + P)^-1,   dof = rows - shared columns - columns of local blocks + prior rows,   as fitted: C chi2 / dof
 
-J is whitened with local blocks eliminated, P the prior information. A direction that neither of them sees (a caller may
-keep what cannot be seen) is as uncertain as was expected without data, and costs no degree of freedom. With a robust
-loss every row counts with its weight. The *instrument* bars use the stated sigma; the *as fitted* bars scale them by
-sqrt(chi2 / dof) when that is above one, because a model that leaves more than the noise deserves no smaller bars.
+J is whitened with local blocks eliminated (their priors are rows of theirs), P the information of stated priors. A
+direction that neither of them sees (a caller may keep what cannot be seen) is as uncertain as was expected without data,
+and costs no degree of freedom. With a robust loss every row counts with its weight. The *instrument* bars use the
+stated sigma; the *as fitted* bars scale them by sqrt(chi2 / dof) when that is above one, because a model that leaves
+more than the noise deserves no smaller bars.
 
 Columns that were not fitted still have errors, and hand them to those that were. With H = (J_k^T J_k + P)^-1 of the
 kept columns and G = H J_k^T J_d of the dropped ones, the estimate differs from the truth t (counted from nominal) by
 
-    e_k = H J_k^T noise + G t_d - H P t_k,    e_d = -t_d,    cov(e) = C + B S^2 B^T
+    e_k = H J_k^T noise + G t_d - H P t_k,    e_d = -t_d,    cov(e) = C + B S S^T B^T
 
-with B the response to t and S the errors expected without data. That is the covariance of what was done, not of the
-best that could be done.
+with B the response to t and S S^T the covariance of the errors expected without data. That is the covariance of what was
+done, not of the best that could be done.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.estimate.identifiability import block_columns, eliminate, triangle
+from robocal.estimate.identifiability import beside_blocks, block_columns, eliminate, triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Linear
 
@@ -34,6 +35,7 @@ __all__ = [
     "Uncertainty",
     "band",
     "effective_columns",
+    "leverages",
     "quantile",
     "radius",
     "reweighted",
@@ -46,6 +48,7 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 # Singular values below this share of the largest are rounding.
 RESOLUTION = 1e-13
+EPS = float(np.finfo(float).eps)
 LEVEL = 0.95  # of every interval and band
 
 
@@ -82,16 +85,16 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False) -> Uncer
     lin = reweighted(problem.linearize(x), problem)
     n = problem.n
     r = triangle(eliminate(lin, problem.block_size))
-    _, info = problem.prior
     # Scaled as in `identifiability`, so that a singular value means the same in both.
-    scaled = triangle(np.vstack([r, np.diag(np.sqrt(info))])) * problem.scales
+    scaled = triangle(np.vstack([r, problem.prior_root])) * problem.scales
     _, values, vt = np.linalg.svd(scaled) if n else (None, np.zeros(0), np.zeros((0, 0)))
     known = values > RESOLUTION * values.max(initial=0.0)
     inverse = problem.scales[:, None] * vt.T / np.where(known, values, 1.0)
-    d = problem.difference(np.atleast_2d(x))[0]
-    chi2 = float(lin.r @ lin.r + (d * d) @ info)
+    x = np.atleast_2d(x)
+    chi2 = float(lin.r @ lin.r + np.sum((problem.prior_root @ problem.difference(x)[0]) ** 2))
+    chi2 += 0.0 if problem.local_prior is None else float(np.sum(problem.local_prior.rows(x)[0] ** 2))
     used = block_columns(lin, problem.block_size)
-    dof = len(lin.r) + int((info > 0).sum()) - int(known.sum()) - used
+    dof = len(lin.r) + int(problem.stated.sum()) - int(known.sum()) - used
     factor = np.sqrt(chi2 / dof) if dof > 0 else 1.0
     # Downweighted residuals are too small to tell that the noise is: they may only enlarge.
     free_scale = estimated and problem.loss == "none"
@@ -113,14 +116,26 @@ def effective_columns(problem: Problem, x: Array) -> float:
     """How many numbers the data determine, trace of (J^T J + P)^-1 J^T J: n without priors, fewer where a prior
     holds."""
     n = problem.n
-    _, info = problem.prior
-    if not n or not info.any():
+    if not problem.stated.any():
         return float(n)
     lin = problem.linearize(x)
-    scaled = triangle(eliminate(lin, problem.block_size)) * problem.scales
-    full = triangle(np.vstack([scaled, np.diag(np.sqrt(info) * problem.scales)]))
-    held = np.linalg.norm(np.linalg.lstsq(full.T, np.diag(np.sqrt(info) * problem.scales), rcond=None)[0]) ** 2
-    return n - float(held)
+    hold = problem.prior_root * problem.scales
+    full = triangle(np.vstack([triangle(eliminate(lin, problem.block_size)) * problem.scales, hold]))
+    return n - float(np.linalg.norm(np.linalg.lstsq(full.T, hold.T, rcond=None)[0]) ** 2)
+
+
+def leverages(problem: Problem, x: Array, units: Ints) -> tuple[Array, Array]:
+    """How much of every row that counts, of some units, its local block takes for itself and how much the shared columns take,
+    (N,) each: the diagonals of U1 U1^T and of M J (J^T M J + P)^-1 J^T M. What a robust loss weighs down takes less."""
+    lin = reweighted(problem.linearize(x, units), problem)
+    taken, left = beside_blocks(lin, problem.block_size)
+    if not problem.n:
+        return taken, np.zeros(len(taken))
+    scale, root = problem.scales, problem.prior_root
+    values, vectors = np.linalg.eigh((lin.j.T @ left + root.T @ root) * np.outer(scale, scale))
+    known = values > len(values) * EPS * values[-1]
+    turned = left @ (scale[:, None] * vectors[:, known] / np.sqrt(values[known]))
+    return taken, np.asarray(np.sum(turned**2, axis=1))
 
 
 def band(jacobian: Array, covariance: Array) -> Array:
@@ -136,7 +151,7 @@ class Total:
 
     noise (n, n): covariance from measurement noise, zero for what was not fitted; response (n, n): how the estimate's
     error answers to the truth; expected (n,): the errors expected without data; dof of the noise, infinite where it is
-    known.
+    known; root (n, n): S of their covariance S S^T, where a prior is shared by several (None: diagonal).
     """
 
     names: tuple[str, ...]
@@ -144,12 +159,17 @@ class Total:
     response: Array
     expected: Array
     dof: float = float("inf")
+    root: Array | None = None
+
+    @property
+    def hidden(self) -> Array:
+        """B S (n, n): a root of what the truth contributes to the covariance."""
+        return np.asarray(self.response * self.expected if self.root is None else self.response @ self.root)
 
     @property
     def covariance(self) -> Array:
         """Of estimate minus truth, (n, n)."""
-        hidden = self.response * self.expected
-        return np.asarray(self.noise + hidden @ hidden.T)
+        return np.asarray(self.noise + self.hidden @ self.hidden.T)
 
     @property
     def sigma(self) -> Array:
@@ -165,10 +185,11 @@ def total(problem: Problem, kept: tuple[str, ...], x: Array, *, factor: float = 
     lin = reweighted(problem.linearize(x), problem)
     n, scale = problem.n, problem.scales
     scaled = triangle(eliminate(lin, problem.block_size)) * scale
-    hold = np.sqrt(problem.prior[1]) * scale
     chosen = np.isin(problem.free, kept)
     k, d = np.flatnonzero(chosen), np.flatnonzero(~chosen)
-    stacked = np.vstack([scaled[:, k], np.diag(hold[k])])
+    # What the prior says of the kept ones alone, as in their fit.
+    hold = problem.with_free(kept).prior_root * scale[k]
+    stacked = np.vstack([scaled[:, k], hold])
     u, values, vt = np.linalg.svd(stacked, full_matrices=False)
     known = values > RESOLUTION * values.max(initial=0.0)
     root = vt.T / np.where(known, values, 1.0)
@@ -177,13 +198,14 @@ def total(problem: Problem, kept: tuple[str, ...], x: Array, *, factor: float = 
     noise, response = np.zeros((n, n)), np.zeros((n, n))
     noise[np.ix_(k, k)] = factor**2 * (root @ root.T)
     response[np.ix_(k, d)] = gain[:, :n] @ scaled[:, d]
-    response[np.ix_(k, k)] = 0.0 if not hold[k].any() else -gain[:, n:] * hold[k]
+    response[np.ix_(k, k)] = 0.0 if not hold.any() else -gain[:, n:] @ hold
     response[d, d] = -1.0
     # The prior is part of H already: H = H J^T J H + H P H, and the second part is what the truth contributes.
-    if hold[k].any():
+    if hold.any():
         noise[np.ix_(k, k)] = factor**2 * (gain[:, :n] @ gain[:, :n].T) + _unknown(root, known)
     both = np.outer(scale, scale)
-    return Total(problem.free, noise * both, response * scale[:, None] / scale, np.array(scale), float(dof))
+    shared = None if not np.count_nonzero(problem.expected_root - np.diag(scale)) else problem.expected_root
+    return Total(problem.free, noise * both, response * scale[:, None] / scale, np.array(scale), float(dof), shared)
 
 
 def _unknown(root: Array, known: NDArray[np.bool_]) -> Array:

@@ -235,7 +235,8 @@ def _calibrate(arm: Chain, model: RobotModel, units: Units, document: Document) 
                 )
         low, high = ({n: units.of(table[n].unit).to_si(v) for n in names} for v in pair)
         table = Table(
-            tuple(replace(p, lower=low[p.name], upper=high[p.name]) if p.name in low else p for p in table.rows)
+            tuple(replace(p, lower=low[p.name], upper=high[p.name]) if p.name in low else p for p in table.rows),
+            table.together,
         )
     return table
 

@@ -70,7 +70,7 @@ def problem(
                     "two different numbers have one name", key=p.name, expected="two names, or equal values"
                 )
             rows.setdefault(p.name, p)
-    table = Table(tuple(rows.values()))
+    table = Table(tuple(rows.values()), machine.table.together)
     if values:
         table = table.with_values(values)
     builder = Builder(machine, table, data.configurations, tuple(local_targets))
