@@ -22,9 +22,9 @@ from robocal.calibrate.identify import identify
 from robocal.errors import InputError
 from robocal.files.kinds.registry import READERS
 from robocal.geometry import fits
+from robocal.jobs.simulate import Errors, sample_joints, true_chain
 from robocal.simulate.hiding import hidden
 from robocal.simulate.rigs import FINE, Instrument, measure
-from robocal.jobs.simulate import Errors, sample_joints, true_chain
 
 HERE = Path(__file__).parent
 ARMS = {"irb-120": "six axes (IRB 120)", "fr3": "seven axes (FR3)"}

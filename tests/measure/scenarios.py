@@ -52,7 +52,7 @@ def platform():
 
 def configurations(machine, rng, m):
     ids = tuple(f"c{i}" for i in range(m))
-    if hasattr(machine, "joints"):
+    if machine.joints:
         return Configurations(ids, rng.uniform(-0.6, 0.6, (m, len(machine.joints))) + 0.1)
     return Configurations(
         ids,

@@ -55,7 +55,7 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     machine = builder.machine
     cables: tuple[str, ...] = getattr(machine, "cables", ())
     if not cables:
-        raise ModelError("cable lengths need a robot with cables", found=machine.name, expected="kind: cable")
+        raise ModelError("cable lengths need a cable robot", found=machine.name, expected="kind: cable")
     pulley: Callable[[int], Pulleys | None] = getattr(machine, "pulley")  # noqa: B009
     number = obs.extra["cable"].astype(np.int64)
     if len(number) and not 0 <= number.min() <= number.max() < len(cables):

@@ -255,7 +255,7 @@ TABLE: dict[Code, Words] = {
     ),
     Code.BAND_PROFILED: Words(
         "the bands were not checked: the pose of each held-out configuration is found from the very rows that are to be predicted",
-        "",
+        "What a held-out configuration leaves, enlarged for its pose, is the error that counts.",
     ),
     Code.BAND_BLIND: Words(
         "the bands were not checked: all that was held out depends on {names}, which nothing that was fitted has seen",
