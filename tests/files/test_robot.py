@@ -60,7 +60,12 @@ def test_the_example_of_the_manual():
     assert t["j1.r"].prior == pytest.approx(1e-3) and t["j1.alpha"].prior == pytest.approx(0.1 * DEG)
     assert t["j3.d"].prior == pytest.approx(2e-3) and t["tool.x"].prior is None and t["j1.gain"].prior is None
     assert (t["j1.r"].lower, t["j1.r"].upper) == pytest.approx((0.29, 0.31))
-    assert r.tool_free and r.unit_of("j1.r").name == "mm" and r.unit_of("j1.gain").name == "1" and r.warnings == ()
+    assert (
+        "tool.x" in r.chain.table.free
+        and r.unit_of("j1.r").name == "mm"
+        and r.unit_of("j1.gain").name == "1"
+        and r.warnings == ()
+    )
 
 
 def test_defaults_when_silent():
@@ -69,8 +74,8 @@ def test_defaults_when_silent():
     assert set(r.chain.table.free) == set(r.chain.usual) and not any(
         "gain" in n or "base" in n for n in r.chain.table.free
     )
-    assert tuple(r.chain.limits[1]) == (0.0, 0.5) and r.tool_free
-    assert not robot(short + "tool: {free: false}").tool_free
+    assert tuple(r.chain.limits[1]) == (0.0, 0.5) and "tool.x" in r.chain.table.free
+    assert not any(n.startswith("tool.") for n in robot(short + "tool: {free: false}").chain.table.free)
     assert [n for n in robot(short + "tool: {free: [x, rz]}").chain.table.free if "tool" in n] == ["tool.x", "tool.rz"]
     assert {"base.x", "base.rz"} <= set(robot(short + "base: {free: true}").chain.table.free)
     assert "j1.gain" in robot(short + "calibrate: {free: [gain]}").chain.table.free

@@ -151,6 +151,7 @@ def proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: S
 
 
 def empty(problem: Problem, x: Array, units: Sequence[str]) -> dict[str, Array]:
+    """Errors that nobody has told yet, by unit, in the order of `evidence.errors`."""
     seen = problem.residuals(x)
     return {u: np.full(len(errors(seen, u)[0]), np.nan) for u in units}
 

@@ -79,11 +79,6 @@ class Robot:
         """Where the numbers come from."""
         return self.chain.source
 
-    @property
-    def tool_free(self) -> bool:
-        """Whether any part of the tool is to be identified."""
-        return any(n.startswith("tool.") for n in self.chain.table.free)
-
     def unit_of(self, name: str) -> Unit:
         """The unit in which this file speaks of a parameter."""
         return self.units.of(self.chain.table[name].unit)
