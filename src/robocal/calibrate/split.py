@@ -14,6 +14,7 @@ Reference: Arlot and Celisse, A survey of cross-validation procedures (2010), se
 
 from __future__ import annotations
 
+import heapq
 from dataclasses import dataclass
 
 import numpy as np
@@ -225,18 +226,22 @@ def _cells(configurations: Configurations, rng: np.random.Generator, stop: int, 
     place = np.nan_to_num(place)[first]
     spread = np.ptp(place, axis=0)
     place = place / np.where(spread > 0, spread, 1.0)
-    cells = [np.arange(len(first))]
+    # The largest cell is halved, of equal ones the oldest.
+    cells, made = {0: np.arange(len(first))}, 1
+    heap = [(-len(first), 0)]
     while len(cells) < stop:
-        largest = max(range(len(cells)), key=lambda i: len(cells[i]))
-        if len(cells[largest]) <= size:
+        if -heap[0][0] <= size:
             break
-        cell = cells.pop(largest)
+        cell = cells.pop(heapq.heappop(heap)[1])
         widest = int(np.argmax(np.ptp(place[cell], axis=0)))
         # Equal values keep a random order, so that no file order leaks into the split.
         order = np.lexsort((rng.random(len(cell)), place[cell, widest]))
         half = len(cell) // 2
-        cells += [cell[order[:half]], cell[order[half:]]]
-    return cells, label
+        for part in (cell[order[:half]], cell[order[half:]]):
+            cells[made] = part
+            heapq.heappush(heap, (-len(part), made))
+            made += 1
+    return list(cells.values()), label
 
 
 def stratified(configurations: Configurations, fraction: float, seed: int) -> tuple[Ints, Ints]:

@@ -12,6 +12,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from robocal.report.numbers import finite, fixed, plain, significant
 from robocal.report.series import column, is_aside, is_held_out
@@ -101,16 +102,17 @@ def _magnify(errors: Sequence[Sequence[float]], scale: float) -> float:
     return float(f"{max(s * power for s in (1, 2, 5) if s * power <= raw * 1.0001):.1g}")
 
 
+@cache
 def _axes() -> tuple[Vector, Vector]:
     a, e = math.radians(AZIMUTH), math.radians(ELEVATION)
     return (-math.sin(a), math.cos(a), 0.0), (-math.sin(e) * math.cos(a), -math.sin(e) * math.sin(a), math.cos(e))
 
 
 def _project(point: Sequence[float]) -> tuple[float, float]:
-    right, up = _axes()
+    (x, y, z), (right, up) = point, _axes()
     return (
-        WIDE / 2 + sum(p * r for p, r in zip(point, right, strict=True)),
-        HIGH / 2 - 14 - sum(p * u for p, u in zip(point, up, strict=True)),
+        WIDE / 2 + (x * right[0] + y * right[1] + z * right[2]),
+        HIGH / 2 - 14 - (x * up[0] + y * up[1] + z * up[2]),
     )
 
 
@@ -125,7 +127,8 @@ def _arrow(point: Sequence[float], error: Sequence[float], factor: float) -> str
     h = min(5.0, long * 0.45) / long
     bx, by = x2 - dx * h, y2 - dy * h
     wx, wy = dy * h * 0.5, -dx * h * 0.5
-    return f"M{num(x)} {num(y)}L{num(x2)} {num(y2)}M{num(bx + wx)} {num(by + wy)}L{num(x2)} {num(y2)}L{num(bx - wx)} {num(by - wy)}"
+    tip = f"{num(x2)} {num(y2)}"
+    return f"M{num(x)} {num(y)}L{tip}M{num(bx + wx)} {num(by + wy)}L{tip}L{num(bx - wx)} {num(by - wy)}"
 
 
 def _box(bounds: Sequence[Sequence[float]]) -> tuple[str, list[tuple[str, float, float]]]:

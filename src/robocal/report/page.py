@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import re
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from importlib.resources import files
@@ -30,6 +31,8 @@ __all__ = ["jinja", "render", "style"]
 
 Result = Mapping[str, object]
 Columns = Mapping[str, Sequence[object]]
+# What no page may hold: control characters but line feeds and tabs.
+UNSEEN_CHARACTERS = re.compile("[\x00-\x08\x0b-\x1f]")
 UNSEEN = {"held_out": "Held out", "k_fold": "Every fold", "leave_one_out": "Leave one out"}
 INDICES = {
     "O1": "size of the region of likely parameters: geometric mean of the singular values",
@@ -84,7 +87,7 @@ def render(result: Result, residuals: Columns, accuracy: Columns | None = None) 
         **_trust(result, accuracy),
     )
     # What no browser may see in a page, and what no file can hold: control characters and halves of surrogate pairs.
-    clean = "".join(c if c >= " " or c in "\n\t" else "\ufffd" for c in page)
+    clean = UNSEEN_CHARACTERS.sub("\ufffd", page)
     return clean.encode("utf-8", "replace").decode("utf-8")
 
 
