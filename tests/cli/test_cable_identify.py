@@ -152,3 +152,31 @@ def test_what_only_arms_have_is_refused(cell):
     folder, _ = cell
     ran = robocal("identify", folder / "robot.yaml", folder / "lengths.yaml", folder / "poses.yaml", "--layer")
     assert ran.status == 2 and "--layer" in ran.remarks
+
+
+def rows_of(path):
+    head, *rows = path.read_text().splitlines()
+    return head, [row.split(",") for row in rows]
+
+
+WRONG = {
+    "lengths in another unit": ("lengths.csv", lambda head, rows: (head.replace("[mm]", "[m]"), rows)),
+    "two cables swapped": ("lengths.csv", lambda head, rows: (head, [[r[0], r[2], r[1], *r[3:]] for r in rows])),
+    "lengths of the next row": ("lengths.csv", lambda head, rows: (head, [[r[0], *n[1:]] for r, n in zip(rows, rows[1:] + rows[:1], strict=True)])),
+    "a mirrored axis": ("poses.csv", lambda head, rows: (head, [[r[0], r[1], str(-float(r[2])), *r[3:]] for r in rows])),
+    "positions in another unit": ("poses.csv", lambda head, rows: (head.replace("[mm]", "[m]"), rows)),
+}  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_files_never_improve_a_robot(cell, tmp_path, name):
+    folder, _ = cell
+    file, change = WRONG[name]
+    for there in ("robot.yaml", "lengths.yaml", "poses.yaml", "lengths.csv", "poses.csv"):
+        (tmp_path / there).write_text((folder / there).read_text())
+    head, rows = change(*rows_of(tmp_path / file))
+    (tmp_path / file).write_text("\n".join([head, *map(",".join, rows)]) + "\n")
+    ran = robocal("identify", tmp_path / "robot.yaml", tmp_path / "lengths.yaml", tmp_path / "poses.yaml", "--json")
+    assert ran.status in (2, 3)
+    assert json.loads(ran.out).get("verdict", {}).get("status") != "improved"

@@ -16,9 +16,13 @@ from robocal.files.dataset import InputFile, Reading, read_datasets
 from robocal.jobs.cable.load import robot_input
 from robocal.jobs.inputs import Watch, computable
 from robocal.measure.data import DataSet, Observations
+from robocal.measure.lengths import located
 from robocal.remarks.remark import Remark
 
 __all__ = ["Measured", "read_measured"]
+
+FEWEST = 5  # configurations that tell a size
+SIZES = 4.0  # an inch is 25 mm, and no robot is four times as large as it was built
 
 
 @dataclass(frozen=True)
@@ -50,9 +54,30 @@ def read_measured(
             expected="an id in every row of every file (configuration: {id: ...}), the same where the platform stood still",
         )
     with computable(robot, *data):
+        _one_size(joined, file)
         joined = placed(file.robot, joined)
     own = tuple(w for w in file.warnings)
     return Measured(file, reading, joined, (robot_input(file, robot), *reading.files), (*own, *reading.warnings))
+
+
+def _one_size(data: DataSet, file: CableFile) -> None:
+    """Raises FormatError where measured positions span far more or less than the lengths say: one of them is in another
+    unit."""
+    every = np.ones(len(data.configurations), dtype=bool)
+    told = [located(file.robot, o, every)[:, :3, 3] for o in data.observations if o.kind == "lengths"]
+    for obs in data.observations:
+        if not told or obs.kind not in ("position", "pose"):
+            continue
+        by_lengths = told[0][obs.configuration]
+        known = np.isfinite(by_lengths).all(axis=1)
+        if known.sum() < FEWEST:
+            continue
+        seen, said = (float(np.linalg.norm(v[known].std(axis=0))) for v in (obs.value[:, :3], by_lengths))
+        if said > 0 and not 1 / SIZES < seen / said < SIZES:
+            raise FormatError(
+                "positions and lengths speak of two sizes", file=obs.source, key="position.unit",
+                found=f"positions that scatter by {seen:.3g} m", expected=f"about {said:.3g} m, as the lengths say",
+            )  # fmt: skip
 
 
 def _named(obs: Observations, file: CableFile) -> Observations:
