@@ -6,12 +6,9 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from robocal.errors import InputError
-from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.robot import read_cable
-from robocal.files.cable.write import render_cable
 from robocal.files.robot import Robot, render_robot
 from robocal.files.rows import quoted
 from robocal.files.runfolder import ROBOTS, find_run
@@ -19,6 +16,9 @@ from robocal.files.units import Unit, Units, number
 from robocal.files.yamlio import load
 from robocal.measure.machine import Machine
 from robocal.remarks.remark import Remark
+
+if TYPE_CHECKING:
+    from robocal.files.cable.cablefile import CableFile
 
 __all__ = ["Bare", "Opened", "Speaks", "cable_file", "rendered"]
 
@@ -81,16 +81,21 @@ def cable_file(name: str | os.PathLike[str]) -> CableFile | None:
         return None
     if kind != "cable":
         return None
+    from robocal.files.cable.robot import read_cable
+
     file = read_cable(place)
     return file if run is None else replace(file, warnings=(*file.warnings, *run.doubts))
 
 
 def rendered(file: Opened, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
     """The text of the file with other parameter values (SI, by name), and the names that it cannot hold."""
-    if isinstance(file, CableFile):
-        return render_cable(file, {n: v for n, v in values.items() if n in file.robot.table})
+    from robocal.files.cable.cablefile import CableFile
+    from robocal.files.cable.write import render_cable
+
     if isinstance(file, Robot):
         return render_robot(file, dict(values))
+    if isinstance(file, CableFile):
+        return render_cable(file, {n: v for n, v in values.items() if n in file.robot.table})
     lines = [f"name: {quoted(file.machine.name)}", "parameters:"]
     for p in file.machine.table.rows:
         unit = file.units.of(p.unit)

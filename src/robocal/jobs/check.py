@@ -17,8 +17,6 @@ from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.dataset import InputFile
 from robocal.files.headers import cables_of
 from robocal.files.opened import Opened, cable_file
-from robocal.jobs.cable.load import robot_input
-from robocal.jobs.cable.measured import read_measured
 from robocal.jobs.inputs import Watch, computable, open_arm, read_inputs, robot_files
 from robocal.jobs.strange import outlier
 from robocal.measure.base import kind_of
@@ -97,6 +95,9 @@ def check(
 ) -> Checked:
     """Reads a robot, and data files when there are any. Raises InputError for whatever is wrong with them."""
     if (cable := cable_file(robot)) is not None:
+        from robocal.jobs.cable.load import robot_input
+        from robocal.jobs.cable.measured import read_measured
+
         if not data:
             files = (robot_input(cable, robot),)
             return Checked(cable, None, (), cable.robot.table.free, None, None, False, cable.warnings, files)

@@ -22,7 +22,6 @@ from robocal.files.result import Provenance
 from robocal.files.runfolder import obstacle
 from robocal.jobs.beside import compared, methods_of
 from robocal.jobs.beyond import group_results, guard_layer, layer_result, select_groups
-from robocal.jobs.cable.identify import identify_cable
 from robocal.jobs.inputs import Inputs, Watch, choose, computable, read_inputs
 from robocal.jobs.outcome import Outcome, provenance, residual_columns, save, to_result
 from robocal.jobs.region import MEASURED, working_range
@@ -142,6 +141,8 @@ def identify(
     if output is not None and not force and (there := obstacle(output)):
         raise there
     if (cable := cable_file(robot)) is not None:
+        from robocal.jobs.cable.identify import identify_cable
+
         timed = Timed()
         made = identify_cable(cable, robot, data, choices.options, asdict(choices), watch, choices.exclude)
         measured = made.measured

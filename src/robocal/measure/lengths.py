@@ -12,7 +12,6 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.forward import forward
 from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
@@ -75,6 +74,8 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
 def located(machine: Machine, obs: Observations, wanted: NDArray[np.bool_]) -> Array:
     """T_base_platform (U, 4, 4) of the wanted configurations (U,) by forward kinematics, NaN where a length is missing or
     the lengths do not tell."""
+    from robocal.cables.forward import forward
+
     out = np.full((len(wanted), 4, 4), np.nan)
     robot = cast(CableRobot, machine)
     table = np.full((len(wanted), len(robot.cables)), np.nan)
