@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Bands",
     "Coverage",
+    "claimed",
     "coverage",
     "coverage_of",
     "coverage_remarks",
@@ -177,6 +178,13 @@ def total_of(found: Fit) -> Total:
     visits = places(found.data.configurations)
     more = np.sqrt(uneven(found.problem, found.solution.x, visits)) if np.isfinite(dof) else 1.0
     return total(every, found.problem.free, found.solution.x, factor=u.factor * float(more), dof=dof)
+
+
+def claimed(found: Fit, off: Total) -> frozenset[str]:
+    """The parameters that may be called identified: told by the data, with everything else unknown too, and known no less well
+    than before anything was measured, whoever else is to blame; `off` is what they may be off by."""
+    sigma, table = dict(zip(off.names, off.sigma, strict=True)), found.problem.table
+    return frozenset(n for n in found.identifiability.identified if n in sigma and sigma[n] <= table[n].scale)
 
 
 def coverage_of(found: Fit, held: Ints) -> tuple[Coverage, ...]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.calibrate.bands import claimed, total_of
 from robocal.calibrate.baseline import frame_names
 from robocal.calibrate.digits import FINE, WITHIN, carried
 from robocal.calibrate.estimators import estimator
@@ -262,7 +263,7 @@ def _second_thoughts(model: Machine, base: Problem, part: Fit, proof: Proof, fou
     problem = part.problem
     if not set(problem.free) - set(frame_names(model, base)):
         return Verdict("not_improved", (Remark.of(Code.NOTHING_OF_ROBOT), *found.reasons))
-    if not set(part.identifiability.identified) & set(model.table.names):
+    if not claimed(part, total_of(part)) & set(model.table.names):
         return Verdict("not_improved", (Remark.of(Code.NOTHING_IDENTIFIED), *found.reasons))
     rows = problem.numbers
     left, sought = int((proof.split.fit @ rows).min()), problem.n - int(problem.stated.sum())

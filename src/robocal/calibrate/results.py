@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.bands import mean_conditions
+from robocal.calibrate.bands import claimed, mean_conditions
 from robocal.calibrate.identification import Band, ParameterResult, RowTable
 from robocal.calibrate.noise import owners
 from robocal.calibrate.region import limited
@@ -61,6 +61,7 @@ def parameter_results(
         for name, _ in combination.partners:
             hidden.setdefault(name, []).append(combination.name)
     by_name = {c.name: c for c in seen.combinations}
+    told = claimed(fit, off)
     delta = values - start
     out = []
     for i, row in enumerate(table.rows):
@@ -68,9 +69,7 @@ def parameter_results(
         notes: tuple[Remark, ...] = ()
         fitted = row.name in free
         if fitted:
-            # What is known less well than before is not claimed, whoever else is to blame: it is known in a combination.
-            claimed = row.name in seen.identified and total[row.name] <= row.scale
-            status = "identified" if claimed else "prior"
+            status = "identified" if row.name in told else "prior"
             partners = tuple(hidden.get(row.name, [])[:NAMED])
             if status == "prior" and not partners:
                 notes = (Remark.of(Code.LITTLE_SAID),)

@@ -56,8 +56,9 @@ def read_measured(
     with computable(robot, *data):
         _one_size(joined, file)
         joined = placed(file.robot, joined)
-    own = tuple(w for w in file.warnings)
-    return Measured(file, reading, joined, (robot_input(file, robot), *reading.files), (*own, *reading.warnings))
+    return Measured(
+        file, reading, joined, (robot_input(file, robot), *reading.files), (*file.warnings, *reading.warnings)
+    )
 
 
 def _one_size(data: DataSet, file: CableFile) -> None:
