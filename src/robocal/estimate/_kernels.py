@@ -28,6 +28,40 @@ def robust(kind, tuning, s):
     return c2 / 3.0 * (1.0 - u * u * u), u * u
 
 
+WIDE = 96  # numbers of a column that are multiplied at once: they stay in the first-level cache
+LANES = 4  # columns at once: their sums stay in registers
+
+
+@kernel
+def products(t, count, out):
+    """Adds T T^T of the first `count` numbers of every row of t (n, .) to the lower triangle of out (n, n), and to some of the
+    upper one; n is a multiple of LANES."""
+    for p in range(0, t.shape[0], LANES):
+        a, b, c, d = t[p], t[p + 1], t[p + 2], t[p + 3]
+        for q in range(0, p + LANES, 2):
+            u, v = t[q], t[q + 1]
+            au, bu, cu, du = 0.0, 0.0, 0.0, 0.0
+            av, bv, cv, dv = 0.0, 0.0, 0.0, 0.0
+            for i in range(count):
+                x, y = u[i], v[i]
+                au += a[i] * x
+                bu += b[i] * x
+                cu += c[i] * x
+                du += d[i] * x
+                av += a[i] * y
+                bv += b[i] * y
+                cv += c[i] * y
+                dv += d[i] * y
+            out[p, q] += au
+            out[p + 1, q] += bu
+            out[p + 2, q] += cu
+            out[p + 3, q] += du
+            out[p, q + 1] += av
+            out[p + 1, q + 1] += bv
+            out[p + 2, q + 1] += cv
+            out[p + 3, q + 1] += dv
+
+
 @kernel
 def accumulate(r, jac, jloc, scale, weight, unit, columns, local, loss, tuning, first, cost, g, a, gl, al, asl):
     """Adds whitened, weighted rows to the normal equations; cost is half the sum of rho.
@@ -39,12 +73,16 @@ def accumulate(r, jac, jloc, scale, weight, unit, columns, local, loss, tuning, 
     batch, m, d = r.shape
     k = jac.shape[3]
     nl = jloc.shape[3]
-    small_a = np.zeros((k, k))
+    lanes = (k + LANES - 1) // LANES * LANES
+    small_a = np.zeros((lanes, lanes))
     small_g = np.zeros(k)
+    wide = max(WIDE, d)
+    heap = np.zeros((lanes, wide))  # columns of the rows that wait to be multiplied
     for b in range(batch):
         wb = b if weight.shape[0] > 1 else 0
         small_a[:] = 0.0
         small_g[:] = 0.0
+        waiting = 0
         for i in range(m):
             w = weight[wb, unit[first + i]]
             if w == 0.0:
@@ -59,6 +97,10 @@ def accumulate(r, jac, jloc, scale, weight, unit, columns, local, loss, tuning, 
             if w == 0.0:
                 continue
             at = local[first + i] if nl > 0 else -1
+            root = math.sqrt(w)
+            if waiting + d > wide:
+                products(heap, waiting, small_a)
+                waiting = 0
             for c in range(d):
                 f = scale[first + i, c]
                 row = jac[b, i, c]
@@ -66,22 +108,8 @@ def accumulate(r, jac, jloc, scale, weight, unit, columns, local, loss, tuning, 
                 for p in range(k):
                     row[p] *= f
                     small_g[p] += wr * row[p]
-            if d == 3:
-                # Points are the common case: three rows at once keep the sums in registers.
-                x, y, z = jac[b, i, 0], jac[b, i, 1], jac[b, i, 2]
-                for p in range(k):
-                    tx, ty, tz = w * x[p], w * y[p], w * z[p]
-                    out = small_a[p]
-                    for q in range(p + 1):
-                        out[q] += tx * x[q] + ty * y[q] + tz * z[q]
-            else:
-                for c in range(d):
-                    row = jac[b, i, c]
-                    for p in range(k):
-                        t = w * row[p]
-                        out = small_a[p]
-                        for q in range(p + 1):
-                            out[q] += t * row[q]
+                    heap[p, waiting] = root * row[p]
+                waiting += 1
             if at >= 0:
                 for c in range(d):
                     f = scale[first + i, c]
@@ -97,6 +125,7 @@ def accumulate(r, jac, jloc, scale, weight, unit, columns, local, loss, tuning, 
                             al[b, at, p, q] += t * lrow[q]
                         for q in range(k):
                             asl[b, at, columns[q], p] += t * row[q]
+        products(heap, waiting, small_a)
         for p in range(k):
             cp = columns[p]
             g[b, cp] += small_g[p]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robocal.errors import ModelError
 from robocal.geometry import se3
-from robocal.geometry.path.program import Element, compile_path, cosines, frame_element
+from robocal.geometry.path.program import Element, compile_path, frame_element
 from robocal.measure.carriers import Carrier, Inverse, KnownPose, LocalPose, Path, Product
 from robocal.measure.data import Configurations, Frame, Observations
 from robocal.measure.machine import Machine
@@ -54,7 +54,7 @@ class Builder:
                     "a configuration lacks a value that the model needs", key=program.columns[column], found=place
                 )
         phi = np.ascontiguousarray(phi[None])
-        return Path(program, phi, cosines(phi))
+        return Path(program, phi, program.cosines(phi))
 
     def tool(self, configuration: Ints, before: Sequence[Element] = (), after: Sequence[Element] = ()) -> Carrier:
         """The machine's tool or platform frame, with frames before and behind it."""

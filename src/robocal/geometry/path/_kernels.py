@@ -48,33 +48,33 @@ def _screw(s, value, r, p):
 
 
 @kernel
-def _value(e, constant, start, parameter, column, factor, theta, b, phi, bp, m):
-    value = constant[e]
+def _value(e, level, start, column, rate, phi, bp, m):
+    value = level[e]
     for t in range(start[e], start[e + 1]):
-        c = factor[t] * theta[b, parameter[t]]
         if column[t] >= 0:
-            c *= phi[bp, m, column[t]]
-        value += c
+            value += rate[t] * phi[bp, m, column[t]]
     return value
 
 
 @kernel
 def path_kernel(
-    elements, constants, screws, start, terms, factor, theta, phi, trig, entries, entry_factor, first, pose, jac
+    elements, constants, screws, start, terms, factor, theta, phi, trig, place, entries, entry_factor, first, pose, jac
 ):
     """Fills pose (B, M, 4, 4) and jac (B, M, 3 or 6, k); rows of jac are (v, w) of the end frame in base coordinates.
 
     elements (E, 2): kind, varies with the row; terms (n, 2): parameter, column; entries (n, 5): element, component,
     output column, phi column or -1, parameter or -1. Row m of the output reads row first + m of phi; trig (1 or B, M,
-    C, 2) holds cos phi and sin phi, so that an ordinary joint, v = v0 + q or v0 - q, needs no sine of its own in
-    every iteration.
+    D, 2) holds cos and sin of the phi columns that place (C,) finds there, so that an ordinary joint, v = v0 + q or
+    v0 - q, needs no sine of its own in every iteration. Entries of one element lie together: its screw is carried to
+    the base once for all of them.
     """
     batch, rows = pose.shape[0], pose.shape[1]
     high, width = jac.shape[2], jac.shape[3]
     n = elements.shape[0]
-    constant = constants
     parameter = terms[:, 0]
     column = terms[:, 1]
+    rate = np.empty(terms.shape[0])  # what a term's column is multiplied by
+    level = np.empty(n)  # what does not vary with the row
     cosine = np.ones(n)
     sine = np.zeros(n)
     fixed_r = np.zeros((n, 9))
@@ -94,24 +94,23 @@ def path_kernel(
         bp = b if phi.shape[0] > 1 else 0
         for e in range(n):
             kind = elements[e, 0]
+            moving = 0
+            gain = 0.0
+            level[e] = constants[e]
+            for t in range(start[e], start[e + 1]):
+                rate[t] = factor[t] * theta[b, parameter[t]]
+                if column[t] < 0:
+                    level[e] += rate[t]
+                else:
+                    moving += 1
+                    gain = rate[t]
+                    drive[e] = place[column[t]]
             if elements[e, 1] == 1:
                 plain[e] = 0
-                if 3 <= kind < 6:
-                    value = constant[e]
-                    moving = 0
-                    gain = 0.0
-                    for t in range(start[e], start[e + 1]):
-                        c = factor[t] * theta[b, parameter[t]]
-                        if column[t] < 0:
-                            value += c
-                        else:
-                            moving += 1
-                            gain = c
-                            drive[e] = column[t]
-                    if moving == 1 and abs(gain) == 1.0:
-                        plain[e] = 1 if gain > 0.0 else -1
-                        cosine[e] = math.cos(value)
-                        sine[e] = math.sin(value)
+                if 3 <= kind < 6 and moving == 1 and abs(gain) == 1.0:
+                    plain[e] = 1 if gain > 0.0 else -1
+                    cosine[e] = math.cos(level[e])
+                    sine[e] = math.sin(level[e])
                 continue
             if kind == 7:
                 s = start[e]
@@ -129,7 +128,7 @@ def path_kernel(
                 shift[e] = turned == 0.0
                 skip[e] = turned == 0.0 and moved == 0.0
                 continue
-            value = _value(e, constant, start, parameter, column, factor, theta, b, phi, bp, 0)
+            value = level[e]
             skip[e] = value == 0.0
             if kind < 3:
                 cosine[e] = value
@@ -156,7 +155,7 @@ def path_kernel(
                     c = cosine[e] * cq - sine[e] * sq
                     s = sine[e] * cq + cosine[e] * sq
                 elif varies:
-                    value = _value(e, constant, start, parameter, column, factor, theta, b, phi, bp, first + m)
+                    value = _value(e, level, start, column, rate, phi, bp, first + m)
                     if kind < 3:
                         c = value
                         s = 0.0
@@ -223,40 +222,47 @@ def path_kernel(
                 continue
             out = jac[b, m]
             out[:] = 0.0
+            element = -1
+            part = -1
+            vx, vy, vz, wx, wy, wz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for i in range(entries.shape[0]):
                 e = entries[i, 0]
-                sub = entries[i, 1]
+                if e != element or entries[i, 1] != part:
+                    element = e
+                    part = entries[i, 1]
+                    kind = elements[e, 0]
+                    if kind == 7:
+                        kind = part
+                    q = before[e]
+                    if kind < 3:
+                        vx, vy, vz = q[kind], q[3 + kind], q[6 + kind]
+                        wx, wy, wz = 0.0, 0.0, 0.0
+                    else:
+                        if kind < 6:
+                            wx, wy, wz = q[kind - 3], q[kind], q[3 + kind]
+                            vx, vy, vz = 0.0, 0.0, 0.0
+                        else:
+                            g = screws[e]
+                            wx = q[0] * g[3] + q[1] * g[4] + q[2] * g[5]
+                            wy = q[3] * g[3] + q[4] * g[4] + q[5] * g[5]
+                            wz = q[6] * g[3] + q[7] * g[4] + q[8] * g[5]
+                            vx = q[0] * g[0] + q[1] * g[1] + q[2] * g[2]
+                            vy = q[3] * g[0] + q[4] * g[1] + q[5] * g[2]
+                            vz = q[6] * g[0] + q[7] * g[1] + q[8] * g[2]
+                        lx, ly, lz = px - at[e, 0], py - at[e, 1], pz - at[e, 2]
+                        vx += wy * lz - wz * ly
+                        vy += wz * lx - wx * lz
+                        vz += wx * ly - wy * lx
                 col = entries[i, 2]
                 f = entry_factor[i]
                 if entries[i, 3] >= 0:
                     f *= phi[bp, first + m, entries[i, 3]]
                 if entries[i, 4] >= 0:
                     f *= theta[b, entries[i, 4]]
-                kind = elements[e, 0]
-                if kind == 7:
-                    kind = sub
-                q = before[e]
-                if kind < 3:
-                    out[0, col] += f * q[kind]
-                    out[1, col] += f * q[3 + kind]
-                    out[2, col] += f * q[6 + kind]
-                    continue
-                if kind < 6:
-                    wx, wy, wz = f * q[kind - 3], f * q[kind], f * q[3 + kind]
-                    vx, vy, vz = 0.0, 0.0, 0.0
-                else:
-                    g = screws[e]
-                    wx = f * (q[0] * g[3] + q[1] * g[4] + q[2] * g[5])
-                    wy = f * (q[3] * g[3] + q[4] * g[4] + q[5] * g[5])
-                    wz = f * (q[6] * g[3] + q[7] * g[4] + q[8] * g[5])
-                    vx = f * (q[0] * g[0] + q[1] * g[1] + q[2] * g[2])
-                    vy = f * (q[3] * g[0] + q[4] * g[1] + q[5] * g[2])
-                    vz = f * (q[6] * g[0] + q[7] * g[1] + q[8] * g[2])
-                lx, ly, lz = px - at[e, 0], py - at[e, 1], pz - at[e, 2]
-                out[0, col] += vx + wy * lz - wz * ly
-                out[1, col] += vy + wz * lx - wx * lz
-                out[2, col] += vz + wx * ly - wy * lx
+                out[0, col] += f * vx
+                out[1, col] += f * vy
+                out[2, col] += f * vz
                 if high == 6:
-                    out[3, col] += wx
-                    out[4, col] += wy
-                    out[5, col] += wz
+                    out[3, col] += f * wx
+                    out[4, col] += f * wy
+                    out[5, col] += f * wz

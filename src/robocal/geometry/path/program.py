@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from robocal.errors import ModelError, nearest
 from robocal.parameters import FRAME_SYMBOLS, Table
 
-__all__ = ["AXES", "Element", "Program", "Term", "compile_path", "cosines", "frame_element"]
+__all__ = ["AXES", "Element", "Program", "Term", "compile_path", "frame_element"]
 
 Array = NDArray[np.float64]
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz", "screw", "frame")
@@ -66,6 +66,29 @@ class Program:
         """The table rows that the path depends on, ascending."""
         return np.unique(self.terms[:, 0])
 
+    @cached_property
+    def turning(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """The columns that alone turn an element about an axis, and the place of every column among them or -1, (C,)."""
+        varying = (self.terms[self.start[e] : self.start[e + 1], 1] for e in np.flatnonzero(self._about))
+        alone = {int(own[own >= 0][0]) for own in varying if (own >= 0).sum() == 1}
+        found = np.array(sorted(alone), dtype=np.int64)
+        place = np.full(len(self.columns), -1, dtype=np.int64)
+        place[found] = np.arange(len(found))
+        return found, place
+
+    @property
+    def _about(self) -> NDArray[np.bool_]:
+        kind, varies = self.elements.T
+        return np.asarray((3 <= kind) & (kind < 6) & (varies == 1))
+
+    def cosines(self, phi: Array) -> Array:
+        """cos and sin of the columns that alone turn something, (..., D, 2); others are summed before a sine is taken."""
+        angle = phi[..., self.turning[0]]
+        out = np.empty((*angle.shape, 2))
+        np.cos(angle, out=out[..., 0])
+        np.sin(angle, out=out[..., 1])
+        return out
+
     def entries(self, column_of: NDArray[np.int64]) -> tuple[NDArray[np.int64], Array]:
         """Jacobian entries for parameters: column_of (P,) gives the output column of a table row, or -1."""
         rows, factors = [], []
@@ -103,7 +126,7 @@ class Program:
     ) -> tuple[Array, Array]:
         """T (B, m, 4, 4) and J (B, m, 6 or 3, width); theta (B, P), phi (1 or B, M, C), rows first .. first + m.
 
-        `trig` is `cosines(phi)`, for callers that come back with the same phi.
+        `trig` is `self.cosines(phi)`, for callers that come back with the same phi.
         """
         from robocal.geometry.path._kernels import path_kernel
 
@@ -113,17 +136,9 @@ class Program:
         e, f = entries if entries is not None else _NO_ENTRIES
         path_kernel(
             self.elements, self.constants, self.screws, self.start, self.terms, self.factor, theta, phi,
-            cosines(phi) if trig is None else trig, e, f, first, pose, jac,
+            self.cosines(phi) if trig is None else trig, self.turning[1], e, f, first, pose, jac,
         )  # fmt: skip
         return pose, jac
-
-
-def cosines(phi: Array) -> Array:
-    """cos and sin of the columns, (..., 2)."""
-    out = np.empty((*phi.shape, 2))
-    np.cos(phi, out=out[..., 0])
-    np.sin(phi, out=out[..., 1])
-    return out
 
 
 _NO_ENTRIES = (np.empty((0, 5), dtype=np.int64), np.empty(0))
