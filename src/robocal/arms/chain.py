@@ -22,6 +22,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["Chain", "Group"]
 
 Array = NDArray[np.float64]
+CHUNK = 2048  # configurations
 
 
 @dataclass(frozen=True)
@@ -106,33 +107,48 @@ class Chain:
             np.ascontiguousarray(np.stack([known[c] for c in columns], axis=-1)) if columns else np.empty((len(q), 0))
         )
 
+    def run(
+        self,
+        joints: ArrayLike,
+        extra: Mapping[str, ArrayLike] | None = None,
+        entries: tuple[NDArray[np.int64], Array] | None = None,
+        width: int = 0,
+    ) -> tuple[Array, Array]:
+        """T_base_tool (m, 4, 4) and J (m, 6, width) of some entries of the program, so many configurations at a time that
+        their columns stay in the cache."""
+        q = np.atleast_2d(np.asarray(joints, float))
+        recorded = {k: np.broadcast_to(np.asarray(v, float), (len(q),)) for k, v in (extra or {}).items()}
+        pose, jac = np.empty((len(q), 4, 4)), np.empty((len(q), 6, width))
+        theta = self.table.values[None]
+        for first in range(0, max(len(q), 1), CHUNK):
+            some = slice(first, first + CHUNK)
+            phi = self.phi(q[some], {k: v[some] for k, v in recorded.items()})
+            there, columns = self.program.run(theta, phi[None], entries, width)
+            pose[some], jac[some] = there[0], columns[0]
+        return pose, jac
+
     def pose(self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None) -> Array:
         """Forward kinematics T_base_tool, (m, 4, 4), for joint values (m, n) in rad or m."""
-        pose: Array = self.program.run(self.table.values[None], self.phi(joints, extra)[None])[0][0]
-        return pose
+        return self.run(joints, extra)[0]
 
     def jacobian(self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None) -> Array:
         """Geometric Jacobian (m, 6, n) of the tool: rows (v, w) in base coordinates, one column per joint."""
-        entries = self.program.joint_entries(self.joint_names)
-        jac: Array = self.program.run(
-            self.table.values[None], self.phi(joints, extra)[None], entries, len(self.joints)
-        )[1][0]
-        return jac
+        return self.run(joints, extra, self.program.joint_entries(self.joint_names), len(self.joints))[1]
 
     def parameter_jacobian(
         self, joints: ArrayLike, names: Sequence[str] | None = None, extra: Mapping[str, ArrayLike] | None = None
     ) -> Array:
         """Jacobian (m, 6, k) with respect to named parameters (all by default); frames in their tangent (dv, dw)."""
         wanted = self.table.names if names is None else tuple(names)
+        return self.run(joints, extra, self.entries(wanted), len(wanted))[1]
+
+    def entries(self, names: Sequence[str]) -> tuple[NDArray[np.int64], Array]:
+        """The entries of the Jacobian with respect to named parameters, one column each."""
         column_of = np.full(len(self.table), -1, dtype=np.int64)
-        for i, name in enumerate(wanted):
+        for i, name in enumerate(names):
             _ = self.table[name]
             column_of[self.table.index[name]] = i
-        entries = self.program.entries(column_of)
-        jac: Array = self.program.run(self.table.values[None], self.phi(joints, extra)[None], entries, len(wanted))[1][
-            0
-        ]
-        return jac
+        return self.program.entries(column_of)
 
     @property
     def usual(self) -> tuple[str, ...]:

@@ -57,11 +57,12 @@ class Harmonic:
 
     def columns(self, q: Array, known: Known) -> dict[str, Array]:
         q_j = known[self.joint]
+        waves = np.cos(self.order * q_j), np.sin(self.order * q_j)
+        if np.isinf(self.low) and np.isinf(self.high):
+            return dict(zip(self.names, waves, strict=True))
         outside = np.maximum(np.maximum(self.low - q_j, q_j - self.high), 0.0)
         inside = np.maximum(1.0 - outside / FADE, 0.0)
-        return dict(
-            zip(self.names, (inside * np.cos(self.order * q_j), inside * np.sin(self.order * q_j)), strict=True)
-        )
+        return {name: inside * wave for name, wave in zip(self.names, waves, strict=True)}
 
     def at(self, table: Table) -> Column:
         return self

@@ -22,7 +22,7 @@ from robocal.geometry.gravity import GRAVITY
 from robocal.geometry.path.program import Element
 from robocal.parameters import Table
 
-__all__ = ["Gravity", "Load", "axis_of", "cut", "drive", "link_end"]
+__all__ = ["Gravity", "Load", "axis_of", "drive", "link_end"]
 
 Array = NDArray[np.float64]
 Known = Mapping[str, Array]
@@ -44,11 +44,6 @@ def link_end(chain: Chain, joint: str) -> int:
     _ = drive(chain, joint)
     owned = [i for i, e in enumerate(chain.elements) if any(t.parameter.rpartition(".")[0] == joint for t in e.terms)]
     return owned[-1] + 1
-
-
-def cut(chain: Chain, count: int) -> Chain:
-    """The first elements of a chain, as a chain."""
-    return replace(chain, elements=chain.elements[:count])
 
 
 def axis_of(element: Element) -> tuple[Array, Array]:
@@ -103,16 +98,33 @@ class Gravity:
         return tuple(f"{self.label}.{j}{end}" for j in self.joints for end in ("", ".u", ".v"))
 
     @cached_property
-    def _links(self) -> dict[str, Chain]:
-        """The arm cut off where each link ends; the whole arm for the tool."""
+    def _ends(self) -> dict[str, int]:
+        """Behind how many elements each link ends; the whole arm is the tool's."""
         wanted = {load.link for load in self.loads}
-        return {name: cut(self.model, link_end(self.model, name)) if name else self.model for name in wanted}
+        return {name: link_end(self.model, name) if name else len(self.model.elements) for name in wanted}
 
     @cached_property
-    def _joints(self) -> dict[str, tuple[Chain, Array, Array]]:
-        """The arm cut off right behind each joint, with its directions and a point of its axis there."""
+    def _joints(self) -> dict[str, tuple[int, Array, Array]]:
+        """How many elements there are up to each joint, its own included, with its directions and a point of its axis there."""
         at = {joint: drive(self.model, joint) for joint in self.joints}
-        return {j: (cut(self.model, i + 1), *axis_of(self.model.elements[i])) for j, i in at.items()}
+        return {j: (i + 1, *axis_of(self.model.elements[i])) for j, i in at.items()}
+
+    @cached_property
+    def _pieces(self) -> dict[int, Chain]:
+        """The arm from each of these places to the next, by where it ends: every element is passed once."""
+        counts = sorted({*self._ends.values(), *(count for count, _, _ in self._joints.values())})
+        starts = [0, *counts[:-1]]
+        return {b: replace(self.model, elements=self.model.elements[a:b]) for a, b in zip(starts, counts, strict=True)}
+
+    def _frames(self, q: Array, known: Known) -> dict[int, Array]:
+        """T_base (m, 4, 4) behind so many elements."""
+        # Of all that is known it reads little: what it multiplies, and what its own derived columns come from.
+        read = known if self.model.derived else {c: known[c] for c in self.model.program.columns if c in known}
+        out, pose = {}, np.eye(4)
+        for count, piece in self._pieces.items():
+            pose = pose @ piece.pose(q, read)
+            out[count] = pose
+        return out
 
     def at(self, table: Table) -> Column:
         names = self.model.table.names
@@ -122,14 +134,15 @@ class Gravity:
         order = [*self.model.joint_names, ""]
         weight = np.asarray(self.acceleration, float)
         points, forces = [], []
+        frames = self._frames(q, known)
         for load in self.loads:
-            pose = self._links[load.link].pose(q, known)
+            pose = frames[self._ends[load.link]]
             points.append(pose[:, :3, :3] @ np.asarray(load.at) + pose[:, :3, 3])
             mass = np.full(len(q), load.mass) * (known.get(load.column, 0.0) if load.column else 1.0)
             forces.append(mass[:, None] * weight)
         out = {}
-        for joint, (arm, frame, origin) in self._joints.items():
-            pose = arm.pose(q, known)
+        for joint, (count, frame, origin) in self._joints.items():
+            pose = frames[count]
             centre = pose[:, :3, :3] @ origin + pose[:, :3, 3]
             behind = [i for i, load in enumerate(self.loads) if order.index(load.link) >= order.index(joint)]
             moment = sum((np.cross(points[i] - centre, forces[i]) for i in behind), np.zeros((len(q), 3)))

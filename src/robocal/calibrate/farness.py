@@ -17,7 +17,7 @@ regression (1982); Huber, Robust statistics (1981), chapter 5.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from scipy import special
 
 from robocal.calibrate.bands import dense
 from robocal.calibrate.digits import WITHIN
-from robocal.calibrate.noise import apply_noise, assess, owners
+from robocal.calibrate.noise import apply_noise, assess, under
 from robocal.estimate.problem import Problem
 from robocal.measure.base import Rows
 from robocal.measure.data import DataSet
@@ -114,8 +114,7 @@ def far_from(data: DataSet, problem: Problem, x: Array, units: Ints) -> Farness:
     noise = assess(data, problem.with_loss("huber"), x, units, float(problem.n))
     tau = {(g.name, g.unit): g.tau for g in noise if g.tau > 0}
     noisy = apply_noise(data, tau)
-    own = [t.under(noisy.observations[i].sigma) for i, t in owners(data, problem)]
-    return farness(replace(problem, terms=tuple(own)), x, tau)
+    return farness(under(problem, data, noisy), x, tau)
 
 
 def _inverse(problem: Problem, x: Array) -> Array:

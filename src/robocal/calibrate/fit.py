@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.calibrate.estimators import estimator
-from robocal.calibrate.noise import Group, apply_noise, assess
+from robocal.calibrate.noise import Group, apply_noise, assess, under
 from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 from robocal.estimate.identifiability import Identifiability, analyse
@@ -72,11 +72,12 @@ def fit(
 ) -> Fit:
     """Fits everything that is free and seen to some units, starting from x (1, P)."""
     weights = unit_weights(len(stated.configurations), units)
+    first = build(model, stated).with_weights(weights).with_loss(options.loss, options.tuning)
+    first = replace(first, priors=options.priors)
 
     def posed(tau: Tau) -> tuple[DataSet, Problem]:
         data = apply_noise(stated, tau)
-        made = build(model, data).with_weights(weights).with_loss(options.loss, options.tuning)
-        return data, replace(made, priors=options.priors)
+        return data, under(first, stated, data)
 
     data, candidate = posed({})
     names = candidate.free

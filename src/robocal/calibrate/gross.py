@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,7 @@ from robocal.calibrate.baseline import Baseline, baseline, frame_names
 from robocal.calibrate.digits import rounded
 from robocal.calibrate.farness import FAR, Farness, far_from, farness
 from robocal.calibrate.fit import Fit, softly, unit_weights
-from robocal.calibrate.noise import apply_noise, assess, owners
+from robocal.calibrate.noise import apply_noise, assess, owners, under
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import effective_columns
@@ -48,20 +49,29 @@ Watch = Callable[[dict[str, object]], None]
 MOST = 0.2  # a larger share set aside is no outlier any more
 ROUNDS = 8
 SETTLED = 0.05  # of a robust sigma: so well it need be known here
+EXACT = 1e-10  # of the cost, promised, where a fit ends whose numbers are told
+NEAR = 1e-4  # where one ends that is only asked which rows are far: along a valley the other would creep on
 
 
 @dataclass(frozen=True)
 class _Search:
-    """Data, and the units whose rows are fitted."""
+    """Data, the units whose rows are fitted, and the promised decrease of the cost at which a fit stops."""
 
     model: Machine
     data: DataSet
     units: Ints
+    tolerance: float
 
     def posed(self, tau: Tau, used: Sequence[Bools], loss: str, tuning: float | None = None) -> Problem:
-        data = marked(apply_noise(self.data, tau), used)
-        weights = unit_weights(len(data.configurations), self.units)
-        return build(self.model, data).with_weights(weights).with_loss(loss, tuning)
+        noisy = under(self.made, self.data, apply_noise(self.data, tau))
+        aside = [~used[own][term.index] for own, term in owners(self.data, noisy)]
+        return noisy.without(aside).with_loss(loss, tuning)
+
+    @cached_property
+    def made(self) -> Problem:
+        """The problem with every row and the sigma that was stated."""
+        every = marked(self.data, [np.ones(len(o), dtype=bool) for o in self.data.observations])
+        return build(self.model, every).with_weights(unit_weights(len(self.data.configurations), self.units))
 
     def noise(self, problem: Problem, x: Array, columns: float) -> Tau:
         """tau of every group, from medians."""
@@ -82,15 +92,15 @@ class Sifted:
 
 def set_aside(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None) -> DataSet:
     """The data with the gross rows among those of some units marked as not used."""
-    return sift(model, data, units, watch).data
+    return sift(model, data, units, watch, tolerance=NEAR).data
 
 
-def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None) -> Sifted:
+def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None, tolerance: float = EXACT) -> Sifted:
     """The data with the gross rows among those of some units marked as not used; see the module. Rows of other units are not
-    judged."""
+    judged; fits of everything free stop where they promise less than `tolerance` of the cost."""
     if watch:
         watch({"stage": "gross"})
-    search = _Search(model, data, units)
+    search = _Search(model, data, units, tolerance)
     start, tau, used = _nominal(search, tuple(np.ones(len(o), dtype=bool) for o in data.observations))
     x = start
     for loss, tuning in (("huber", None), ("tukey", FAR)):
@@ -134,7 +144,7 @@ def _settled(
     for _ in range(ROUNDS):
         made = search.posed(tau, used, loss, tuning)
         soft = softly(made, start)
-        x = least_squares(soft, x).x
+        x = least_squares(soft, x, cost_tolerance=search.tolerance).x
         new = search.noise(made, x, effective_columns(soft, x))
         done = _close(new, tau)
         tau = new

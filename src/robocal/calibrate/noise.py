@@ -22,7 +22,7 @@ from robocal.estimate.uncertainty import leverages
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet
 
-__all__ = ["Group", "apply_noise", "assess", "owners"]
+__all__ = ["Group", "apply_noise", "assess", "owners", "under"]
 
 Array = NDArray[np.float64]
 Key = tuple[str, str]  # (sensor group, SI unit)
@@ -184,3 +184,9 @@ def owners(data: DataSet, problem: Problem) -> Iterator[tuple[int, Rows]]:
             assert isinstance(term, Rows)
             taken += len(term.index)
             yield number, term
+
+
+def under(problem: Problem, stated: DataSet, noisy: DataSet) -> Problem:
+    """The problem of `stated` with the sigma of `noisy`, the same data otherwise: nothing else of it is made again."""
+    terms = (t.under(noisy.observations[own].sigma) for own, t in owners(stated, problem))
+    return replace(problem, terms=tuple(terms))

@@ -25,6 +25,7 @@ from robocal.measure.reach import limits_of, reach
 __all__ = ["Predicted", "Region", "base_motion", "between", "motion_field", "predict", "sample_joints"]
 
 Array = NDArray[np.float64]
+CHUNK = 1024  # configurations whose Jacobian is held at once
 TURN = np.pi  # to either side, where nothing bounds a joint
 
 
@@ -94,13 +95,18 @@ def predict(
 ) -> Predicted:
     """The tool's pose at joint values (m, n) with its covariance; `conditions` are the other columns that the model
     needs, `motion` (6, k) comes from `base_motion` for the arm's names of `total`."""
-    names = parameters_of(chain, total)
+    joints, names = np.atleast_2d(joints), parameters_of(chain, total)
     at = [total.names.index(n) for n in names]
-    pose, jac = reach(chain, joints, names, conditions)
-    if motion is not None:
-        jac = jac - motion_field(pose[:, :3, 3]) @ motion
-    hidden = total.hidden[at]
-    # Root by root, so that large errors that cancel leave no rounding below zero.
-    left = jac @ hidden
-    noise = np.einsum("mai,ij,mbj->mab", jac, total.noise[np.ix_(at, at)], jac, optimize=True)
-    return Predicted(pose, np.asarray(noise + left @ np.swapaxes(left, 1, 2)))
+    hidden, known = total.hidden[at], total.noise[np.ix_(at, at)]
+    pose, covariance = np.empty((len(joints), 4, 4)), np.empty((len(joints), 6, 6))
+    for first in range(0, len(joints), CHUNK):
+        some = slice(first, first + CHUNK)
+        here = {k: np.broadcast_to(np.asarray(v, float), len(joints))[some] for k, v in conditions.items()}
+        pose[some], jac = reach(chain, joints[some], names, here)
+        if motion is not None:
+            jac -= motion_field(pose[some, :3, 3]) @ motion
+        # Root by root, so that large errors that cancel leave no rounding below zero.
+        left = jac @ hidden
+        noise = np.einsum("mai,ij,mbj->mab", jac, known, jac, optimize=True)
+        covariance[some] = noise + left @ np.swapaxes(left, 1, 2)
+    return Predicted(pose, covariance)

@@ -79,7 +79,7 @@ class Program:
     @property
     def _about(self) -> NDArray[np.bool_]:
         kind, varies = self.elements.T
-        return np.asarray((3 <= kind) & (kind < 6) & (varies == 1))
+        return np.asarray((kind >= 3) & (kind < 6) & (varies == 1))
 
     def cosines(self, phi: Array) -> Array:
         """cos and sin of the columns that alone turn something, (..., D, 2); others are summed before a sine is taken."""
