@@ -132,21 +132,23 @@ class Gravity:
 
     def columns(self, q: Array, known: Known) -> dict[str, Array]:
         order = [*self.model.joint_names, ""]
-        weight = np.asarray(self.acceleration, float)
-        points, forces = [], []
         frames = self._frames(q, known)
-        for load in self.loads:
-            pose = frames[self._ends[load.link]]
-            points.append(pose[:, :3, :3] @ np.asarray(load.at) + pose[:, :3, 3])
-            mass = np.full(len(q), load.mass) * (known.get(load.column, 0.0) if load.column else 1.0)
-            forces.append(mass[:, None] * weight)
+        # Behind every link, the tool's first: the mass (m,) and its first moment about the base (m, 3).
+        mass, moment = np.zeros(len(q)), np.zeros((len(q), 3))
+        behind = {}
+        for link in reversed(order):
+            for load in (load for load in self.loads if load.link == link):
+                own = np.full(len(q), load.mass) * (known.get(load.column, 0.0) if load.column else 1.0)
+                pose = frames[self._ends[link]]
+                mass = mass + own
+                moment = moment + own[:, None] * (pose[:, :3, :3] @ np.asarray(load.at) + pose[:, :3, 3])
+            behind[link] = mass, moment
         out = {}
+        weight = np.asarray(self.acceleration, float)
         for joint, (count, frame, origin) in self._joints.items():
-            pose = frames[count]
+            pose, (mass, moment) = frames[count], behind[joint]
             centre = pose[:, :3, :3] @ origin + pose[:, :3, 3]
-            behind = [i for i, load in enumerate(self.loads) if order.index(load.link) >= order.index(joint)]
-            moment = sum((np.cross(points[i] - centre, forces[i]) for i in behind), np.zeros((len(q), 3)))
-            along = np.einsum("ca,mba,mb->mc", frame, pose[:, :3, :3], moment)
-            for i, end in enumerate(("", ".u", ".v")):
-                out[f"{self.label}.{joint}{end}"] = along[:, i]
+            turned = np.einsum("mba,mb->ma", pose[:, :3, :3], np.cross(moment - mass[:, None] * centre, weight))
+            for end, direction in zip(("", ".u", ".v"), frame, strict=True):
+                out[f"{self.label}.{joint}{end}"] = turned @ direction
         return out

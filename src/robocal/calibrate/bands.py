@@ -20,7 +20,7 @@ from scipy import special
 from robocal.calibrate.noise import Group, apply_noise
 from robocal.calibrate.split import places
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Term
+from robocal.estimate.rows import Term, spread
 from robocal.estimate.uncertainty import LEVEL, Total, quantile, total, uncertainty, uneven
 from robocal.measure.base import Machine
 from robocal.measure.base import problem as build
@@ -136,10 +136,7 @@ def row_bands(problem: Problem, x: Array, total: Total, units: Ints, blind: Sequ
 def dense(term: Term, x: Array, first: int, last: int, n: int) -> Array:
     """The Jacobian of rows first .. last of one term over all columns, (m, d, n)."""
     _, narrow, _ = term.evaluate(np.atleast_2d(x), np.zeros(1, dtype=np.int64), first, last - first)
-    dense = np.zeros((*narrow.shape[1:3], n))
-    for i, column in enumerate(term.columns):
-        dense[..., column] += narrow[0, ..., i]
-    return dense
+    return spread(narrow[0], term.columns, n)
 
 
 def measured_bands(

@@ -42,7 +42,8 @@ SOFT_ROUNDS = 8
 # not
 # pass errors that are merely larger than expected for noise.
 HOLD = 10.0
-CLEARLY = 0.5
+CLEARLY, HOPE = 0.5, 0.75  # of tau: far less, and what may still become it
+ROUGH, EXACT = 1e-3, 1e-10  # of the cost, promised: where a fit may be judged, and where it ends
 RESTARTS = 8
 
 
@@ -164,18 +165,23 @@ def _large_errors(
 
     Free is what would be seen under the stated noise alone (a tenth of a millimetre where none is stated).
     """
+    if not tau:
+        return tau, soft
     _, made = posed({})
     kept = analyse(made, start).kept
     chosen = made.with_free(kept)
     if not kept or made.numbers[units].sum() < 2 * len(kept):
         return tau, soft
-    solution = least_squares(chosen, start)
-    if not np.isfinite(solution.cost[0]):
-        return tau, soft
-    groups = assess(stated, chosen, solution.x, units, len(kept))
-    new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
-    better = tau and all(new.get(k, 0.0) < CLEARLY * t for k, t in tau.items())
-    return (new, solution.x) if better else (tau, soft)
+    # Without a hold the way may lead along a valley in short steps: it is gone to its end where its beginning leaves less.
+    for tolerance, share in ((ROUGH, HOPE), (EXACT, CLEARLY)):
+        solution = least_squares(chosen, start, cost_tolerance=tolerance)
+        if not np.isfinite(solution.cost[0]):
+            return tau, soft
+        groups = assess(stated, chosen, solution.x, units, len(kept))
+        new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+        if not all(new.get(k, 0.0) < share * t for k, t in tau.items()):
+            return tau, soft
+    return new, solution.x
 
 
 def _restart(problem: Problem, start: Array, first: Solution, options: Options) -> tuple[Solution, int]:

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.errors import ModelError
 from robocal.estimate.priors import LocalPrior, add_shared, covariance_root, local_prior, shared_root
-from robocal.estimate.rows import Linear, Normal, Residuals, Term
+from robocal.estimate.rows import Linear, Normal, Residuals, Term, spread
 from robocal.parameters import Table
 
 __all__ = ["LOSSES", "Problem"]
@@ -319,12 +319,8 @@ class Problem:
             first, last = (np.flatnonzero(keep)[[0, -1]] + [0, 1]) if keep.any() else (0, min(1, len(keep)))
             r, jac, jloc = term.evaluate(x, np.zeros(1, dtype=np.int64), int(first), int(last - first))
             scale = term.scale[keep] * np.sqrt(weight[term.unit[keep]])[:, None]
-            dense = np.zeros((int(keep.sum()), d, self.n))
             inside = keep[first:last]
-            narrow = jac[0][inside] * scale[..., None]
-            for i, column in enumerate(term.columns):
-                # Two columns of a term may feed one tangent column, so add rather than assign.
-                dense[..., column] += narrow[..., i]
+            dense = spread(jac[0][inside] * scale[..., None], term.columns, self.n)
             wide = np.zeros((len(dense), d, self.block_size))
             if jloc.shape[-1]:
                 wide[:] = jloc[0][inside] * scale[..., None]

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Linear", "Normal", "Residuals", "Term"]
+__all__ = ["Linear", "Normal", "Residuals", "Term", "spread"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -131,3 +131,16 @@ class Residuals:
         start, stop, _ = self.parts[part]
         value = self.value[..., start:stop] if part or self.lever is None else self.value * self.lever
         return np.asarray(np.linalg.norm(value, axis=-1))
+
+
+def spread(narrow: Array, columns: Ints, n: int) -> Array:
+    """The Jacobian of a term (m, d, k) over all n columns: the k-th feeds columns[k], and two may feed one."""
+    if len(columns) == n and (columns == np.arange(n)).all():
+        return narrow
+    dense = np.zeros((*narrow.shape[:2], n))
+    if len(set(columns.tolist())) == len(columns):
+        dense[..., columns] = narrow
+        return dense
+    for i, column in enumerate(columns):
+        dense[..., column] += narrow[..., i]
+    return dense

@@ -61,7 +61,7 @@ def seek(gram: Array, base: Ints, pairs: Ints, noise: float, rows: int) -> Ints:
         chosen.append(best)
         open_[best] = False
         two = [2 * best, 2 * best + 1]
-        c = c - c[:, two] @ np.linalg.solve(c[np.ix_(two, two)] + left * np.eye(2), c[two])
+        c -= c[:, two] @ np.linalg.solve(c[np.ix_(two, two)] + left * np.eye(2), c[two])
     return np.array(chosen, dtype=np.int64)
 
 

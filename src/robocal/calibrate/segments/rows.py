@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from robocal.calibrate.noise import apply_noise, assess
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
+from robocal.estimate.rows import spread
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
@@ -114,9 +115,7 @@ def _collect(problem: Problem, data: DataSet, x: Array) -> list[Run]:
             assert isinstance(term, Rows)
             m, d = term.scale.shape
             r, narrow, _ = bound.evaluate(x, np.zeros(1, dtype=np.int64), 0, m)
-            j = np.zeros((m, d, wide.n))
-            for i, column in enumerate(bound.columns):
-                j[..., column] += narrow[0, ..., i]
+            j = spread(narrow[0], bound.columns, wide.n)
             used = (weight[term.unit] > 0)[:, None] * term.scale
             parts.append((term.index, r[0] * used, j * used[..., None], 1 / term.scale))
             taken += m
