@@ -14,6 +14,7 @@ from robocal.measure.machine import Machine
 __all__ = ["limits_of", "names_of", "nominal_poses", "reach"]
 
 Array = NDArray[np.float64]
+CHUNK = 2048  # configurations whose columns are held at once
 
 
 def reach(
@@ -21,17 +22,22 @@ def reach(
 ) -> tuple[Array, Array]:
     """T_base_tool (m, 4, 4) at joint values (m, n), and how named parameters move it, J (m, 6, k): (v, w) in base axes.
     `columns` are whatever else the model reads, numbers or (m,)."""
-    m = len(joints)
-    some = {k: np.broadcast_to(np.asarray(v, float), (m,)) for k, v in (columns or {}).items()}
-    where = Configurations(tuple(map(str, range(m))), np.asarray(joints, float), some)
+    q, m = np.asarray(joints, float), len(joints)
+    recorded = {k: np.broadcast_to(np.asarray(v, float), (m,)) for k, v in (columns or {}).items()}
     column_of = np.full(len(machine.table), -1, dtype=np.int64)
     for i, name in enumerate(names):
         column_of[machine.table.index[name]] = i
-    carrier = Builder(machine, machine.table, where).tool(np.arange(m)).bind(column_of)
-    pose, jacobian, _ = carrier.pose(machine.table.values[None], 0, m)
-    out = np.zeros((m, 6, len(names)))
-    out[..., carrier.columns] = jacobian[0]
-    return pose[0], out
+    poses, jacobians = np.zeros((m, 4, 4)), np.zeros((m, 6, len(names)))
+    for first in range(0, m, CHUNK):
+        some = slice(first, min(first + CHUNK, m))
+        count = some.stop - first
+        ids = tuple(map(str, range(first, some.stop)))
+        where = Configurations(ids, q[some], {k: v[some] for k, v in recorded.items()})
+        carrier = Builder(machine, machine.table, where).tool(np.arange(count)).bind(column_of)
+        pose, jacobian, _ = carrier.pose(machine.table.values[None], 0, count)
+        poses[some] = pose[0]
+        jacobians[some, :, carrier.columns] = jacobian[0]
+    return poses, jacobians
 
 
 def nominal_poses(machine: Machine, configurations: Configurations) -> Array | None:
