@@ -1,0 +1,153 @@
+"""What is computed in pieces, in one pass or only roughly is what the plain way gives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy
+from arms.test_groups import LINKS, arm, grown, recorded
+from unit.arm_data import arm as measured_arm
+from unit.arm_data import measured
+from unit.test_outliers import spoiled
+
+from robocal.arms import chain as chains
+from robocal.arms.gravity import Gravity, drive, link_end
+from robocal.calibrate import evidence
+from robocal.calibrate.gross import EXACT, NEAR, sift
+from robocal.calibrate.noise import apply_noise, under
+from robocal.calibrate.split import NEAR as PLACE
+from robocal.calibrate.split import _cells, places
+from robocal.estimate.rows import spread
+from robocal.geometry.path.program import Element, Term, compile_path
+from robocal.measure import reach as reaching
+from robocal.measure.base import problem
+from robocal.measure.data import Configurations
+from robocal.parameters import Parameter, Table
+
+
+def test_columns_of_one_element_are_its_screw_times_each():
+    """Many terms on one joint, some shared with another element, one joint that is driven plainly."""
+    rng = np.random.default_rng(0)
+    table = Table(tuple(Parameter(f"p.{i}", v) for i, v in enumerate(rng.normal(0, 0.3, 9))))
+    many = tuple(Term(f"p.{i}", f"c{i}", 0.5 + i) for i in range(5))
+    elements = (
+        Element("rz", (Term("p.6", "c0"), Term("p.5"))), Element("tx", (Term("p.7"), Term("p.8", "c1"))),
+        Element("ry", many), Element("screw", (Term("p.2", "c3"),), 0.1, (0.1, 0.2, -0.3, 0.6, 0.0, 0.8)),
+        Element("ty", (Term("p.4"),)),
+    )  # fmt: skip
+    program = compile_path(elements, table)
+    assert [program.columns[i] for i in program.turning[0]] == ["c0"]
+    phi, theta = rng.normal(size=(1, 7, len(program.columns))), table.values[None]
+    jac = program.run(theta, phi, program.entries(np.arange(9)), 9)[1][0]
+    for i in range(9):
+        step = np.zeros((1, 9))
+        step[0, i] = 1e-6
+        ahead, behind = (program.run(theta + s, phi)[0][0, :, :3, 3] for s in (step, -step))
+        np.testing.assert_allclose(jac[:, :3, i], (ahead - behind) / 2e-6, atol=1e-8)
+
+
+@pytest.mark.parametrize("batch", [1, 3])
+def test_normal_equations_of_any_width_are_the_products(batch):
+    made = problem(measured_arm(), measured(60))
+    rng = np.random.default_rng(1)
+    weights = rng.uniform(0, 2, (batch, made.units)) * (rng.random((batch, made.units)) < 0.8)
+    x = np.repeat(made.start, batch, axis=0)
+    for many in range(1, len(made.free), 3):
+        some = made.with_free(made.free[:many]).with_weights(weights)
+        found = some.normal(x)
+        for b in range(batch):
+            line = some.with_weights(weights[b]).linearize(x[b])
+            length = np.linalg.norm(line.j, axis=0)
+            gap = (np.tril(found.a[b]) - np.tril(line.j.T @ line.j)) / np.outer(length, length)
+            assert np.abs(gap).max() < 1e-14
+            assert np.abs((found.g[b] - line.j.T @ line.r) / length).max() < 1e-14 * np.linalg.norm(line.r)
+
+
+def test_two_columns_may_feed_one():
+    narrow = np.random.default_rng(2).normal(size=(4, 3, 3))
+    assert spread(narrow, np.arange(3), 3) is narrow
+    twice = spread(narrow, np.array([1, 0, 1]), 4)
+    np.testing.assert_array_equal(twice[..., 1], narrow[..., 0] + narrow[..., 2])
+    np.testing.assert_array_equal(spread(narrow, np.array([3, 0, 1]), 4)[..., [3, 0, 1]], narrow)
+
+
+@pytest.mark.parametrize("convention", ["dh", "poe"])
+def test_poses_in_pieces_are_the_poses(convention, monkeypatch):
+    rng = np.random.default_rng(3)
+    model = grown(arm(convention, rng))
+    q, extra = rng.normal(size=(23, 3)), recorded(model, 23, rng)
+    names = model.table.names
+    plain = (*model.run(q, extra, model.entries(names), len(names)), *reaching.reach(model, q, names, extra))
+    monkeypatch.setattr(chains, "CHUNK", 5)
+    monkeypatch.setattr(reaching, "CHUNK", 7)
+    pieces = (*model.run(q, extra, model.entries(names), len(names)), *reaching.reach(model, q, names, extra))
+    for a, b in zip(plain, pieces, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_moments_in_one_pass_are_the_sum_over_loads():
+    rng = np.random.default_rng(4)
+    model = arm("dh", rng)
+    weight = Gravity(model, model.joint_names, LINKS, (0.3, -0.2, -9.7))
+    q = rng.normal(size=(6, 3))
+    found, order = weight.columns(q, {}), [*model.joint_names, ""]
+
+    def behind(count):
+        return chains.replace(model, elements=model.elements[:count]).pose(q)
+
+    for joint in model.joint_names:
+        at = behind(drive(model, joint) + 1)
+        moment = np.zeros((6, 3))
+        for load in LINKS:
+            if order.index(load.link) >= order.index(joint):
+                end = behind(link_end(model, load.link) if load.link else len(model.elements))
+                place = end[:, :3, :3] @ np.array(load.at) + end[:, :3, 3]
+                moment += np.cross(place - at[:, :3, 3], load.mass * np.array(weight.acceleration))
+        square = sum(found[f"gravity.{joint}{end}"] ** 2 for end in ("", ".u", ".v"))
+        np.testing.assert_allclose(square, np.sum(moment**2, axis=1), rtol=1e-10, atol=1e-10)
+
+
+def test_draws_in_pieces_are_the_draws(monkeypatch):
+    rng = np.random.default_rng(5)
+    for units in (np.arange(40), rng.integers(0, 30, 40)):
+        before, after = rng.random(40), rng.random(40)
+        plain = evidence.bootstrap_gain(before, after, units, 7)
+        monkeypatch.setattr(evidence, "DRAWN", 100)
+        assert evidence.bootstrap_gain(before, after, units, 7) == plain
+        monkeypatch.undo()
+
+
+def test_places_are_those_of_all_pairs():
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        q = rng.integers(0, 5, (60, 3)) * rng.choice([PLACE, 0.3]) + rng.normal(0, PLACE / 4, (60, 3))
+        near = (np.abs(q[:, None] - q[None]) <= PLACE).all(axis=-1)
+        label = scipy.sparse.csgraph.connected_components(near, directed=False)[1]
+        np.testing.assert_array_equal(places(Configurations(tuple(map(str, range(60))), q)), label)
+
+
+def test_cells_are_halved_from_the_largest():
+    rng = np.random.default_rng(6)
+    where = Configurations(tuple(map(str, range(97))), rng.normal(size=(97, 2)))
+    cells, _ = _cells(where, rng, 11, 0)
+    sizes = [len(c) for c in cells]
+    assert sorted(np.concatenate(cells)) == list(range(97)) and max(sizes) <= 2 * min(sizes) + 1
+
+
+def test_another_sigma_is_the_problem_made_again():
+    data = measured(30)
+    noisy = apply_noise(data, {(data.observations[0].label, "m"): 3e-4})
+    again, same = problem(measured_arm(), noisy), under(problem(measured_arm(), data), data, noisy)
+    x = again.start
+    np.testing.assert_array_equal(again.normal(x).a, same.normal(x).a)
+
+
+def test_a_rough_fit_finds_the_same_gross_rows():
+    """Asked is which rows are far, and a fit that creeps on along a valley says the same."""
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        off = {int(i): rng.normal(0, 1, 3) * 10 ** rng.uniform(-3.5, -1) for i in rng.choice(60, 6, replace=False)}
+        data, units = spoiled(measured(60), off), np.arange(60)
+        rough, exact = (sift(measured_arm(), data, units, tolerance=t).data for t in (NEAR, EXACT))
+        for a, b in zip(rough.observations, exact.observations, strict=True):
+            assert (a.used is None) == (b.used is None) and np.array_equal(a.used, b.used)
