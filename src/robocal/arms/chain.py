@@ -117,6 +117,9 @@ class Chain:
         """T_base_tool (m, 4, 4) and J (m, 6, width) of some entries of the program, so many configurations at a time that
         their columns stay in the cache."""
         q = np.atleast_2d(np.asarray(joints, float))
+        if len(q) <= CHUNK or not self.derived:
+            poses, columns = self.program.run(self.table.values[None], self.phi(q, extra)[None], entries, width)
+            return poses[0], columns[0]
         recorded = {k: np.broadcast_to(np.asarray(v, float), (len(q),)) for k, v in (extra or {}).items()}
         pose, jac = np.empty((len(q), 4, 4)), np.empty((len(q), 6, width))
         theta = self.table.values[None]
