@@ -83,7 +83,8 @@ class Program:
 
     def cosines(self, phi: Array) -> Array:
         """cos and sin of the columns that alone turn something, (..., D, 2); others are summed before a sine is taken."""
-        angle = phi[..., self.turning[0]]
+        found = self.turning[0]
+        angle = phi if len(found) == phi.shape[-1] else phi[..., found]
         out = np.empty((*angle.shape, 2))
         np.cos(angle, out=out[..., 0])
         np.sin(angle, out=out[..., 1])
