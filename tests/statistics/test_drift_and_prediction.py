@@ -33,7 +33,7 @@ CAMPAIGNS = [
     ("rv-2aj", ("j3.d", "j4.d"), 50, False),
     ("rv-2aj", ("j3.d", "j4.d"), 50, True),
     ("ur10", ("j2.a", "j3.a"), 50, True),
-    ("ur10", ("j2.a", "j3.a"), 250, False),
+    ("ur10", ("j2.a", "j3.a"), 350, False),
     ("panda", ("j3.d", "j5.d", "j4.a"), 50, True),
     ("panda", ("j3.d", "j5.d", "j4.a"), 250, False),
 ]

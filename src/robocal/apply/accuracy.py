@@ -1,8 +1,8 @@
 """A map of the workspace: how wrong the nominal model is there, and how well the corrected one is known.
 
-Configurations are drawn at random; those whose tool lies in a slice (one cell thick) fill its cells. In every cell two
-means over its configurations: the distance between the nominal prediction (base and tool placed best) and the corrected
-one, and the 95 % radius of the corrected one. Cells that no configuration reached stay empty.
+Configurations are drawn at random; those whose tool lies in a slice (one cell thick) by joint values and geometry alone fill
+its cells. In every cell two means over its configurations: the distance between the nominal prediction (base and tool placed
+best) and the corrected one, and the 95 % radius of the corrected one. Cells that no configuration reached stay empty.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from robocal.calibrate.workspace import base_motion, parameters_of, predict, sam
 from robocal.estimate.uncertainty import Total, radius
 from robocal.geometry import fits
 from robocal.measure.machine import Machine
-from robocal.measure.reach import reach
+from robocal.measure.reach import by_joints_alone, reach
 
 __all__ = ["AccuracyMap", "Slice", "accuracy_map"]
 
@@ -65,11 +65,11 @@ def accuracy_map(
     `nominal` has its tool where the baseline put it; `measured` (n, 2) is the measured range of every joint.
     """
     joints, region = sample_joints(corrected, measured, DRAWN, seed)
-    place = reach(corrected, joints, (), conditions)[0][:, :3, 3]
+    place = by_joints_alone(corrected, joints)[:, :3, 3]
     anchor = joints[:ANCHORS]
-    jac = reach(corrected, anchor, parameters_of(corrected, total), conditions)[1]
-    motion = base_motion(jac, place[:ANCHORS])
-    t = fits.rigid(reach(nominal, anchor, (), conditions)[0][:, :3, 3], place[:ANCHORS])
+    there, jac = reach(corrected, anchor, parameters_of(corrected, total), conditions)
+    motion = base_motion(jac, there[:, :3, 3])
+    t = fits.rigid(reach(nominal, anchor, (), conditions)[0][:, :3, 3], there[:, :3, 3])
     low, high = np.percentile(place, [SHARE, 100 - SHARE], axis=0)
     side = float((high - low).max()) / ACROSS
     rng = np.random.default_rng(seed + 1)
@@ -84,11 +84,12 @@ def accuracy_map(
             inside = np.sort(rng.choice(inside, MOST, replace=False))
         if not len(inside):
             continue
-        q, p = joints[inside], place[inside]
+        q = joints[inside]
         before = reach(nominal, q, (), conditions)[0][:, :3, 3] @ t[:3, :3].T + t[:3, 3]
-        error = np.linalg.norm(before - p, axis=1)
-        band = radius(predict(corrected, q, total, conditions, motion).position, total.dof)
-        cell = np.floor(p[:, across] / side).astype(np.int64)
+        after = predict(corrected, q, total, conditions, motion)
+        error = np.linalg.norm(before - after.pose[:, :3, 3], axis=1)
+        band = radius(after.position, total.dof)
+        cell = np.floor(place[inside][:, across] / side).astype(np.int64)
         cells, where = np.unique(cell, axis=0, return_inverse=True)
         where = where.ravel()
         count = np.bincount(where, minlength=len(cells))

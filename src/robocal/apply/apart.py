@@ -90,7 +90,9 @@ def shows(
     gap, jac = both[:, 0].reshape(-1, 3), both[:, 1:]
     _, values, vt = np.linalg.svd(jac / np.sqrt(len(gap)), full_matrices=False)
     keep = values > UNSEEN * values.max(initial=0.0)
-    x = values[keep, None] * vt[keep]
+    # X^T X = J^T J / n whatever the signs; these are the same on every machine.
+    signs = np.sign(vt[np.arange(len(vt)), np.argmax(np.abs(vt), axis=1)])
+    x = (signs * values)[keep, None] * vt[keep]
     return Shows(x, gap, _directions(jac, x), here)
 
 
@@ -145,7 +147,8 @@ class _Sizes:
 
     def __init__(self, seen: Shows, covariance: Array, white: Array, turn: NDArray[np.int64]) -> None:
         values, vectors = np.linalg.eigh(seen.x @ covariance @ seen.x.T)
-        noise = white @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
+        # The symmetric root is the one that has no signs and turns to choose: the same draws show the same of any factor.
+        noise = white @ (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
         self.none = np.einsum("ki,ki->k", noise, noise)
         self.expected = float(np.maximum(values, 0.0).sum())
         v = seen.directions

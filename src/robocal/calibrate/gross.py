@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from robocal.calibrate.baseline import Baseline, baseline, frame_names
 from robocal.calibrate.digits import rounded
 from robocal.calibrate.farness import FAR, Farness, far_from, farness
-from robocal.calibrate.fit import Fit, softly, unit_weights
+from robocal.calibrate.fit import NEAR, Fit, softly, unit_weights
 from robocal.calibrate.noise import apply_noise, assess, owners, under
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -49,18 +49,15 @@ Watch = Callable[[dict[str, object]], None]
 MOST = 0.2  # a larger share set aside is no outlier any more
 ROUNDS = 8
 SETTLED = 0.05  # of a robust sigma: so well it need be known here
-EXACT = 1e-10  # of the cost, promised, where a fit ends whose numbers are told
-NEAR = 1e-4  # where one ends that is only asked which rows are far: along a valley the other would creep on
 
 
 @dataclass(frozen=True)
 class _Search:
-    """Data, the units whose rows are fitted, and the promised decrease of the cost at which a fit stops."""
+    """Data, and the units whose rows are fitted."""
 
     model: Machine
     data: DataSet
     units: Ints
-    tolerance: float
 
     def posed(self, tau: Tau, used: Sequence[Bools], loss: str, tuning: float | None = None) -> Problem:
         noisy = under(self.made, self.data, apply_noise(self.data, tau))
@@ -92,15 +89,15 @@ class Sifted:
 
 def set_aside(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None) -> DataSet:
     """The data with the gross rows among those of some units marked as not used."""
-    return sift(model, data, units, watch, tolerance=NEAR).data
+    return sift(model, data, units, watch).data
 
 
-def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None, tolerance: float = EXACT) -> Sifted:
+def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None) -> Sifted:
     """The data with the gross rows among those of some units marked as not used; see the module. Rows of other units are not
-    judged; fits of everything free stop where they promise less than `tolerance` of the cost."""
+    judged."""
     if watch:
         watch({"stage": "gross"})
-    search = _Search(model, data, units, tolerance)
+    search = _Search(model, data, units)
     start, tau, used = _nominal(search, tuple(np.ones(len(o), dtype=bool) for o in data.observations))
     x = start
     for loss, tuning in (("huber", None), ("tukey", FAR)):
@@ -144,7 +141,7 @@ def _settled(
     for _ in range(ROUNDS):
         made = search.posed(tau, used, loss, tuning)
         soft = softly(made, start)
-        x = least_squares(soft, x, cost_tolerance=search.tolerance).x
+        x = least_squares(soft, x, cost_tolerance=NEAR).x
         new = search.noise(made, x, effective_columns(soft, x))
         done = _close(new, tau)
         tau = new

@@ -216,8 +216,9 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None) -> float:
     """How much larger the covariance of the estimate is than even noise would make it: 1 unless significantly more.
 
     Where a model leaves errors of its own, they may be largest at the poses that decide the fit, and they are the same at
-    every visit of a place: units with the same `label` (U,) are taken as one. Q the orthonormal basis
-    of the columns, H_u = Q_u Q_u^T the leverage of unit u, r the residuals in units of their own spread; with even noise
+    every visit of a place: units with the same `label` (U,) are taken as one. Q = J (J^T J + P)^(-1/2) the basis of what is
+    known of the columns, n = |Q|^2, H_u = Q_u Q_u^T the leverage of unit u, r the residuals in units of their own spread; with
+    even noise
 
         E[1/n sum_u |Q_u^T (I - H_u)^(-1/2) r_u|^2] = 1
 
@@ -225,10 +226,16 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None) -> float:
     noise is returned. Sources: Bell and McCaffrey, Bias reduction in standard errors (2002); MacKinnon and White (1985).
     """
     lin = reweighted(problem.linearize(x), problem)
-    n = problem.n
-    if not n or problem.block_size or len(lin.r) <= n:
+    if not problem.n or problem.block_size or len(lin.r) <= problem.n:
         return 1.0
-    q = np.linalg.qr(lin.j * problem.scales)[0]
+    scaled = lin.j * problem.scales
+    _, values, vt = np.linalg.svd(triangle(np.vstack([triangle(scaled), problem.prior_root * problem.scales])))
+    known = values > RESOLUTION * values.max(initial=0.0)
+    # A direction that is nothing but rounding would have the leverage of rounding.
+    q = scaled @ (vt[known].T / values[known])
+    n = float(np.sum(q**2))
+    if not n:
+        return 1.0
     r = lin.r * np.sqrt((len(lin.r) - n) / max(float(lin.r @ lin.r), 1e-300))
     together = lin.unit if label is None else label[lin.unit]
     order = np.argsort(together, kind="stable")

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal.geometry.path.program import compile_path
 from robocal.measure.builder import Builder
 from robocal.measure.data import Configurations
 from robocal.measure.machine import Machine
 
-__all__ = ["limits_of", "names_of", "nominal_poses", "reach"]
+__all__ = ["by_joints_alone", "limits_of", "names_of", "nominal_poses", "reach"]
 
 Array = NDArray[np.float64]
 CHUNK = 2048  # configurations whose columns are held at once
@@ -38,6 +40,19 @@ def reach(
         poses[some] = pose[0]
         jacobians[some, :, carrier.columns] = jacobian[0]
     return poses, jacobians
+
+
+def by_joints_alone(machine: Machine, joints: Array) -> Array:
+    """T_base_tool (m, 4, 4) at joint values (m, n) without what bends, grows or ripples: millimetres off, and many times
+    faster where such columns would have to be computed."""
+    alone = {"1", *names_of(machine)}
+    elements = [replace(e, terms=tuple(t for t in e.terms if t.column in alone)) for e in machine.elements]
+    program = compile_path(elements, machine.table)
+    poses = np.empty((len(joints), 4, 4))
+    for first in range(0, len(joints), CHUNK):
+        some = slice(first, first + CHUNK)
+        poses[some] = program.run(machine.table.values[None], machine.phi(joints[some], None, program)[None])[0][0]
+    return poses
 
 
 def nominal_poses(machine: Machine, configurations: Configurations) -> Array | None:
