@@ -128,7 +128,7 @@ sys.path.insert(0, sys.argv[1])
 import numpy as np
 a = time.perf_counter()
 from robocal.geometry import _kernels as g
-from robocal.arms import _kernels as a_
+from robocal.geometry.path import _kernels as p_
 from robocal.estimate import _kernels as e
 from robocal.measure import _kernels as m
 import job as jobs

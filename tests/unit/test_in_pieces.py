@@ -12,8 +12,8 @@ from unit.test_outliers import spoiled
 
 from robocal.arms import chain as chains
 from robocal.arms.gravity import Gravity, drive, link_end
-from robocal.calibrate import evidence
-from robocal.calibrate.gross import EXACT, NEAR, sift
+from robocal.calibrate import evidence, gross
+from robocal.calibrate.fit import EXACT, NEAR
 from robocal.calibrate.noise import apply_noise, under
 from robocal.calibrate.split import NEAR as PLACE
 from robocal.calibrate.split import _cells, places
@@ -142,12 +142,26 @@ def test_another_sigma_is_the_problem_made_again():
     np.testing.assert_array_equal(again.normal(x).a, same.normal(x).a)
 
 
-def test_a_rough_fit_finds_the_same_gross_rows():
+def test_a_rough_fit_finds_the_same_gross_rows(monkeypatch):
     """Asked is which rows are far, and a fit that creeps on along a valley says the same."""
     for seed in range(4):
         rng = np.random.default_rng(seed)
         off = {int(i): rng.normal(0, 1, 3) * 10 ** rng.uniform(-3.5, -1) for i in rng.choice(60, 6, replace=False)}
         data, units = spoiled(measured(60), off), np.arange(60)
-        rough, exact = (sift(measured_arm(), data, units, tolerance=t).data for t in (NEAR, EXACT))
+        found = []
+        for tolerance in (NEAR, EXACT):
+            monkeypatch.setattr(gross, "NEAR", tolerance)
+            found.append(gross.sift(measured_arm(), data, units).data)
+        rough, exact = found
         for a, b in zip(rough.observations, exact.observations, strict=True):
             assert (a.used is None) == (b.used is None) and np.array_equal(a.used, b.used)
+
+
+def test_the_map_picks_by_joints_and_geometry_what_the_whole_model_would(rng):
+    """What bends and ripples is millimetres: without it the tool is there all the same, and an arm that has none is exactly there."""
+    plain, q = measured_arm(), rng.uniform(-2, 2, (50, 5))
+    np.testing.assert_array_equal(reaching.by_joints_alone(plain, q), reaching.reach(plain, q)[0])
+    bare = arm("mdh-hayati", rng)
+    bent, q = grown(bare), rng.uniform(-1, 1, (50, 3))
+    assert bent.derived
+    np.testing.assert_allclose(reaching.by_joints_alone(bent, q), bare.pose(q), atol=1e-12)
