@@ -129,7 +129,7 @@ def read_dataset(
     out beside those that the file excludes. Raises FileError or
     FormatError naming file, row and column or key.
     """
-    place = Path(path)
+    place = path if isinstance(path, Path) else Path(path)
     if place.suffix.lower() in (".yaml", ".yml"):
         document = load(place)
         reader = _reader(kind or document.data.get("kind"), document, chain)

@@ -11,7 +11,7 @@ from robocal.errors import FileError, FormatError
 from robocal.files.journal import guard
 from robocal.files.names import strange_character
 
-__all__ = ["Source", "line_of", "read_bytes", "read_text"]
+__all__ = ["Held", "Source", "line_of", "read_bytes", "read_text"]
 
 MEGABYTE = 1 << 20
 FILE_LIMIT = 64 * MEGABYTE
@@ -29,10 +29,25 @@ class Source:
     mark: str = ""
 
 
+class Held(type(Path())):  # type: ignore[misc]
+    """The path of a file that a program holds in memory: it is read like any other, and never looked for on a disk."""
+
+    held: bytes | None = None
+
+    @classmethod
+    def of(cls, name: str, text: str) -> Held:
+        """A text under a name that messages call it by."""
+        made = cls(name)
+        made.held = text.encode()
+        return made
+
+
 def read_bytes(path: str | os.PathLike[str], *, limit: int = FILE_LIMIT) -> bytes:
     """The bytes of a file of at most `limit` bytes. Raises FileError when it is missing, a folder, unreadable, too big
     or empty."""
     place = Path(path)
+    if isinstance(path, Held) and path.held is not None:
+        return path.held
     try:
         if place.is_dir():
             raise FileError("this is a folder", file=place, expected="a file")

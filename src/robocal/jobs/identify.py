@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import os
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
@@ -124,7 +125,7 @@ def share(given: float | str | None) -> float | str | None:
 
 def identify(
     robot: str,
-    data: Sequence[str],
+    data: Sequence[str | os.PathLike[str]],
     choices: Choices | None = None,
     *,
     output: Path | None = None,

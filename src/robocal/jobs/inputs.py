@@ -145,7 +145,7 @@ def read_inputs(
         raise
 
     def reading_for(chain: Chain) -> Reading:
-        return read_datasets([Path(d) for d in data], chain, group=group, exclude=exclude)
+        return read_datasets(data, chain, group=group, exclude=exclude)
 
     try:
         reading = reading_for(arm.chain)

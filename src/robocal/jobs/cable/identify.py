@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -33,7 +34,7 @@ class Solved:
 def identify_cable(
     file: CableFile,
     robot: str,
-    data: Sequence[str],
+    data: Sequence[str | os.PathLike[str]],
     options: Options,
     words: dict[str, Any],
     watch: Watch | None = None,

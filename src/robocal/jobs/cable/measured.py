@@ -3,9 +3,9 @@ rows."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -37,13 +37,17 @@ class Measured:
 
 
 def read_measured(
-    file: CableFile, robot: str, data: Sequence[str], exclude: Sequence[str] = (), watch: Watch | None = None
+    file: CableFile,
+    robot: str,
+    data: Sequence[str | os.PathLike[str]],
+    exclude: Sequence[str] = (),
+    watch: Watch | None = None,
 ) -> Measured:
     """Reads data files of a cable robot. Raises InputError for whatever is wrong with them: columns that are no cables, files
     that no id ties together."""
     if watch:
         watch({"stage": "read"})
-    reading = read_datasets([Path(d) for d in data], file.robot, exclude=exclude)
+    reading = read_datasets(data, file.robot, exclude=exclude)
     seen = tuple(_named(obs, file) for obs in reading.dataset.observations)
     joined = replace(reading.dataset, observations=seen).by_id()
     if len(seen) > 1 and len(joined.configurations) == len(reading.dataset.configurations):
