@@ -150,7 +150,7 @@ def test_six_digits_from_both_starts(name, start):
     damping = CAREFUL.get((name, start), 1e-6)
     s = least_squares(p, max_iterations=2500, cost_tolerance=1e-20, damping=damping)
     if (name, start) == LOST:
-        assert not s.reasons[0].converged and "too many" in s.reasons[0].text
+        assert not s.reasons[0].converged
         return
     assert s.reasons[0].converged, s.reasons
     assert digits(s.x[0], SETS[name]["certified"]) > 6, s.x

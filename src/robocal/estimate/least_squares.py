@@ -34,6 +34,7 @@ Array = NDArray[np.float64]
 Watch = Callable[[dict[str, object]], None]
 METHODS = ("lm", "gauss-newton", "pinv", "lse")
 EPS = float(np.finfo(float).eps)
+LONG = 1e-3  # of the expected error: a step that fails for rounding is shorter
 
 
 class Reason(IntEnum):
@@ -132,7 +133,7 @@ def least_squares(
 def _damped(
     problem: Problem, x: Array, most: int, tolerances: tuple[float, float, float], damping: float, watch: Watch | None
 ) -> Solution:
-    from robocal.estimate.damping._kernels import GROW, HOME, LOST, OUT, TAKE, propose, settle
+    from robocal.estimate.damping._kernels import GROW, HOME, LOST, OUT, STAY, TAKE, propose, settle
 
     batch, n = len(x), problem.n
     blocks, size = problem.blocks, problem.block_size
@@ -149,6 +150,7 @@ def _damped(
     limits = np.array(tolerances)
     nothing = np.empty((batch, 0))
     away, best, length = np.zeros(batch, dtype=np.bool_), np.zeros(batch), np.zeros(batch)
+    failed = np.zeros(batch)  # how long the last step was that did not lower the cost, in expected errors
     home: _Home | None = None
     while len(history) <= most:
         propose(
@@ -180,7 +182,11 @@ def _damped(
         )
         if everyone and (move == TAKE).all():
             x, normal = new, result
+            failed[:] = 0.0
         else:
+            failed[at[move == TAKE]] = 0.0
+            first_fails = at[(move == STAY) | (move == OUT)]
+            failed[first_fails] = np.abs(step[first_fails] / problem.scales).max(axis=1, initial=0.0)
             if (move == OUT).any():
                 home = home or _Home(x, normal)
                 home.keep(at[move == OUT], x, normal)
@@ -193,6 +199,8 @@ def _damped(
         if watch:
             watch({"stage": "iterate", "iteration": len(history) - 1, "cost": float(history[-1][0]), "active": len(at)})
     reason[reason == _RUNNING] = int(Reason.ITERATIONS)
+    # A step that is nothing because the damping that a long one called for made it so is no minimum.
+    reason[(reason == int(Reason.STEP)) & (failed > LONG)] = int(Reason.STALLED)
     if home is not None and away.any():
         home.back(np.flatnonzero(away), x, normal)
     return Solution(x, normal.cost, iterations, reason, np.array(history), normal)

@@ -13,7 +13,7 @@ from robocal.measure.builder import Builder
 from robocal.measure.data import Configurations
 from robocal.measure.machine import Machine
 
-__all__ = ["by_joints_alone", "limits_of", "names_of", "nominal_poses", "reach"]
+__all__ = ["believed", "by_joints_alone", "limits_of", "names_of", "nominal_poses", "reach"]
 
 Array = NDArray[np.float64]
 CHUNK = 2048  # configurations whose columns are held at once
@@ -55,14 +55,24 @@ def by_joints_alone(machine: Machine, joints: Array) -> Array:
     return poses
 
 
-def nominal_poses(machine: Machine, configurations: Configurations) -> Array | None:
-    """T_base_tool (U, 4, 4) where the machine is believed to stand, NaN where that is not known; None where it is of no
-    configuration."""
+def believed(machine: Machine, configurations: Configurations) -> NDArray[np.bool_] | None:
+    """Of which configurations (U,) it is known where the machine is believed to stand; None where of none."""
     c = configurations
     if c.joints is None and (machine.freedom is None or c.start is None):
         return None
+    known = np.ones(len(c), dtype=np.bool_) if c.joints is None else np.isfinite(c.joints).all(axis=1)
+    if machine.freedom is not None and c.start is not None:
+        known = known & np.isfinite(c.start).all(axis=1)
+    return np.asarray(known)
+
+
+def nominal_poses(machine: Machine, configurations: Configurations) -> Array | None:
+    """T_base_tool (U, 4, 4) where the machine is believed to stand, NaN where that is not known; None where it is of no
+    configuration."""
+    c, known = configurations, believed(machine, configurations)
+    if known is None:
+        return None
     out = np.full((len(c), 4, 4), np.nan)
-    known = np.ones(len(c), dtype=bool) if c.joints is None else np.isfinite(c.joints).all(axis=1)
     some = np.flatnonzero(known)
     if len(some):
         builder = Builder(machine, machine.table, c.take(some))

@@ -15,23 +15,24 @@ from robocal.estimate.problem import Problem
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Machine
-from robocal.measure.reach import nominal_poses
+from robocal.measure.reach import believed, nominal_poses
 
 __all__ = ["closed_form", "combined", "frames_of", "refine"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 FEWEST = 3
+ENOUGH = 1000  # rows of an instrument for where it stands: the refinement takes all
 MOST = 32  # combinations that are worth a refinement
 
 
 def closed_form(model: Machine, data: DataSet, obs: Observations, units: Ints) -> list[dict[str, float]]:
     """Starting values by name for what one instrument needs: its frame or place, its target, its own numbers; empty
     where nothing is free or nothing is known."""
-    machine = nominal_poses(model, data.configurations) if obs.kind in STARTS else None
-    if machine is None:
+    known = believed(model, data.configurations) if obs.kind in STARTS else None
+    if known is None:
         return []
-    usable = np.isin(np.arange(len(machine)), units) & np.isfinite(machine[:, 0, 0])
+    usable = np.isin(np.arange(len(known)), units) & known
     chosen = usable[obs.configuration] if obs.second is None else usable[obs.configuration] & usable[obs.second]
     index = np.flatnonzero(chosen if obs.used is None else chosen & obs.used)
     target = None
@@ -42,9 +43,15 @@ def closed_form(model: Machine, data: DataSet, obs: Observations, units: Ints) -
         index = index if obs.target is None else index[obs.target[index] == first]
     if len(index) < FEWEST:
         return []
+    if len(index) > ENOUGH:
+        index = index[np.linspace(0, len(index) - 1, ENOUGH).astype(np.int64)]
     value = obs.value[index] if obs.value.ndim == 2 else obs.value[0, index]
-    other = None if obs.second is None else machine[obs.second[index]]
-    return STARTS[obs.kind](Seen(model, obs, index, value, target, machine[obs.configuration[index]], other))
+    one, two = obs.configuration[index], obs.configuration[:0] if obs.second is None else obs.second[index]
+    met, at = np.unique(np.concatenate([one, two]), return_inverse=True)
+    machine = nominal_poses(model, data.configurations.take(met))
+    assert machine is not None
+    other = None if obs.second is None else machine[at[len(one) :]]
+    return STARTS[obs.kind](Seen(model, obs, index, value, target, machine[at[: len(one)]], other))
 
 
 def combined(model: Machine, data: DataSet, units: Ints, problem: Problem) -> list[dict[str, float]]:
