@@ -137,6 +137,16 @@ def test_arrows_carry_their_numbers_and_skip_rows_without() -> None:
     assert arrows({}) is None
 
 
+def test_of_many_rows_some_are_drawn_and_it_is_said() -> None:
+    _, rows = samples.improved(4100, 0)
+    drawn = arrows(rows)
+    assert drawn is not None and drawn.share == "Of 4100 rows one in 3 is drawn."
+    data = json.loads(drawn.data)
+    assert len(data["at"]) == len(data["out"]) == 1367 and "1367 arrows" in drawn.before
+    few = arrows(samples.improved(2000, 0)[1])
+    assert few is not None and few.share == "" and len(json.loads(few.data)["at"]) == 2000
+
+
 def test_no_error_at_all_is_drawn_as_dots() -> None:
     _, rows = samples.improved(5, 0)
     for name in rows:

@@ -24,6 +24,7 @@ WIDE, HIGH = 460.0, 440.0
 HALF = 200.0  # half of the drawn space, from the middle to the farthest corner
 FAR = 1e9  # mm; beyond this it is no position
 AZIMUTH, ELEVATION = -55.0, 24.0
+MOST = 2000  # arrows of a picture
 LONG = 34.0  # the 90th percentile of arrows is drawn this long
 Vector = tuple[float, float, float]
 
@@ -31,12 +32,13 @@ Vector = tuple[float, float, float]
 @dataclass(frozen=True)
 class Arrows:
     """Two pictures, the numbers that viewer.js needs (JSON, safe inside a script element), and in words how far the
-    box reaches."""
+    box reaches and which share of the rows is drawn, where it is not all."""
 
     before: str
     after: str
     data: str
     box: str
+    share: str = ""
 
 
 def arrows(residuals: Mapping[str, Sequence[object]]) -> Arrows | None:
@@ -63,6 +65,8 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Arrows | None:
         return None
     low = [min(r[i] for r, _ in rows) for i in range(3)]
     high = [max(r[i] for r, _ in rows) for i in range(3)]
+    every, step = len(rows), -(-len(rows) // MOST)
+    rows = rows[::step]  # more would be one black cloud
     middle = [(a + b) / 2 for a, b in zip(low, high, strict=True)]
     radius = math.dist(low, high) / 2
     scale = HALF / radius if radius > 0 else 1.0
@@ -84,7 +88,8 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Arrows | None:
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     pictures = [_panel(k, at, errors[k], out, bounds, scale, magnification[k]) for k in (0, 1)]
     box = ", ".join(f"{a} from {fixed(u, 0)} to {fixed(v, 0)}" for a, u, v in zip("xyz", low, high, strict=True))
-    return Arrows(pictures[0], pictures[1], text, f"{box} mm")
+    share = f"Of {every} rows one in {step} is drawn." if step > 1 else ""
+    return Arrows(pictures[0], pictures[1], text, f"{box} mm", share)
 
 
 def _short(value: float, digits: int = 4) -> float:
