@@ -80,10 +80,14 @@ class Verdict:
     region: str | None = None
 
     def refused(self, *why: Remark) -> Verdict:
-        """Refused after all: these reasons first, and a gain that was proven is only told, for nobody should act on it."""
+        """Refused after all: these reasons first."""
+        return self.instead("refused", *why)
+
+    def instead(self, status: str, *why: Remark) -> Verdict:
+        """Another status after all: these reasons first, and a gain that was proven is only told, for nobody should act on it."""
         gains = (Code.GAIN_PROVEN, Code.GAIN_NOT_PROVEN, Code.EXACT)
         kept = (replace(r, code=Code.GAIN_ANYWAY) if r.code in gains[:2] else r for r in self.reasons)
-        return Verdict("refused", (*why, *(r for r in kept if r.code not in gains)))
+        return Verdict(status, (*why, *(r for r in kept if r.code not in gains)))
 
 
 def errors(residuals: Sequence[Residuals], unit: str) -> tuple[Array, Ints]:
@@ -167,19 +171,23 @@ def judge(
     stated: float | None = None,
     unit: str = "m",
     everything: tuple[Array, Array, NDArray[np.bool_]] | None = None,
+    located: Array | None = None,
 ) -> Verdict:
     """The verdict from unseen errors of the baseline and of the identified model, (N,) each, in `unit`; `kind` names
-    how they were held out. `everything` are both errors of all rows, and which of them are told, where gross ones were left out."""
+    how they were held out. `constant` is what predicting the mean misses of those that have one, `located` what the identified
+    model misses of the same (None: `after`). `everything` are both errors of all rows, and which of them are told, where gross
+    ones were left out."""
     if rank == 0:
         return Verdict("refused", (Remark.of(Code.RANK_ZERO),))
     if not np.isfinite(after).all():
         return Verdict("refused", (Remark.of(Code.NOT_FINITE),))
-    if constant is not None and len(constant) and after.mean() >= 0.9 * constant.mean():
-        shown = {"after": Quantity(float(after.mean())), "constant": Quantity(float(constant.mean()))}
-        return Verdict("refused", (Remark.of(Code.NO_BETTER_THAN_MEAN, **shown),))
-    if constant is not None and len(constant):
-        unexplained = float(np.mean(after**2) / np.mean(constant**2))
-        rms = float(np.sqrt(np.mean(after**2)))
+    there = after if located is None else located
+    if constant is not None and len(constant) and len(there):
+        if there.mean() >= 0.9 * constant.mean():
+            shown = {"after": Quantity(float(there.mean())), "constant": Quantity(float(constant.mean()))}
+            return Verdict("refused", (Remark.of(Code.NO_BETTER_THAN_MEAN, **shown),))
+        unexplained = float(np.mean(there**2) / np.mean(constant**2))
+        rms = float(np.sqrt(np.mean(there**2)))
         if unexplained > 0.5 and rms > FAR * (stated or 0.0):
             noise = Quantity(stated) if stated else None
             told = Remark.of(Code.UNEXPLAINED, explained=1 - unexplained, rms=Quantity(rms), stated=noise)

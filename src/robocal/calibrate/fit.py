@@ -45,7 +45,7 @@ HOLD = 10.0
 CLEARLY, HOPE = 0.5, 0.75  # of tau: far less, and what may still become it
 # Where a fit ends whose noise alone is asked. Along a curved valley it would creep on for a hundred steps, and they bring less
 # than the hundredth to which that is known.
-CREEPING = 20  # steps: elsewhere it has come to its end long before
+STEPS, CREEPING = 100, 20  # steps: elsewhere it has come to its end long before
 NEAR = 1e-4  # of the cost, promised by the next step: rows that are far are far by then
 EXACT = 1e-10  # where one ends whose numbers are told
 ROUGH = 1e-3  # where a fit may be given up: a hundred such steps do not bring CLEARLY what is not near HOPE
@@ -152,7 +152,8 @@ def _noise(
     for _ in range(SOFT_ROUNDS):
         _, made = posed(tau)
         soft = softly(made, start)
-        x = least_squares(soft, x, max_iterations=CREEPING).x
+        # Where rows are weighed anew at every step, the way is longer without being a valley.
+        x = least_squares(soft, x, max_iterations=CREEPING if soft.loss == "none" else STEPS).x
         # A column counts as far as the data, not the hold, decide it.
         groups = assess(stated, made, x, units, effective_columns(soft, x))
         new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}

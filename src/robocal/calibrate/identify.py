@@ -40,6 +40,7 @@ from robocal.calibrate.segments.find import find_segments, refused_by
 from robocal.calibrate.split import SHARE, make_split, places
 from robocal.calibrate.starts.own import placed
 from robocal.calibrate.warn import data_warnings
+from robocal.calibrate.zeros import with_zeros
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import uncertainty
 from robocal.measure.base import problem as build
@@ -73,6 +74,8 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
     clean, by = set_aside(model, data, everyone, watch), (options.loss, options.tuning)
     start = known_baseline(model, clean, everyone, *by, watch).x
     whole = fit(model, clean, everyone, options, start, watch)
+    if (likelier := with_zeros(model, whole)) is not None:
+        return identify(likelier, data, options, watch)
     # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
     base = known_baseline(model, whole.data, everyone, *by)
     proven = prove(model, data, clean, split, options, base, whole, watch)

@@ -106,7 +106,8 @@ def _stages(
             turned = bool(proof.after.profiled.any())
             seen[f"{name}_before"] = Statistic.of(first[told], turned)
             seen[name] = Statistic.of(second[told], turned)
-    constant = _constant(data, base, best(proofs), everything) if unit == "m" else None
+    # Where a configuration's own pose is fitted to its rows, predicting the mean of them is no rival.
+    constant = _constant(data, base, best(proofs), everything) if unit == "m" and not base.blocks else None
     return Stages(
         unit,
         Statistic.of(before[inside]),
@@ -142,13 +143,17 @@ def best(proofs: Mapping[str, Proof]) -> Proof | None:
     return next((p for p in known if not p.starved), known[0] if known else None)
 
 
+def _located(data: DataSet) -> list[int]:
+    """The observations that have a mean to predict: positions in the coordinates of an instrument."""
+    return [i for i, o in enumerate(data.observations) if o.kind in ("position", "pose") and o.value.ndim == 2]
+
+
 def _constant(data: DataSet, base: Problem, proof: Proof | None, everything: bool = False) -> Array | None:
     """What predicting the mean would miss of the rows that prove something, of each target by each instrument that measured
     positions; None where none did."""
-    found = [i for i, o in enumerate(data.observations) if o.kind in ("position", "pose") and o.value.ndim == 2]
+    found = _located(data)
     split = proof.split if proof is not None else leave_one_out_rounds(data)
-    # Where a configuration's own pose is fitted to its rows, predicting the mean of them is no rival.
-    if not found or base.blocks or (len(split) < 2 and proof is None):
+    if not found or (len(split) < 2 and proof is None):
         return None
     owned = list(owners(data, base))
     owner = by_unit(base.terms, [np.full(len(t.index), i) for i, t in owned], "m")
@@ -200,6 +205,7 @@ def verdict(
     if digits is not None and (left := _rms(before[told])) <= WITHIN * digits:
         return Verdict("not_improved", (Remark.of(Code.NOMINAL_EXACT, left=Quantity(left), digits=Quantity(digits)),))
     constant = _constant(data, base, proof) if unit == "m" else None
+    owner = by_unit(base.terms, [np.full(len(t.index), i) for i, t in owners(data, base)], unit)
     at = np.concatenate([r.unit for r in base.residuals(base.start) for *_, u in r.parts if u == unit])
     stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
     found = judge(
@@ -215,9 +221,10 @@ def verdict(
         stated=float(np.sqrt(3) * stated[0]) if stated else None,
         unit=unit,
         everything=proof.errors(unit, everything=True) if proof.aside[unit].any() else None,
+        located=after[told & np.isin(owner, _located(data))],
     )
     if found.status == "improved" and (what := _unfinished(whole, proof, options, started)):
-        found = Verdict("not_improved", (Remark.of(Code.NOT_CONVERGED, what=what), *found.reasons))
+        found = found.instead("not_improved", Remark.of(Code.NOT_CONVERGED, what=what))
     if found.status == "improved":
         found = _second_thoughts(model, base, part, proof, found)
     if found.status == "improved":
@@ -262,15 +269,15 @@ def _second_thoughts(model: Machine, base: Problem, part: Fit, proof: Proof, fou
     """An improvement that cannot be one: nothing of the robot was fitted, or a round leaves too little to fit."""
     problem = part.problem
     if not set(problem.free) - set(frame_names(model, base)):
-        return Verdict("not_improved", (Remark.of(Code.NOTHING_OF_ROBOT), *found.reasons))
+        return found.instead("not_improved", Remark.of(Code.NOTHING_OF_ROBOT))
     if not claimed(part, total_of(part)) & set(model.table.names):
-        return Verdict("not_improved", (Remark.of(Code.NOTHING_IDENTIFIED), *found.reasons))
+        return found.instead("not_improved", Remark.of(Code.NOTHING_IDENTIFIED))
     rows = problem.numbers
     left, sought = int((proof.split.fit @ rows).min()), problem.n - int(problem.stated.sum())
     # What is left would be met exactly, and the left-out configuration by what was known of it before.
     if len(proof.split) > 1 and left <= sought:
         few = Remark.of(Code.FEW_NUMBERS, noun=_noun(proof), left=left, sought=sought)
-        return Verdict("not_improved", (few, *found.reasons))
+        return found.instead("not_improved", few)
     bent = implausible(model, part)
     left_over = max((g.rms for g in part.groups if g.unit == "m"), default=0.0)
     if bent and left_over > BENT:
@@ -294,7 +301,7 @@ def _same_model(whole: Fit, proof: Proof, unit: str, found: Verdict) -> Verdict:
     elsewhere = Remark.of(
         Code.ENDED_ELSEWHERE, left=Quantity(float(left), unit), after=Quantity(float(after[told].mean()), unit)
     )
-    return Verdict("not_improved", (elsewhere, *found.reasons))
+    return found.instead("not_improved", elsewhere)
 
 
 def _noun(proof: Proof) -> str:
