@@ -249,6 +249,12 @@ class Table:
             _ = self[name]
         return self._of(replace(p, preference=preferences.get(p.name, p.preference)) for p in self.rows)
 
+    def with_expected(self, expected: Mapping[str, float]) -> Table:
+        """The same table with these errors expected where nobody states a prior, in the parameters' units."""
+        for name in expected:
+            _ = self[name]
+        return self._of(replace(p, expected=expected.get(p.name, p.expected)) for p in self.rows)
+
     def _of(self, rows: Iterable[Parameter]) -> Table:
         return Table(tuple(rows), self.together)
 

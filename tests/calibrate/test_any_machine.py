@@ -3,6 +3,8 @@ on configurations that were not used."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from calibrate import machines as made
@@ -72,7 +74,28 @@ def test_encoders_alone_identify_nothing(seed):
     rng = np.random.default_rng(seed)
     robot, truth, data = made.cables("3R3T", rng, 60, encoders_alone=True)
     found = identify(robot, made.recorded(truth, data, rng))
-    assert found.verdict.status != "improved" or any(p.status == "identified" for p in found.parameters)
+    told = {p.name for p in found.parameters if p.status == "identified"}
+    # Where base and platform have their coordinates nothing says.
+    assert found.verdict.status != "improved" or told
+    assert "place-open" in {r.code for r in found.warnings}
+    codes = {r.code for r in found.verdict.reasons}
+    assert found.verdict.status == "improved" or "gain-proven" not in codes
+
+
+def test_poses_of_other_rows_are_no_improvement():
+    """The lengths explain themselves whatever the poses: what an instrument saw has to beat its own mean."""
+    rng = np.random.default_rng(2)
+    robot, truth, data = made.cables("3R3T", rng, 60)
+    measured = made.recorded(truth, data, rng)
+    poses = next(i for i, o in enumerate(measured.observations) if o.kind == "pose")
+    value = measured.observations[poses].value.copy()
+    value[:, :3] = value[rng.permutation(60), :3]
+    wrong = list(measured.observations)
+    wrong[poses] = replace(wrong[poses], value=value)
+    right, found = identify(robot, measured), identify(robot, replace(measured, observations=tuple(wrong)))
+    assert right.verdict.status == "improved" and "place-open" not in {r.code for r in right.warnings}
+    assert found.verdict.status == "refused"
+    assert found.verdict.reasons[0].code in ("no-better-than-mean", "unexplained")
 
 
 def test_a_machine_of_somebody_elses_has_a_run_folder(tmp_path):

@@ -164,6 +164,7 @@ WRONG = {
     "two cables swapped": ("lengths.csv", lambda head, rows: (head, [[r[0], r[2], r[1], *r[3:]] for r in rows])),
     "lengths of the next row": ("lengths.csv", lambda head, rows: (head, [[r[0], *n[1:]] for r, n in zip(rows, rows[1:] + rows[:1], strict=True)])),
     "a mirrored axis": ("poses.csv", lambda head, rows: (head, [[r[0], r[1], str(-float(r[2])), *r[3:]] for r in rows])),
+    "positions of other rows": ("poses.csv", lambda head, rows: (head, [[r[0], *rows[(17 * i) % 60][1:4], *r[4:]] for i, r in enumerate(rows)])),
     "positions in another unit": ("poses.csv", lambda head, rows: (head.replace("[mm]", "[m]"), rows)),
 }  # fmt: skip
 

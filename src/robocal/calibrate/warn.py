@@ -25,6 +25,7 @@ __all__ = ["data_warnings", "few_numbers", "implausible", "input_remarks", "unma
 
 IMPLAUSIBLE = 20.0  # times what was expected: 20 mm, 6 deg
 SURE = 5.0  # standard deviations: a change that is none of the fit's own uncertainty
+ABSOLUTE = ("position", "pose")  # kinds that read coordinates
 COMPUTED = 1e-6  # m: no arm repeats and no instrument reads so well
 DRIFT, SHARE = 4.0, 0.2  # standard deviations, and what share of the squares: less is of no consequence
 FLAT = 0.02  # thickness of the measured points against their extent
@@ -46,6 +47,9 @@ def data_warnings(
             out.append(Remark.of(Code.ABOVE_STATED_NOISE, group=g.name, left=left, stated=stated))
         if g.unit == "m" and g.rms < COMPUTED:
             out.append(Remark.of(Code.COMPUTED, group=g.name, left=Quantity(g.rms)))
+    # A machine that stands where its own sensors say has coordinates only as far as something sees them.
+    if model.freedom and not any(o.frame or o.targets or o.kind in ABSOLUTE for o in data.observations):
+        out.append(Remark.of(Code.PLACE_OPEN))
     rows_of = [fit.problem.table[n] for n in fit.problem.free]
     if estimator(method).blind and any(p.prior or np.isfinite([p.lower, p.upper]).any() for p in rows_of):
         out.append(Remark.of(Code.PRIORS_IGNORED, method=method))

@@ -1,8 +1,8 @@
-"""A joint's zero instead of a length, where the data cannot tell one from the other and no making leaves the length.
+"""A joint's zero that may be lost, where a length that looks like it moved as no making leaves it.
 
-A joint that lost its zero may be off by any angle, a length by what making leaves. Of two columns that say the same, the one with
-the larger effect of its expected error is kept, often the length; once it has moved by more than ALIKELY times that error, the
-zero is the likelier cause, and the one that a controller takes.
+A joint that lost its zero may be off by any angle, a length by what making leaves. What looks alike is kept by the effect of its
+expected error, often the length; once that has moved by more than ALIKELY times its own, the zero is the likelier cause, and the
+one that a controller takes: it is expected to be off by LOST, and the fit is made again.
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ __all__ = ["with_zeros"]
 M = TypeVar("M", bound=Machine)
 ALIKELY = 10.0  # times what was expected: 10 mm, 3 deg
 SURE = 5.0  # standard deviations
+LOST = {"rad": 0.5, "m": 0.1}
 
 
 def with_zeros(model: M, fit: Fit) -> M | None:
-    """The model with those zeros preferred that look like what moved too far; None where there are none."""
+    """The model with those zeros expected to be lost that look like what moved too far; None where there are none."""
     off = total_of(fit)
     sigma = dict(zip(off.names, off.sigma, strict=True))
     table, x = fit.problem.table, fit.solution.x[0]
@@ -33,14 +34,14 @@ def with_zeros(model: M, fit: Fit) -> M | None:
         change = abs(float(x[table.index[n]]) - model.table[n].value)
         if change > max(ALIKELY * model.table[n].scale, SURE * sigma[n]):
             moved.add(n)
-    zeros = {z.parameter for z in model.open_zeros}
+    zeros = {z.parameter: LOST[model.table[z.parameter].unit] for z in model.open_zeros}
     alike = {
-        c.name: max(model.table[n].preference for n in model.table.names) + 1
+        c.name: zeros[c.name]
         for c in fit.identifiability.combinations
-        if c.name in zeros and moved & {n for n, _ in c.partners} and not model.table[c.name].preference
+        if c.name in zeros and moved & {n for n, _ in c.partners} and model.table[c.name].scale < zeros[c.name]
     }
     if not alike:
         return None
     # Every machine is frozen data with a table.
-    made: M = replace(cast(Any, model), table=model.table.with_preferences(alike))
+    made: M = replace(cast(Any, model), table=model.table.with_expected(alike))
     return made

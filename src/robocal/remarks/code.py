@@ -59,6 +59,7 @@ class Code(StrEnum):
     SCALE_OPEN = "scale-open"
     SCALE_DOUBTED = "scale-doubted"
     ERRORS_FOLLOW = "errors-follow"
+    PLACE_OPEN = "place-open"
     NOT_LINEAR = "not-linear"
     ONE_STEP_MISLEADS = "one-step-misleads"
     CURVED = "curved"

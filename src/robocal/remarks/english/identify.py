@@ -209,6 +209,11 @@ TABLE: dict[Code, Words] = {
         "these data hardly say how long the arm is (sigma of the scale {sigma:.2%}): the nominal lengths do",
         "State a length that gives the scale: a distance, a bar, the radius of a ball.",
     ),
+    Code.PLACE_OPEN: Words(
+        "only the shape is better known: nothing was measured that says where the coordinates of base and platform lie, so absolute poses "
+        "may be further off than before",
+        "Measure some poses with an instrument as well, or place the corrected robot by known points before you trust absolute poses.",
+    ),
     Code.ERRORS_FOLLOW: Words(
         "{group}: errors follow those measured just before, beyond what like poses share ({share:.0%} of their squares, z = {z:.0f}): "
         "a target that slipped, or an instrument or arm that warmed up; held-out errors may then flatter",
