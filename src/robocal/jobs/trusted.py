@@ -14,6 +14,7 @@ from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["band_remarks", "prediction_part", "range_part", "scale_part"]
 
+NOTHING = 1e-9  # m: two models that differ by rounding are one, and neither is the better
 WHOLE = {"m": "positions", "rad": "orientations"}
 QUANTITY = {"m": "position", "rad": "orientation", "px": "pixels"}
 
@@ -54,9 +55,9 @@ def band_remarks(found: Identification[Machine]) -> tuple[Remark, ...]:
 
 
 def range_part(found: Identification[Machine]) -> files.WorkingRange | None:
-    """The working range in mm, and in words."""
+    """The working range in mm, and in words; None where nothing changed."""
     h = found.holds
-    if h is None:
+    if h is None or h.moved < NOTHING:
         return None
     said = Remark.of(
         Code.OVER_THE_RANGE, region=h.name, band=Quantity(h.band), moved=Quantity(h.moved), chance=h.chance
