@@ -4,27 +4,22 @@
     found = rc.identify("ur10", rc.measurements(q, position=p, units=("rad", "mm")))
     print(found)
 
-Importing this package is cheap on purpose: what a name stands for is loaded when it is asked for.
+Importing this package is cheap on purpose: what a name stands for is loaded when it is asked for. Types are in `__init__.pyi`.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from importlib import import_module
 
-if TYPE_CHECKING:
-    from robocal.jobs.front import Arm, Identified, Measurements, identify, measurements, robot
+from robocal._version import __version__
 
 __all__ = ["Arm", "Identified", "Measurements", "__version__", "identify", "measurements", "robot"]
-
-__version__ = "0.1.0"
 
 
 def __getattr__(name: str) -> object:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from robocal.jobs import front
-
-    found: object = getattr(front, name)
+    found: object = getattr(import_module("robocal.jobs.front"), name)
     globals()[name] = found
     return found
 

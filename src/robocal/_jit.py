@@ -37,7 +37,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaWarning
 from numpy.typing import ArrayLike, NDArray
 
-from . import __version__
+from ._version import __version__
 
 __all__ = ["door", "door_int", "kernel", "on_compile", "prange"]
 

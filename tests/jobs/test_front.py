@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -159,3 +161,10 @@ def test_names_are_few_documented_and_loaded_when_asked_for():
     assert (
         subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
     )
+
+
+def test_types_and_names_are_the_same_list():
+    stub = Path(rc.__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+    told = set(ast.literal_eval(stub.partition("__all__ = ")[2]))
+    assert told == set(rc.__all__)
+    assert all(f"import {n} as {n}" in stub for n in told)

@@ -71,7 +71,8 @@ class Tiny:
             (folder / "tiny" / room / "__init__.py").write_text("")
             if source:
                 (folder / "tiny" / room / "_kernels.py").write_text(source)
-        (folder / "tiny" / "__init__.py").write_text("__version__ = '7'\n")
+        (folder / "tiny" / "__init__.py").write_text("")
+        (folder / "tiny" / "_version.py").write_text("__version__ = '7'\n")
         (folder / "tiny" / "_jit.py").write_text(jit)
 
     @property

@@ -77,7 +77,7 @@ VERBS: dict[Callable[..., Any], str] = {
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from robocal import __version__
+        from robocal._version import __version__
 
         print(f"robocal {__version__}")
         raise typer.Exit

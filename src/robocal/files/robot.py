@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, FiniteFloat
 
-import robocal
+from robocal._version import __version__
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
@@ -316,7 +316,7 @@ def render_robot(robot: Robot, values: Mapping[str, float]) -> tuple[str, tuple[
         text = text.partition("\n")[2]
     origin = robot.path.name if robot.path else f"the catalogue's {robot.name}"
     newline = "\r\n" if "\r\n" in text else "\n"
-    return f"{HEADER} {robocal.__version__} from {origin}: {len(changed)} numbers changed{newline}{text}", ()
+    return f"{HEADER} {__version__} from {origin}: {len(changed)} numbers changed{newline}{text}", ()
 
 
 def describe(arm: Chain, units: Units | None = None, *, comment: str = "", calibrate: bool = True) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal import __version__
+from robocal._version import __version__
 from robocal.apply.compensate import LEAP, SINGULAR_BELOW, STATUS, Compensation
 from robocal.apply.compensate import compensate as solve
 from robocal.arms.chain import Chain

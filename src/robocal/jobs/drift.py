@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal import __version__
+from robocal._version import __version__
 from robocal.apply.drift import MATTERS, Change, Drift, Single, compare
 from robocal.calibrate.workspace import sample_joints
 from robocal.errors import ModelError

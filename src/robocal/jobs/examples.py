@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import robocal
 from robocal.errors import FileError
 from robocal.files.text import read_bytes
 from robocal.files.writing import write_files
@@ -14,7 +13,7 @@ __all__ = ["copy_example", "example_folder"]
 
 def example_folder(name: str) -> Path:
     """The folder of one example. Raises FileError when this installation has none."""
-    package = Path(robocal.__file__).resolve().parent
+    package = Path(__file__).resolve().parents[1]
     for root in (package / "_examples", package.parent.parent / "examples"):
         if (root / name).is_dir():
             return root / name

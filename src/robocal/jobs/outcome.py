@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal import __version__
+from robocal._version import __version__
 from robocal.calibrate import evidence
 from robocal.calibrate.beyond.layer import Layer
 from robocal.calibrate.bootstrap import Resampled

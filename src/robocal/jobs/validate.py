@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal import __version__
+from robocal._version import __version__
 from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import Statistic, bootstrap_gain, constant_errors, errors
 from robocal.calibrate.identify import baseline, frame_names

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 
-import robocal
+from robocal._version import __version__
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.show import describe_cable
@@ -57,4 +57,4 @@ def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tup
     newline = "\r\n" if "\r\n" in text else "\n"
     origin = file.path.name if file.path else file.robot.name
     count = len(changed) - len(left_out)
-    return f"{HEADER} {robocal.__version__} from {origin}: {count} numbers changed{newline}{text}", left_out
+    return f"{HEADER} {__version__} from {origin}: {count} numbers changed{newline}{text}", left_out

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robocal import __version__
+from robocal._version import __version__
 from robocal.cables.geometry import CableRobot
 from robocal.files.dataset import InputFile
 from robocal.remarks.remark import Remark, told
