@@ -55,9 +55,9 @@ def band_remarks(found: Identification[Machine]) -> tuple[Remark, ...]:
 
 
 def range_part(found: Identification[Machine]) -> files.WorkingRange | None:
-    """The working range in mm, and in words; None where nothing changed."""
+    """The working range in mm, and in words; None where nothing was gained and nothing changed."""
     h = found.holds
-    if h is None or h.moved < NOTHING:
+    if h is None or (h.moved < NOTHING and found.verdict.status != "improved"):
         return None
     said = Remark.of(
         Code.OVER_THE_RANGE, region=h.name, band=Quantity(h.band), moved=Quantity(h.moved), chance=h.chance
