@@ -46,3 +46,12 @@ def test_a_length_by_a_decimal_is_still_refused(measured):
     chain, _, data = measured
     found = identify(written(chain, j2_a=0.027), data, Options(leave_one_out=False))
     assert found.verdict.status == "refused" and "j2.a" in str(found.verdict.reasons[0])
+
+
+def test_a_zero_that_somebody_vouches_for_stays(measured):
+    """Its prior is believed, and nothing is tried for ever."""
+    chain, _, data = measured
+    wrong = written(chain, j5_theta=chain.table["j5.theta"].value + np.deg2rad(-28))
+    sure = replace(wrong, table=wrong.table.with_priors({"j5.theta": 1e-4}))
+    found = identify(sure, data, Options(leave_one_out=False))
+    assert found.verdict.status == "refused"

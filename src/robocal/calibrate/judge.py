@@ -23,7 +23,7 @@ from robocal.calibrate.gross import MOST, share
 from robocal.calibrate.noise import owners
 from robocal.calibrate.options import Options
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
-from robocal.calibrate.warn import implausible, unmade
+from robocal.calibrate.warn import ABSOLUTE, implausible, unmade
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
@@ -145,7 +145,7 @@ def best(proofs: Mapping[str, Proof]) -> Proof | None:
 
 def _located(data: DataSet) -> list[int]:
     """The observations that have a mean to predict: positions in the coordinates of an instrument."""
-    return [i for i, o in enumerate(data.observations) if o.kind in ("position", "pose") and o.value.ndim == 2]
+    return [i for i, o in enumerate(data.observations) if o.kind in ABSOLUTE and o.value.ndim == 2]
 
 
 def _constant(data: DataSet, base: Problem, proof: Proof | None, everything: bool = False) -> Array | None:

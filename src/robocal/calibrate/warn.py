@@ -21,7 +21,7 @@ from robocal.remarks.remark import Quantity, Remark
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
 
-__all__ = ["data_warnings", "few_numbers", "implausible", "input_remarks", "unmade"]
+__all__ = ["ABSOLUTE", "data_warnings", "few_numbers", "implausible", "input_remarks", "unmade"]
 
 IMPLAUSIBLE = 20.0  # times what was expected: 20 mm, 6 deg
 SURE = 5.0  # standard deviations: a change that is none of the fit's own uncertainty

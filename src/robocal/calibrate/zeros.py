@@ -26,22 +26,23 @@ LOST = {"rad": 0.5, "m": 0.1}
 
 def with_zeros(model: M, fit: Fit) -> M | None:
     """The model with those zeros expected to be lost that look like what moved too far; None where there are none."""
+    table, x = fit.problem.table, fit.solution.x[0]
+    own = set(fit.problem.free) & (set(model.geometric) - model.anywhere)
+    change = {n: abs(float(x[table.index[n]]) - model.table[n].value) for n in own}
+    far = {n for n in own if change[n] > ALIKELY * model.table[n].scale}
+    # A zero with a stated prior is where its owner says.
+    zeros = {z.parameter: model.table[z.parameter] for z in model.open_zeros}
+    lost = {n: LOST[z.unit] for n, z in zeros.items() if z.prior is None and z.unit in LOST and z.scale < LOST[z.unit]}
+    alike = {
+        c.name: far & {n for n, _ in c.partners} for c in fit.identifiability.combinations if far and c.name in lost
+    }
+    if not any(alike.values()):
+        return None
     off = total_of(fit)
     sigma = dict(zip(off.names, off.sigma, strict=True))
-    table, x = fit.problem.table, fit.solution.x[0]
-    moved = set()
-    for n in set(fit.problem.free) & (set(model.geometric) - model.anywhere):
-        change = abs(float(x[table.index[n]]) - model.table[n].value)
-        if change > max(ALIKELY * model.table[n].scale, SURE * sigma[n]):
-            moved.add(n)
-    zeros = {z.parameter: LOST[model.table[z.parameter].unit] for z in model.open_zeros}
-    alike = {
-        c.name: zeros[c.name]
-        for c in fit.identifiability.combinations
-        if c.name in zeros and moved & {n for n, _ in c.partners} and model.table[c.name].scale < zeros[c.name]
-    }
-    if not alike:
+    likely = {name: lost[name] for name, like in alike.items() if any(change[n] > SURE * sigma[n] for n in like)}
+    if not likely:
         return None
     # Every machine is frozen data with a table.
-    made: M = replace(cast(Any, model), table=model.table.with_expected(alike))
+    made: M = replace(cast(Any, model), table=model.table.with_expected(likely))
     return made
