@@ -19,7 +19,7 @@ __all__ = ["Arm", "Identified", "Measurements", "__version__", "identify", "meas
 def __getattr__(name: str) -> object:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found: object = getattr(import_module("robocal.jobs.front"), name)
+    found: object = getattr(import_module("robocal.front"), name)
     globals()[name] = found
     return found
 

@@ -1,22 +1,17 @@
-"""The application: its verbs in the order of the help. What a verb takes is in `verbs/`, what it does in `acts/` and
-`robocal.jobs`.
+"""The application: its verbs in the order of the help. What a verb takes and does is in `robocal.verbs`.
 
 Only cheap imports here: `robocal --help` must answer at once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Annotated, Any
+from collections.abc import Mapping, Sequence
+from typing import Annotated
 
 import typer
 
-from robocal.cli.verbs.cable import CABLE
-from robocal.cli.verbs.finding import check, demo, identify, validate
-from robocal.cli.verbs.handing import compensate, export, report
-from robocal.cli.verbs.making import new, simulate
-from robocal.cli.verbs.planning import plan
-from robocal.cli.verbs.trusting import drift, predict
+from robocal.cli.adapter import command
+from robocal.verbs.registry import CABLE, VERBS
 
 __all__ = ["build"]
 
@@ -39,8 +34,8 @@ CABLES = """Cable-driven parallel robots: lengths, poses, tensions, workspaces, 
 robocal new cable writes a file to start from."""
 
 
-def build() -> typer.Typer:
-    """The application."""
+def build(words: Sequence[str]) -> typer.Typer:
+    """The application for this command line: only the verb that it names is read, the others have but their line of help."""
     app = typer.Typer(
         help=HELP,
         no_args_is_help=True,
@@ -50,29 +45,20 @@ def build() -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     )
     app.callback()(_root)
-    for verb, short in VERBS.items():
-        app.command(verb.__name__, short_help=short)(verb)
+    _verbs(app, VERBS, "", words)
     group = typer.Typer(help=CABLES, no_args_is_help=True, rich_markup_mode=None)
-    for verb, short in CABLE.items():
-        group.command(verb.__name__, short_help=short)(verb)
+    _verbs(group, CABLE, "cable.", words)
     app.add_typer(group, name="cable", short_help="Cable-driven parallel robots.")
     return app
 
 
-VERBS: dict[Callable[..., Any], str] = {
-    demo: "Watch three arms being calibrated.",
-    new: "Write files to start from.",
-    plan: "Choose which poses to measure, and how many.",
-    check: "Say what files contain and what they can tell.",
-    identify: "Identify true parameters, and prove the gain.",
-    predict: "Where the tool is, with 95 % bands.",
-    validate: "Measure a model's error on other data.",
-    drift: "Has a robot changed between two calibrations?",
-    compensate: "Correct targets for a controller that keeps its model.",
-    export: "Hand a model on: YAML, URDF, table, offsets.",
-    simulate: "Simulate measurements of an imperfect robot.",
-    report: "Write report.html again.",
-}
+def _verbs(app: typer.Typer, verbs: Mapping[str, str], under: str, words: Sequence[str]) -> None:
+    for name, short in verbs.items():
+        app.command(name, short_help=short)(command(under + name) if name in words else _unread)
+
+
+def _unread() -> None:
+    """A verb that this command line does not name."""
 
 
 def _version(wanted: bool) -> None:

@@ -10,7 +10,7 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
@@ -24,8 +24,8 @@ DONE, FAULT, INPUT, UNTRUSTED, STOPPED = 0, 1, 2, 3, 130
 _received: list[int] = []
 
 
-def run(arguments: Sequence[str] | None = None) -> int:
-    """Parses and runs a command line; see the module for what it returns."""
+def run(arguments: Sequence[str] | None, build: Callable[[Sequence[str]], Any]) -> int:
+    """Parses and runs a command line by the application that `build` makes for it; see the module for what it returns."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in words or bool(os.environ.get("ROBOCAL_DEBUG"))
     words = complete([w for w in words if w != "--debug"])
@@ -37,7 +37,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
             # Overflow in a hopeless fit is for the verdict to say, not for a line of Python's on the terminal.
             warnings.simplefilter("ignore")
         try:
-            status = _dispatch(words)
+            status = _dispatch(words, build)
             sys.stdout.flush()
             return status
         except (KeyboardInterrupt, Cancelled):
@@ -74,7 +74,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
             return FAULT
 
 
-def _dispatch(words: list[str]) -> int:
+def _dispatch(words: list[str], build: Callable[[Sequence[str]], Any]) -> int:
     """Lets typer read the words, then does what they say; typer's complaints become ours.
 
     A verb only says what is to be done, and is done out here: inside, typer has its own ideas about Ctrl-C and closed
@@ -82,12 +82,10 @@ def _dispatch(words: list[str]) -> int:
     """
     import typer
 
-    from robocal.cli.app import build
-
     # typer carries its own copy of click from some version on; its public BadParameter leads to whichever it is.
     usage: Any = typer.BadParameter.__base__
     try:
-        task = build()(words, prog_name="robocal", standalone_mode=False)
+        task = build(words)(words, prog_name="robocal", standalone_mode=False)
     except typer.Abort:
         raise KeyboardInterrupt from None
     except SystemExit as leaving:

@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Sequence
+from typing import Any
 
 __all__ = ["main"]
+
+
+def _build(words: Sequence[str]) -> Any:
+    from robocal.cli.app import build
+
+    return build(words)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -15,7 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         from robocal.cli.guard import run
 
-        return run(arguments)
+        return run(arguments, _build)
     except KeyboardInterrupt:  # before the guard stands, or after it
         return 130
     finally:

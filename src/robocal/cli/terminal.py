@@ -11,7 +11,7 @@ import json
 import os
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,8 @@ from robocal.remarks.remark import Said, spoken
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
     from rich.progress import Progress
+
+    from robocal.report.sections import Section
 
 __all__ = ["Terminal", "command_line"]
 
@@ -87,6 +89,12 @@ class Terminal:
             for part in parts:
                 self.console.print(part)
 
+    def draw(self, sections: Iterable[Section]) -> None:
+        """Writes sections for people; with JSON wanted, nothing."""
+        from robocal.cli.draw import drawn
+
+        self.show(*drawn(sections))
+
     def say(self, text: str = "") -> None:
         """A line of plain text, as it is."""
         if not self.json:
@@ -112,7 +120,7 @@ class Terminal:
         """Something that may take long: gives the `watch` for it, and says once when kernels are compiled."""
         from robocal._jit import on_compile
 
-        bar = Bar()
+        bar = Bar(self)
 
         def compiling() -> None:
             complain("compiling kernels, once for this version and machine (up to 20 s)", kind="note")
@@ -134,7 +142,8 @@ class Bar:
     """A `watch` that shows a progress bar on stderr after two seconds, and stops the work when somebody asked for
     it."""
 
-    def __init__(self) -> None:
+    def __init__(self, terminal: Terminal) -> None:
+        self.terminal = terminal
         self.text = "working"
         self.share: float | None = None
         self._progress: Progress | None = None
@@ -153,6 +162,8 @@ class Bar:
         if stopped():
             raise Cancelled("stopped")
         gc.enable()
+        if isinstance(told := event.get("sections"), list):
+            self._tell(told)
         stage = str(event.get("stage", ""))
         self.text = STAGES.get(stage, stage) + (f": {event['what']}" if "what" in event else "")
         if stage == "leave-one-out" and "units" in event:
@@ -179,9 +190,11 @@ class Bar:
             self._task = self._progress.add_task(self.text, total=None if self.share is None else 1.0)
             self._progress.start()
 
-    def rest(self) -> None:
-        """Takes the bar away until the next thing that takes long."""
+    def _tell(self, sections: list[Section]) -> None:
+        """Draws what was found meanwhile; the bar comes back with the next thing that takes long."""
         self.close()
+        self.terminal.draw(sections)
+        self.terminal.say()
         self._arm()
 
     def close(self) -> None:

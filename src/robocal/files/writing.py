@@ -18,13 +18,13 @@ import re
 import secrets
 import shutil
 import signal
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from robocal.errors import FileError
 from robocal.files.journal import announce, finish, flush_folder
 
-__all__ = ["write_bytes", "write_files", "write_text"]
+__all__ = ["refuse_existing", "write_bytes", "write_files", "write_text"]
 
 # .NAME.PID-NUMBER.robocal is a file that is being written, with -old what it replaces.
 LEFT = re.compile(r"\.(?P<name>.+)\.(?P<pid>\d+)-[0-9a-f]{8}\.robocal(-old)?", re.DOTALL)
@@ -183,3 +183,14 @@ def _undisturbed() -> Iterator[None]:
 
 def _reason(error: Exception) -> str:
     return (getattr(error, "strerror", None) or str(error)).lower()
+
+
+def refuse_existing(folder: Path, names: Sequence[str], force: bool) -> None:
+    """Raises FileError when a file would be replaced and nobody said so."""
+    for name in names:
+        if (folder / name).exists() and not force:
+            raise FileError(
+                "this file exists and is left as it is",
+                file=folder / name,
+                expected="--force to replace it, or another place",
+            )

@@ -1,4 +1,4 @@
-"""The verb `check`: what robot and data files say and what they can tell, before anything is fitted."""
+"""What robot and data files say and what they can tell, before anything is fitted."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from robocal.calibrate.warn import few_numbers, input_remarks
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.dataset import InputFile
 from robocal.files.headers import cables_of
-from robocal.files.opened import Opened, cable_file
-from robocal.jobs.inputs import Watch, computable, open_arm, read_inputs, robot_files
+from robocal.files.opened import Opened
+from robocal.jobs.inputs import Watch, computable
 from robocal.jobs.strange import outlier
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
@@ -25,7 +25,7 @@ from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 
-__all__ = ["Checked", "check"]
+__all__ = ["Checked", "checked", "read_alone"]
 
 
 @dataclass(frozen=True)
@@ -84,34 +84,15 @@ class Checked:
         }
 
 
-def check(
-    robot: str,
-    data: Sequence[str] = (),
-    *,
-    base: str | None = None,
-    tip: str | None = None,
-    exclude: Sequence[str] = (),
-    watch: Watch | None = None,
-) -> Checked:
-    """Reads a robot, and data files when there are any. Raises InputError for whatever is wrong with them."""
-    if (cable := cable_file(robot)) is not None:
-        from robocal.jobs.cable.load import robot_input
-        from robocal.jobs.cable.measured import read_measured
-
-        if not data:
-            files = (robot_input(cable, robot),)
-            return Checked(cable, None, (), cable.robot.table.free, None, None, False, cable.warnings, files)
-        seen_there = read_measured(cable, robot, data, exclude, watch)
-        return _checked(cable, robot, data, seen_there.data, seen_there.warnings, seen_there.files, watch)
-    if not data:
-        arm = open_arm(robot, base=base, tip=tip)
-        warnings = (*arm.warnings, *input_remarks(arm.chain), *_free(arm.chain))
-        return Checked(arm, None, (), arm.chain.table.free, None, None, False, warnings, robot_files(arm, robot))
-    inputs = read_inputs(robot, data, base=base, tip=tip, exclude=exclude, watch=watch)
-    return _checked(inputs.robot, robot, data, inputs.data, inputs.warnings, inputs.files, watch)
+def read_alone(opened: Opened, files: tuple[InputFile, ...]) -> Checked:
+    """A robot without data."""
+    machine, warnings = opened.machine, opened.warnings
+    if not cables_of(machine):
+        warnings = (*warnings, *input_remarks(machine), *_free(machine))
+    return Checked(opened, None, (), machine.table.free, None, None, False, warnings, files)
 
 
-def _checked(
+def checked(
     opened: Opened,
     robot: str,
     data: Sequence[str],
@@ -120,6 +101,7 @@ def _checked(
     files: tuple[InputFile, ...],
     watch: Watch | None,
 ) -> Checked:
+    """A robot with data: what they can tell at the nominal model, rows that do not belong, and remarks."""
     machine = opened.machine
     with computable(robot, *data):
         everyone = np.arange(len(measured.configurations))

@@ -1,4 +1,4 @@
-"""The verb `compensate`: corrected joint values and Cartesian commands for a controller that keeps its nominal model."""
+"""Corrected joint values and Cartesian commands for a controller that keeps its nominal model."""
 
 from __future__ import annotations
 
@@ -22,16 +22,14 @@ from robocal.files.dataset import InputFile
 from robocal.files.layerfile import LAYER
 from robocal.files.robot import Robot
 from robocal.files.targets import TargetFile, compensated_text, read_targets
-from robocal.files.writing import write_files
 from robocal.jobs.inputs import Watch, computable, open_arm, robot_files
-from robocal.jobs.plain import json_text
 from robocal.jobs.predict import known_of, shape_motion
 from robocal.jobs.reference import nominal_chain, run_result
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, told
 
-__all__ = ["Compensated", "compensate"]
+__all__ = ["Compensated", "compensated"]
 
 Array = NDArray[np.float64]
 # No calibration moves an arm by more (m, median): the two models are of two robots.
@@ -120,19 +118,17 @@ class Compensated:
         }
 
 
-def compensate(
+def compensated(
     robot: str,
     targets: str,
-    *,
-    nominal: str | None = None,
-    tool: str = "calibrated",
-    output: Path | None = None,
-    base: str | None = None,
-    tip: str | None = None,
+    nominal: str | None,
+    tool: str,
+    base: str | None,
+    tip: str | None,
     command: str = "",
     watch: Watch | None = None,
 ) -> Compensated:
-    """Compensates targets; `output` gets compensated.csv and compensation.json.
+    """Compensates targets.
 
     `tool`: calibrated (both models carry the tool that was found), nominal (both carry the nominal one), own (each its
     own), or six numbers in the robot's units. Raises InputError.
@@ -151,16 +147,11 @@ def compensate(
     verdict = None if known is None else known.verdict.status
     notes = tuple(_note(made, i, after, file) for i in range(len(file.ids)))
     within = _within(Path(robot), arm, after, made, file)
-    found = Compensated(
+    return Compensated(
         arm, made, file, notes, compensated_text(made, file, after, [str(n or "") for n in notes], within), tool, verdict,
         (*arm.warnings, *(r for f in file.files for r in f.remarks), *_warnings(made, file, verdict, reference, arm), *_layer(Path(robot))),
         (*robot_files(arm, robot), *file.files), command, within=within,
     )  # fmt: skip
-    if output is None:
-        return found
-    document = json_text(found.document)
-    texts = {"compensated.csv": found.text, "compensation.json": document}
-    return replace(found, written=write_files(output, texts))
 
 
 def _tools(nominal: Chain, arm: Robot, tool: str) -> tuple[Chain, Chain]:

@@ -1,9 +1,9 @@
-"""The verb `drift`: two calibrations of one robot, some time apart; has it changed, and by how much?"""
+"""Two calibrations of one robot, some time apart; has it changed, and by how much?"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,20 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._version import __version__
-from robocal.apply.drift import MATTERS, Change, Drift, Single, compare
+from robocal.apply.drift import Change, Drift, Single, compare
 from robocal.calibrate.workspace import sample_joints
 from robocal.errors import ModelError
 from robocal.files.covariance import Knowledge
 from robocal.files.robot import Robot
 from robocal.files.runfolder import open_run
-from robocal.files.writing import write_files
 from robocal.jobs.drifting import doubts, reasons, void
 from robocal.jobs.inputs import Watch, open_arm
-from robocal.jobs.plain import json_text
 from robocal.jobs.predict import known_of
 from robocal.remarks.remark import Remark, told
 
-__all__ = ["Comparison", "drift"]
+__all__ = ["Comparison", "drifted"]
 
 Array = NDArray[np.float64]
 SAMPLES = 2000
@@ -104,18 +102,11 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def drift(
-    first: Path,
-    second: Path,
-    *,
-    new_tool: bool = False,
-    matters: float = MATTERS,
-    output: Path | None = None,
-    command: str = "",
-    watch: Watch | None = None,
+def drifted(
+    first: Path, second: Path, new_tool: bool, matters: float, command: str = "", watch: Watch | None = None
 ) -> Comparison:
-    """Compares two run folders of one robot; `matters` (m) is the change worth an alarm, `output` gets drift.json. Raises
-    InputError when they cannot be compared."""
+    """Compares two run folders of one robot; `matters` (m) is the change worth an alarm. Raises InputError when they cannot
+    be compared."""
     if watch:
         watch({"stage": "read"})
     runs = (first, second)
@@ -135,20 +126,9 @@ def drift(
         matters=matters,
     )
     warnings = tuple(dict.fromkeys((*robots[0].warnings, *robots[1].warnings, *doubts(runs, results, known))))
-    made = Comparison(
-        robots[1],
-        found,
-        region,
-        reasons(robots[0], found, known, region),
-        void(runs, results),
-        warnings,
-        (str(first), str(second)),
-        command,
-    )
-    if output is None:
-        return made
-    text = json_text(made.document)
-    return replace(made, written=write_files(output, {"drift.json": text}))
+    why = reasons(robots[0], found, known, region)
+    names = (str(first), str(second))
+    return Comparison(robots[1], found, region, why, void(runs, results), warnings, names, command)
 
 
 def _shared(robot: Robot, known: tuple[Knowledge, Knowledge]) -> tuple[Array, str]:

@@ -1,19 +1,16 @@
-"""The verb `export`: a robot model in the form that the next program wants."""
+"""A robot model in the form that the next program wants."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import convention_of, rows
 from robocal.arms.denavit import to_denavit
-from robocal.errors import FileError, ModelError, nearest
 from robocal.files.csvtable import csv_text
 from robocal.files.robot import Robot, describe
 from robocal.files.rows import leaves
 from robocal.files.units import UNITS, Units, number
-from robocal.files.writing import write_text
 from robocal.jobs.inputs import open_arm
 from robocal.jobs.offsets import OFFSETS, offset_text
 from robocal.jobs.reference import nominal_chain, run_doubts, run_result
@@ -24,44 +21,27 @@ from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["FORMATS", "Exported", "export", "parameter_table"]
+__all__ = ["Exported", "exported", "parameter_table"]
 
 # What a model lacks that was not read from its run folder, and what nobody can tell of that folder.
 LACKING = (Code.RUN_HOLDS_MORE, Code.RESULT_MISSING, Code.RUN_UNRECORDED)
-FORMATS = ("yaml", "urdf", "dh", "csv", "markdown", *OFFSETS)
 
 
 @dataclass(frozen=True)
 class Exported:
-    """The text, the file that it was written to (None: to be shown), and what a person should know of it; `worth` is what
-    the file alone is worth where it cannot hold the whole model."""
+    """The text, and what a person should know of it; `worth` is what the file alone is worth where it cannot hold the whole
+    model."""
 
-    form: str
     text: str
-    written: Path | None
     notes: tuple[Remark, ...] = ()
     worth: Remark | None = None
 
 
-def export(
-    robot: str,
-    *,
-    form: str = "yaml",
-    output: Path | None = None,
-    nominal: str | None = None,
-    into: str | None = None,
-    force: bool = False,
-    base: str | None = None,
-    tip: str | None = None,
+def exported(
+    robot: str, form: str, nominal: str | None, into: str | None, base: str | None, tip: str | None
 ) -> Exported:
     """The robot (a file, a catalogue name or a run folder) in another form; `into` is a URDF whose origins are to say
     it. Raises InputError, also for a form that cannot hold it."""
-    if form not in FORMATS:
-        raise ModelError(
-            "unknown format", key="--format", found=form, expected=", ".join(FORMATS), suggestion=nearest(form, FORMATS)
-        )
-    if into is not None and form != "urdf":
-        raise ModelError("only a URDF can be written into", key="--into", found=form, expected="--format urdf")
     ours = into is None
     arm = open_arm(robot, base=base if ours else None, tip=tip if ours else None)
     notes: tuple[Remark, ...] = ()
@@ -92,14 +72,7 @@ def export(
         held = _geometry(arm.chain) if form not in OFFSETS and _beyond(arm.chain) else held
     if held is not None:
         worth = worth_of(robot, arm, held)
-    notes = (*run_doubts(robot), *told, *notes)
-    if output is None:
-        return Exported(form, text, None, notes, worth)
-    if output.exists() and not force:
-        raise FileError(
-            "this file exists and is left as it is", file=output, expected="--force to replace it, or another name"
-        )
-    return Exported(form, text, write_text(output, text), notes, worth)
+    return Exported(text, (*run_doubts(robot), *told, *notes), worth)
 
 
 def _beyond(chain: Chain) -> tuple[Remark, ...]:

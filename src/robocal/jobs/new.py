@@ -1,4 +1,4 @@
-"""The verb `new`: files to start from."""
+"""Files to start from."""
 
 from __future__ import annotations
 
@@ -13,16 +13,15 @@ from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import ModelError, nearest
 from robocal.files.cable.templates import cable_templates
 from robocal.files.templates import convention_chain, templates
-from robocal.files.writing import write_files
-from robocal.jobs.simulate import refuse_existing, sample_joints
+from robocal.files.writing import refuse_existing, write_files
+from robocal.jobs.simulate import sample_joints
 from robocal.measure.data import DataSet
 from robocal.simulate.rigs import RIGS, Instrument, measure
 
-__all__ = ["Listing", "New", "listing", "new"]
+__all__ = ["CABLE", "Listing", "New", "listing", "new", "new_cable"]
 
 ROWS = 12  # of the example table
 CABLE = "cable"  # what a cable robot is asked for by
-JOINTS, KIND = 6, "position"
 
 
 @dataclass(frozen=True)
@@ -49,16 +48,16 @@ def listing() -> Listing:
     return Listing(robots, tuple((c.name, c.formula, c.complete, c.source) for c in CONVENTIONS.values()))
 
 
-def new(robot: str, output: Path, *, joints: int = JOINTS, kind: str = KIND, force: bool = False) -> New:
-    """Writes robot.yaml, data.yaml and measurements.csv; of a cable robot robot.yaml and poses.csv. Raises ModelError
-    for an unknown name, FileError for a file that exists."""
-    if robot == CABLE:
-        for option, given, usual in (("--joints", joints, JOINTS), ("--kind", kind, KIND)):
-            if given != usual:
-                raise ModelError("a cable robot has no such thing", key=option, found=given, expected="an arm")
-        texts = cable_templates()
-        refuse_existing(output, list(texts), force)
-        return New("my cable robot", None, write_files(output, texts))
+def new_cable(output: Path, force: bool) -> New:
+    """Writes robot.yaml and poses.csv of a cable robot. Raises FileError for a file that exists."""
+    texts = cable_templates()
+    refuse_existing(output, list(texts), force)
+    return New("my cable robot", None, write_files(output, texts))
+
+
+def new(robot: str, output: Path, joints: int, kind: str, force: bool) -> New:
+    """Writes robot.yaml, data.yaml and measurements.csv of an arm. Raises ModelError for an unknown name, FileError for a
+    file that exists."""
     if kind not in RIGS:
         raise ModelError(
             "unknown kind", key="--kind", found=kind, expected=", ".join(RIGS), suggestion=nearest(kind, RIGS)

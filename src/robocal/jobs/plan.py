@@ -1,10 +1,10 @@
-"""The verb `plan`: which poses to measure, written as a joint program with the data file to be filled in."""
+"""Which poses to measure, written as a joint program with the data file to be filled in."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,25 +15,22 @@ from numpy.typing import NDArray
 from robocal.errors import ModelError
 from robocal.files.dataset import InputFile
 from robocal.files.datawrite import data_text, table_text
-from robocal.files.poses import poses_text, read_poses
+from robocal.files.poses import poses_text
 from robocal.files.robot import Robot
+from robocal.files.units import Units
 from robocal.files.writing import write_files
-from robocal.jobs.inputs import Watch, computable, open_arm, read_inputs, robot_files
-from robocal.jobs.instruments import known, template
 from robocal.jobs.plain import plain
-from robocal.jobs.simulate import refuse_existing
 from robocal.measure.data import DataSet
 from robocal.plan.candidates import Region, Template, observed
-from robocal.plan.poses import Plan, PlanOptions, plan
+from robocal.plan.poses import Plan, PlanOptions
 from robocal.plan.route import length, travel
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, told
 from robocal.report.plan import plan_page
 
-__all__ = ["Planned", "plan_poses"]
+__all__ = ["Planned", "box_of", "doubts", "positive", "region_of", "written"]
 
 Array = NDArray[np.float64]
-FILES = ("poses.csv", "data.yaml", "data.csv", "plan.json", "plan.html")
 
 
 @dataclass(frozen=True)
@@ -41,6 +38,7 @@ class Planned:
     """A plan, the robot and files that it was made from, and what was written."""
 
     robot: Robot
+    opened: str  # what the robot was opened by
     plan: Plan
     options: PlanOptions
     template: Template  # with the sigma that is stated
@@ -91,93 +89,42 @@ class Planned:
         return found
 
 
-def plan_poses(
-    robot: str,
-    data: str | None = None,
-    output: Path | None = None,
-    *,
-    count: int | None = None,
-    kind: str = "position",
-    noise: float | None = None,
-    frame: str = "auto",
-    after: Sequence[str] = (),
-    criterion: str = "I",
-    accuracy: float | None = None,
-    candidates: int = 5000,
-    listed: str | None = None,
-    tests: str | None = None,
-    box: str | None = None,
-    task: str | None = None,
-    floor: float | None = None,
-    pedestal: str | None = None,
-    distance: str | None = None,
-    cone: float | None = None,
-    facing: float | None = None,
-    seed: int = 0,
-    force: bool = False,
-    base: str | None = None,
-    tip: str | None = None,
-    watch: Watch | None = None,
-) -> Planned:
-    """Plans and, given a folder, writes; lengths and angles are in the robot file's units. Raises InputError."""
-    arm = open_arm(robot, base=base, tip=tip)
-    size, turn = arm.units.length, arm.units.angle
-    if noise is not None:
-        noise = size.to_si(_positive("--noise", noise))
-    chain, warnings, files = arm.chain, arm.warnings, robot_files(arm, robot)
-    if output is not None:
-        refuse_existing(output, FILES, force)
-    done = read_inputs(robot, after, base=base, tip=tip, watch=watch) if after else None
-    given = read_inputs(robot, [data], base=base, tip=tip, watch=watch) if data else None
-    for more in (done, given):
-        if more is not None:
-            warnings, files = (
-                tuple(dict.fromkeys((*warnings, *more.warnings))),
-                tuple(dict.fromkeys((*files, *more.files))),
-            )
-    region = Region(
-        _box("--box", box, size.to_si),
-        None if floor is None else size.to_si(_finite("--floor", floor)),
-        _pair("--pedestal", pedestal, size.to_si, lambda r, _: r > 0, "R,H with R above 0"),
-        _pair("--range", distance, size.to_si, lambda a, b: 0 <= a < b, "MIN,MAX with 0 <= MIN < MAX"),
-        None if cone is None else turn.to_si(_positive("--cone", cone)),
-        None if facing is None else turn.to_si(_positive("--facing", facing)),
+def region_of(
+    units: Units,
+    box: str | None,
+    floor: float | None,
+    pedestal: str | None,
+    distance: str | None,
+    cone: float | None,
+    facing: float | None,
+) -> Region:
+    """Where may be measured, in SI, from what was said in the robot file's units. Raises ModelError."""
+    size, turn = units.length.to_si, units.angle.to_si
+    return Region(
+        box_of("--box", box, size),
+        None if floor is None else size(_finite("--floor", floor)),
+        _pair("--pedestal", pedestal, size, lambda r, _: r > 0, "R,H with R above 0"),
+        _pair("--range", distance, size, lambda a, b: 0 <= a < b, "MIN,MAX with 0 <= MIN < MAX"),
+        None if cone is None else turn(positive("--cone", cone)),
+        None if facing is None else turn(positive("--facing", facing)),
     )
-    with computable(robot, *after):
-        stated = template(arm, done, given, kind, noise, frame)
-        at_work, measured, values = known(arm, stated, done, given, watch)
-    if region.needs_instrument and done is None and given is None and frame == "auto":
-        raise ModelError(
-            "it is not known where the instrument stands", key="--frame", found=frame,
-            expected="x,y,z,rx,ry,rz of the base seen from it, or measurements",
-        )  # fmt: skip
-    choices, there = None, None
-    if listed is not None:
-        names, q, read = read_poses(listed, chain)
-        choices, files = (names, q), (*files, *read)
-    if tests is not None:
-        _, there, read = read_poses(tests, chain)
-        files = (*files, *read)
-    warnings = (*warnings, *(remark for file in files for remark in file.remarks))
-    wanted = None if accuracy is None else size.to_si(_positive("--accuracy", accuracy))
-    options = PlanOptions(
-        count, criterion, candidates, accuracy=wanted, seed=seed, region=region,
-        task=None if task is None else replace(region, box=_box("--task", task, size.to_si)),
-    )  # fmt: skip
-    with computable(robot, *after):
-        found = plan(
-            chain, at_work, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
-        )
-    if wanted is not None and found.enough is None:
-        best, after_ = Quantity(float(found.forecast.mean[-1])), int(found.forecast.count[-1])
-        warnings = (*warnings, Remark.of(Code.ACCURACY_NOT_REACHED, best=best, poses=after_))
+
+
+def doubts(made: Plan, wanted: float | None, at_work: Template) -> tuple[Remark, ...]:
+    """What to know of the forecast."""
+    out = []
+    if wanted is not None and made.enough is None:
+        best, after = Quantity(float(made.forecast.mean[-1])), int(made.forecast.count[-1])
+        out.append(Remark.of(Code.ACCURACY_NOT_REACHED, best=best, poses=after))
     if any(o.sigma is None for o in at_work):
-        warnings = (*warnings, Remark.of(Code.SIGMA_ASSUMED))
-    made = Planned(arm, found, options, stated, files, warnings)
-    if output is None:
-        return made
+        out.append(Remark.of(Code.SIGMA_ASSUMED))
+    return tuple(out)
+
+
+def written(made: Planned, output: Path) -> Planned:
+    """The same, with its folder written."""
     texts, said = _texts(made)
-    made = replace(made, warnings=(*warnings, *said))
+    made = replace(made, warnings=(*made.warnings, *said))
     texts["plan.json"] = json.dumps(made.document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     texts["plan.html"] = plan_page(made.document, {k: v.tolist() for k, v in _points(made).items()})
     return replace(made, written=write_files(output, texts))
@@ -228,7 +175,7 @@ def _finite(option: str, value: float) -> float:
     return value
 
 
-def _positive(option: str, value: float) -> float:
+def positive(option: str, value: float) -> float:
     if not 0 < value < math.inf:
         raise ModelError("out of range", key=option, found=value, expected="a finite number above 0")
     return value
@@ -255,7 +202,7 @@ def _pair(
     return float(to_si(a)), float(to_si(b))
 
 
-def _box(
+def box_of(
     option: str, text: str | None, to_si: Any
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
     if text is None:

@@ -1,9 +1,9 @@
-"""The verb `predict`: where the tool of an identified robot is at given joint values, and how far that may be off."""
+"""Where the tool of an identified robot is at given joint values, and how far that may be off."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,14 +22,13 @@ from robocal.files.runfolder import open_run
 from robocal.files.targets import read_targets
 from robocal.files.text import read_text
 from robocal.files.units import number
-from robocal.files.writing import write_text
 from robocal.geometry import so3
 from robocal.jobs.inputs import Watch, open_arm
 from robocal.jobs.reference import run_doubts
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 
-__all__ = ["Prediction", "known_of", "predict_run", "shape_motion"]
+__all__ = ["Prediction", "known_of", "predicted", "prediction_text", "shape_motion"]
 
 Array = NDArray[np.float64]
 SAME = 1e-7  # of a value that was written and read
@@ -93,10 +92,8 @@ def shape_motion(robot: Robot, known: Knowledge) -> tuple[Array, str]:
     return base_motion(jac, robot.chain.pose(sample, known.conditions)[:, :3, 3]), region
 
 
-def predict_run(
-    folder: Path, poses: Path, *, absolute: bool = False, output: Path | None = None, watch: Watch | None = None
-) -> Prediction:
-    """Predicts the tool's pose at the joint values of a CSV; `output` gets the same as a CSV. Raises InputError.
+def predicted(folder: Path, poses: Path, absolute: bool, watch: Watch | None = None) -> Prediction:
+    """Predicts the tool's pose at the joint values of a CSV. Raises InputError.
 
     The band is that of the arm's shape, unless `absolute` or the run measured the base itself: then it is that of the
     pose in base coordinates.
@@ -127,8 +124,7 @@ def predict_run(
         warnings.append(Remark.of(Code.LAYER_LEFT_OUT, what="predictions"))
     rows = tuple(_rows(targets.ids, found, known))
     files = (InputFile(folder / COVARIANCE, read_text(folder / COVARIANCE).sha256), *targets.files)
-    made = Prediction(robot, rows, whole, region, files, tuple(warnings))
-    return made if output is None else replace(made, written=(write_text(output, _text(rows)),))
+    return Prediction(robot, rows, whole, region, files, tuple(warnings))
 
 
 def _outside(robot: Robot, known: Knowledge, q: Array) -> list[Remark]:
@@ -176,7 +172,7 @@ def _rows(ids: Sequence[str], found: Predicted, known: Knowledge) -> list[dict[s
     return out
 
 
-def _text(rows: Sequence[dict[str, Any]]) -> str:
+def prediction_text(rows: Sequence[dict[str, Any]]) -> str:
     names = list(rows[0]) if rows else ["configuration"]
     cells = (["" if r[n] is None else r[n] if isinstance(r[n], str) else number(r[n]) for n in names] for r in rows)
     return csv_text([_header(n) for n in names], cells)

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import FormatError
+from robocal.files.residuals import read_residuals
 from robocal.files.runfolder import RESIDUALS, Run, find_run
 from robocal.jobs.inputs import Inputs
-from robocal.jobs.report import read_residuals
 from robocal.measure.fingerprint import fingerprints
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark

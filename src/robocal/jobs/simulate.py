@@ -1,4 +1,4 @@
-"""The verb `simulate`: a robot that is not quite its model, measured by an instrument that is not quite exact.
+"""A robot that is not quite its model, measured by an instrument that is not quite exact.
 
 Everything that it writes says simulated.
 """
@@ -15,28 +15,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.errors import FileError, ModelError, nearest
+from robocal.errors import ModelError, nearest
 from robocal.files.datawrite import data_text, table_text
-from robocal.files.poses import read_poses
 from robocal.files.robot import Robot, describe, parse_robot, render_robot
 from robocal.files.text import Source
-from robocal.files.writing import write_files
-from robocal.jobs.inputs import Watch, open_arm
+from robocal.jobs.inputs import open_arm
 from robocal.measure.data import DataSet
 from robocal.simulate.hiding import hidden
-from robocal.simulate.rigs import CONTACTS, FINE, RIGS, STANDS, Instrument, measure
+from robocal.simulate.rigs import FINE, STANDS, Instrument, measure
 
 __all__ = [
     "Errors",
     "Instrument",
     "Simulated",
+    "errors_of",
+    "instrument_of",
     "measure",
     "parse_frame",
-    "refuse_existing",
     "sample_joints",
-    "simulate",
     "simulated_files",
     "true_chain",
+    "written_whole",
 ]
 
 Array = NDArray[np.float64]
@@ -113,17 +112,6 @@ def simulated_files(robot: Robot, truth: Chain, data: DataSet, about: str) -> di
     }
 
 
-def refuse_existing(folder: Path, names: Sequence[str], force: bool) -> None:
-    """Raises FileError when a file would be replaced and nobody said so."""
-    for name in names:
-        if (folder / name).exists() and not force:
-            raise FileError(
-                "this file exists and is left as it is",
-                file=folder / name,
-                expected="--force to replace it, or another place",
-            )
-
-
 def parse_frame(text: str, robot: Robot) -> tuple[float, ...] | None:
     """auto, none, or six numbers in the robot file's units. Raises ModelError."""
     if text in ("auto", "none"):
@@ -138,75 +126,34 @@ def parse_frame(text: str, robot: Robot) -> tuple[float, ...] | None:
     return tuple(length.to_si(v) if i < 3 else angle.to_si(v) for i, v in enumerate(numbers))
 
 
-def simulate(
-    robot: str,
-    output: Path,
-    *,
-    poses: int = 80,
-    at: str | None = None,
-    kind: str = "position",
-    noise: float | None = None,
-    angle_noise: float | None = None,
-    length_error: float | None = None,
-    angle_error: float | None = None,
-    settings: Sequence[str] = (),
-    frame: str = "auto",
-    seed: int = 0,
-    force: bool = False,
-    base: str | None = None,
-    tip: str | None = None,
-    watch: Watch | None = None,
-) -> Simulated:
-    """Simulates and writes robot, truth and data into a folder; numbers are in the robot file's units, and what is not
-    given is as in `Errors` and `Instrument`. Raises InputError."""
-    for option, value in (
-        ("--noise", noise),
-        ("--angle-noise", angle_noise),
-        ("--length-error", length_error),
-        ("--angle-error", angle_error),
-    ):
-        if value is not None and not 0 <= value < math.inf:
-            raise ModelError(
-                "not a standard deviation", key=option, found=value, expected="a finite number, 0 or larger"
-            )
-    if kind not in RIGS:
-        raise ModelError(
-            "unknown kind", key="--kind", found=kind, expected=", ".join(RIGS), suggestion=nearest(kind, RIGS)
-        )
-    if at is not None and kind in CONTACTS:
-        raise ModelError("where the tool touches, the joint values follow", key="--at", found=at, expected="--poses")
+def written_whole(robot: str, base: str | None, tip: str | None) -> Robot:
+    """The robot as opened; where its URDF cannot hold its own numbers, as of a run with a fitted tool, as robot.yaml."""
     arm = open_arm(robot, base=base, tip=tip)
-    if arm.left_out:
-        # A URDF that cannot hold its own numbers, as of a run with a fitted tool: both files become robot.yaml.
-        text = describe(arm.chain, arm.units)
-        arm = parse_robot(Source(Path(f"{Path(robot).name or 'robot'}.yaml"), text, sha256(text.encode()).hexdigest()))
-    length, angle = arm.units.length, arm.units.angle
-    wide, plain = Instrument(), Errors()
-    instrument = Instrument(
+    if not arm.left_out:
+        return arm
+    text = describe(arm.chain, arm.units)
+    return parse_robot(Source(Path(f"{Path(robot).name or 'robot'}.yaml"), text, sha256(text.encode()).hexdigest()))
+
+
+def instrument_of(arm: Robot, kind: str, noise: float | None, angle_noise: float | None, frame: str) -> Instrument:
+    """The instrument in SI from numbers in the robot file's units. Raises ModelError for a frame that is none."""
+    length, angle, usual = arm.units.length, arm.units.angle, Instrument()
+    return Instrument(
         kind,
-        wide.noise if noise is None else length.to_si(noise),
-        FINE.get(kind, wide.angle_noise) if angle_noise is None else angle.to_si(angle_noise),
+        usual.noise if noise is None else length.to_si(noise),
+        FINE.get(kind, usual.angle_noise) if angle_noise is None else angle.to_si(angle_noise),
         parse_frame(frame, arm),
     )
-    wrong = Errors(
-        plain.length if length_error is None else length.to_si(length_error),
-        plain.angle if angle_error is None else angle.to_si(angle_error),
+
+
+def errors_of(arm: Robot, length: float | None, angle: float | None, settings: Sequence[str]) -> Errors:
+    """How the true robot differs, in SI, from numbers in the robot file's units. Raises ModelError for unknown names."""
+    usual = Errors()
+    return Errors(
+        usual.length if length is None else arm.units.length.to_si(length),
+        usual.angle if angle is None else arm.units.angle.to_si(angle),
         tuple(_setting(text, arm) for text in settings),
     )
-    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
-    truth = true_chain(arm.chain, wrong, streams[0])
-    if at is None:
-        q = sample_joints(arm.chain, poses, streams[1])
-    else:
-        _, q, _ = read_poses(at, arm.chain)
-    if watch:
-        watch({"stage": "simulating"})
-    data = measure(truth, q, instrument, streams[2])
-    about = f"{len(q)} configurations, seed {seed}, noise {length.from_si(instrument.noise):.6g} {length.name}"
-    texts = simulated_files(arm, truth, data, about)
-    refuse_existing(output, list(texts), force)
-    largest = float(np.linalg.norm(truth.pose(q)[:, :3, 3] - arm.chain.pose(q)[:, :3, 3], axis=1).max())
-    return Simulated(arm, truth, data, wrong, instrument, seed, largest, write_files(output, texts))
 
 
 def _setting(text: str, robot: Robot) -> tuple[str, float]:

@@ -1,4 +1,4 @@
-"""The verb `validate`: how wrong a robot model is on data that it was not fitted to.
+"""How wrong a robot model is on data that it was not fitted to.
 
 The robot stays as it is. Frames that the data leave free belong to the instrument's day, so they are fitted again.
 That makes every figure a little too good, by sqrt((rows - fitted) / rows) for normal errors; it is put back, and the
@@ -36,7 +36,7 @@ from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, documents, sentences
 
-__all__ = ["Errors", "Validation", "model_errors", "validate"]
+__all__ = ["Errors", "Validation", "model_errors", "validated", "written"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -138,24 +138,22 @@ def model_errors(chain: Chain, data: DataSet, watch: Watch | None = None, *, too
     return Errors(position, position_at, angle, angle_at, kept, rows, values)
 
 
-def validate(
+def validated(
     robot: str,
     data: Sequence[str],
-    *,
-    against: str | None = None,
-    offsets: str | None = None,
-    distances: str = "consecutive",
-    seed: int = 0,
-    base: str | None = None,
-    tip: str | None = None,
-    exclude: Sequence[str] = (),
-    output: Path | None = None,
+    against: str | None,
+    offsets: str | None,
+    distances: str,
+    exclude: Sequence[str],
+    seed: int,
+    base: str | None,
+    tip: str | None,
     command: str = "",
     watch: Watch | None = None,
 ) -> Validation:
-    """Validates a robot on data files, compared with another robot when one is given; `output` gets validation.json
-    and validation.html. `offsets` is a file of joint offsets to be judged on the nominal robot, and compared with it where
-    nothing else is named. `distances` says between which places: see `standard`. Raises InputError."""
+    """Validates a robot on data files, compared with another robot when one is given. `offsets` is a file of joint offsets to
+    be judged on the nominal robot, and compared with it where nothing else is named. `distances` says between which places:
+    see `standard`. Raises InputError."""
     inputs = read_inputs(robot, data, base=base, tip=tip, exclude=exclude, watch=watch)
     other = None if against is None else open_arm(against, base=base, tip=tip)
     places = (inputs.robot.path, None if offsets is None else Path(offsets))
@@ -192,7 +190,7 @@ def validate(
         *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
     )
     files = (*inputs.files, *(() if other is None or against is None else robot_files(other, against)))
-    made = Validation(
+    return Validation(
         inputs.robot, other, "mm",
         _statistic(mine, "m"), _statistic(theirs, "m"), _statistic(mine, "rad"), _statistic(theirs, "rad"),
         gain, None if constant is None else constant * 1e3, mine.fitted,
@@ -200,7 +198,6 @@ def validate(
         frames_against=() if theirs is None else theirs.fitted, iso=iso, layer=layer,
         offsets=None if shifted is None else shifted.file.path,
     )  # fmt: skip
-    return made if output is None else _save(made, output)
 
 
 def _shifted(inputs: Inputs, shifted: OffsetRobot) -> Inputs:
@@ -210,8 +207,8 @@ def _shifted(inputs: Inputs, shifted: OffsetRobot) -> Inputs:
     return replace(inputs, robot=shifted.robot, files=(*inputs.files, file), warnings=said)
 
 
-def _save(made: Validation, output: Path) -> Validation:
-    """Writes validation.json, and the page where jinja2 is there."""
+def written(made: Validation, output: Path) -> Validation:
+    """The same, with its folder written: validation.json, and the page where jinja2 is there."""
     files = {}
     try:
         from robocal.report.validation import render

@@ -25,14 +25,14 @@ TURNS = ("RX", "RY", "RZ")
 def demand_of(
     file: CableFile,
     *,
-    orientation: Sequence[str] = (),
-    tilt: float | None = None,
-    payload: str | None = None,
-    mass: str | None = None,
-    wrench: Sequence[str] = (),
-    acceleration: float = 0.0,
-    reserve: float = 0.0,
-    length: float | None = None,
+    orientation: Sequence[str],
+    tilt: float | None,
+    payload: str | None,
+    mass: str | None,
+    wrench: Sequence[str],
+    acceleration: float,
+    reserve: float,
+    length: float | None,
 ) -> Demand:
     """Everything that is asked for, in SI. Raises FormatError naming the file where the mass is missing, ModelError naming an
     option that makes no sense.

@@ -16,7 +16,6 @@ __all__ = ["framed", "how_made", "limits_text"]
 def framed(
     robot: CableRobot,
     found: Mapping[str, Any],
-    *,
     warnings: Sequence[Remark],
     inputs: Sequence[InputFile],
     command: str,

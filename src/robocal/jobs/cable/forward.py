@@ -1,31 +1,24 @@
-"""The verb `cable forward`: poses of the platform from measured lengths of its cables."""
+"""What `cable forward` found: poses with their residuals, how sure they are, and why one must not be trusted."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.forward import Forward, forward
+from robocal.cables.forward import Forward
 from robocal.cables.geometry import CableRobot
-from robocal.errors import ModelError
-from robocal.files.cable.lists import platform_text, read_cable_lengths
-from robocal.files.cable.robot import read_cable
-from robocal.files.dataset import InputFile
+from robocal.files.cable.cablefile import CableFile
+from robocal.files.cable.lists import platform_text
 from robocal.files.units import number
-from robocal.files.writing import write_text
-from robocal.jobs.cable.document import framed
-from robocal.jobs.cable.lists import fitting, located, tensions_of
-from robocal.jobs.cable.load import robot_input
-from robocal.jobs.simulate import refuse_existing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["Poses", "cable_forward"]
+__all__ = ["Poses"]
 
 Array = NDArray[np.float64]
 UNSTATED = 0.01  # m; more than a length is off by in any robot whose noise nobody stated
@@ -34,25 +27,43 @@ UNLIKELY = 1e-6  # of the chi-squared of what is left: once in a million poses
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """Poses with their evidence: `found` as `cables.forward` gives it, root mean squares of the residuals (k,) in m,
-    one sigma of position in m and orientation in rad, (k, 2) (not a number where unknown), the CSV, what is odd about the
-    robot, `doubts`: why a pose must not be trusted, and where the CSV was written."""
+    """Poses by name with their evidence: `found` as `cables.forward` gives it, and the noise of a length that was stated, m."""
 
-    robot: CableRobot
+    file: CableFile
     names: tuple[str, ...]
     found: Forward
-    rms: Array
-    sigma: Array
-    text: str
-    warnings: tuple[Remark, ...]
-    doubts: tuple[Remark, ...]
-    inputs: tuple[InputFile, ...]
-    command: str = ""
-    written: Path | None = None
+    noise: float | None
+
+    @cached_property
+    def rms(self) -> Array:
+        """Root mean squares of the residuals, (k,) m."""
+        return np.asarray(np.sqrt((self.found.residual**2).mean(axis=1)))
+
+    @cached_property
+    def sigma(self) -> Array:
+        """One sigma of position (m) and orientation (rad), (k, 2); not a number where unknown."""
+        return _spread(self.found, self.file.robot)
+
+    @cached_property
+    def doubts(self) -> tuple[Remark, ...]:
+        """Why poses must not be trusted."""
+        return _doubts(self.names, self.found, self.noise)
+
+    @property
+    def text(self) -> str:
+        """The list as CSV, in the robot file's units."""
+        length, angle = self.file.units.length, self.file.units.angle
+        more = {
+            f"residual [{length.name}]": [_shown(length.from_si(float(v)), number) for v in self.rms],
+            f"sigma_position [{length.name}]": [_shown(length.from_si(float(v))) for v in self.sigma[:, 0]],
+            f"sigma_orientation [{angle.name}]": [_shown(angle.from_si(float(v))) for v in self.sigma[:, 1]],
+            "solutions": [str(int(n)) for n in self.found.solutions],
+        }
+        return platform_text(self.names, self.found.pose, self.file.units, more)
 
     @property
     def document(self) -> dict[str, Any]:
-        """What --json prints."""
+        """What --json says of them."""
         found = self.found
         poses = [
             {
@@ -67,54 +78,7 @@ class Poses:
             }
             for i, name in enumerate(self.names)
         ]
-        said = (*self.warnings, *self.doubts)
-        return framed(self.robot, {"poses": poses}, warnings=said, inputs=self.inputs, command=self.command)
-
-
-def cable_forward(
-    robot: str,
-    lengths: str,
-    *,
-    sigma: float | None = None,
-    starts: int = 24,
-    tension: float | None = None,
-    sag: bool = False,
-    seed: int = 0,
-    output: Path | None = None,
-    force: bool = False,
-    command: str = "",
-) -> Poses:
-    """Poses from lengths; `sigma` is the noise of a length in the robot file's unit, `tension` that of every cable in
-    its unit of force, `starts` how many further starts look for other solutions. Raises InputError."""
-    if output is not None:
-        refuse_existing(output.parent, (output.name,), force)
-    file = read_cable(robot)
-    rows = read_cable_lengths(lengths, file.robot)
-    if sigma is not None and not sigma > 0:
-        raise ModelError("a noise is a standard deviation", key="--sigma", found=sigma, expected="above 0")
-    noise = None if sigma is None else file.units.length.to_si(sigma)
-    (pull, said), rng = tensions_of(rows, tension, file, sag), np.random.default_rng(seed)
-    fitting(file, pull, sag)
-    try:
-        found = forward(file.robot, rows.values, tension=pull, sag=sag, sigma=noise, starts=starts, rng=rng)
-    except ModelError as error:
-        raise located(error, lengths, rows) from None
-    rms = np.sqrt((found.residual**2).mean(axis=1))
-    spread = _spread(found, file.robot)
-    length, angle = file.units.length, file.units.angle
-    more = {
-        f"residual [{length.name}]": [_shown(length.from_si(float(v)), number) for v in rms],
-        f"sigma_position [{length.name}]": [_shown(length.from_si(float(v))) for v in spread[:, 0]],
-        f"sigma_orientation [{angle.name}]": [_shown(angle.from_si(float(v))) for v in spread[:, 1]],
-        "solutions": [str(int(n)) for n in found.solutions],
-    }
-    text = platform_text(rows.names, found.pose, file.units, more)
-    doubts = _doubts(rows.names, found, noise)
-    return Poses(
-        file.robot, rows.names, found, rms, spread, text, (*file.warnings, *rows.warnings, *said), doubts,
-        (robot_input(file, robot), InputFile(Path(lengths), rows.sha256)), command,
-        None if output is None else write_text(output, text),
-    )  # fmt: skip
+        return {"poses": poses}
 
 
 def _spread(found: Forward, robot: CableRobot) -> Array:

@@ -3,103 +3,35 @@ measuring."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.boundary import statics_along
 from robocal.cables.geometry import EXPECTED, CableRobot
 from robocal.cables.poses import PoseBox, PoseList, reachable_poses
-from robocal.cables.program import kept_to_what_is_held, program
+from robocal.cables.program import kept_to_what_is_held
 from robocal.cables.start import Clearance, Start
 from robocal.cables.tension import check_method
 from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.program import list_text, program_text
-from robocal.files.cable.robot import read_cable
-from robocal.files.writing import write_files
-from robocal.jobs.cable.load import held_robot, mass_of, numbers_of, robot_input, said_of
+from robocal.jobs.cable.load import numbers_of, said_of
 from robocal.jobs.cable.poses_result import Listed
-from robocal.jobs.cable.start import box_of, clearance_of, started
-from robocal.jobs.inputs import Watch, computable
 from robocal.jobs.plain import json_text
-from robocal.jobs.simulate import refuse_existing
-from robocal.plan.cable import Noise, choose
+from robocal.plan.cable import Noise
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["cable_poses"]
+__all__ = ["doubts", "listing_of", "noise_of", "sane", "texts"]
 
 Array = NDArray[np.float64]
-FILES = ("poses.csv", "program.csv", "chosen.csv", "list.json", "report.html")
 STEPS = 256  # in which a motion is asked whether the platform is held
 MOST = 200_000  # waypoints, which take half a minute and a gigabyte
 UNSTATED = 1e-3  # m, noise of a length that nobody stated
 
 
-def cable_poses(
-    robot: str,
-    *,
-    count: int = 200,
-    margin: float = 0.95,
-    start: str = "mean",
-    box: str | None = None,
-    scale: float = 1.1,
-    turn: float | None = None,
-    diameter: float | None = None,
-    body: str = "hull",
-    relief: float | None = None,
-    payload: float = 0.0,
-    mass: float | None = None,
-    limits: str | None = None,
-    method: str = "norm",
-    steps: int = 10,
-    wanted: int | None = None,
-    criterion: str = "A",
-    sigma: float | None = None,
-    pose_noise: str | None = None,
-    seed: int = 0,
-    output: Path | None = None,
-    force: bool = False,
-    command: str = "",
-    watch: Watch | None = None,
-) -> Listed:
-    """Lists `count` poses and chooses `wanted` of them; numbers are in the robot file's units. Raises InputError."""
-    if output is not None:
-        refuse_existing(output, FILES, force)
-    _sane(count, steps, margin, method)
-    tell = watch or (lambda event: None)
-    file = read_cable(robot)
-    able = replace(held_robot(file, limits), mass=mass_of(file, payload, mass))
-    clearance, warnings = clearance_of(file, able, diameter, body, relief)
-    noise = _noise(file, sigma, pose_noise)
-    tell({"stage": "asking the start"})
-    with computable(robot):
-        begin = started(file, able, clearance, start)
-        z = box_of(file, able, begin.pose, box, scale, turn)
-        tell({"stage": "moving towards random poses"})
-        listing = _listing(able, begin, z, clearance, count, margin, seed, steps)
-        tell({"stage": "distributing tensions"})
-        with said_of({"method": "--method"}):
-            made = program(able, listing, steps, method)
-        choice = None
-        if wanted is not None:
-            rng = np.random.default_rng([seed, 1])
-            with said_of({"criterion": "--criterion", "count": "--choose"}):
-                choice = choose(able, listing.poses, wanted, noise=noise, criterion=criterion, rng=rng, watch=tell)
-    names = tuple(f"p{i + 1:0{len(str(count))}d}" for i in range(count))
-    out = Listed(
-        file.units, able, names, begin, z, clearance, listing, made, method, margin, seed, choice,
-        (*file.warnings, *warnings, *_doubts(listing, noise, sigma, wanted, file)),
-        (robot_input(file, robot),), command,
-    )  # fmt: skip
-    return out if output is None else _save(out, output, tell)
-
-
-def _listing(
+def listing_of(
     robot: CableRobot,
     start: Start,
     box: PoseBox,
@@ -119,7 +51,7 @@ def _listing(
     return kept_to_what_is_held(robot, demand, listing, steps)
 
 
-def _sane(count: int, steps: int, margin: float, method: str) -> None:
+def sane(count: int, steps: int, margin: float, method: str) -> None:
     if count * steps > MOST:
         raise ModelError(
             "too many waypoints",
@@ -133,7 +65,7 @@ def _sane(count: int, steps: int, margin: float, method: str) -> None:
         check_method(method)
 
 
-def _noise(file: CableFile, sigma: float | None, pose_noise: str | None) -> Noise:
+def noise_of(file: CableFile, sigma: float | None, pose_noise: str | None) -> Noise:
     length = UNSTATED if sigma is None else float(file.units.length.to_si(sigma))
     if not length > 0:
         raise ModelError("a noise is a standard deviation", key="--sigma", found=sigma, expected="above 0")
@@ -145,7 +77,7 @@ def _noise(file: CableFile, sigma: float | None, pose_noise: str | None) -> Nois
     return Noise(length, file.units.length.to_si(position), file.units.angle.to_si(orientation))
 
 
-def _doubts(
+def doubts(
     listing: PoseList, noise: Noise, sigma: float | None, wanted: int | None, file: CableFile
 ) -> tuple[Remark, ...]:
     out = []
@@ -160,19 +92,18 @@ def _doubts(
     return tuple(out)
 
 
-def _save(made: Listed, output: Path, watch: Watch) -> Listed:
-    """Writes the list, the program (of the chosen poses where some were chosen), the document and the page."""
+def texts(made: Listed) -> dict[str, str | bytes]:
+    """The list, the program (of the chosen poses where some were chosen), the document and the page."""
     from robocal.jobs.cable.poses_page import poses_page
 
-    watch({"stage": "report"})
     units, choice = made.units, made.choice
     order = np.arange(len(made.names)) if choice is None else choice.chosen
-    texts = {
+    out: dict[str, str | bytes] = {
         "poses.csv": made.text,
         "program.csv": program_text(made.robot, made.names, made.program, order, units),
         "list.json": json_text(made.document),
         "report.html": poses_page(made),
     }
     if choice is not None:
-        texts["chosen.csv"] = list_text(made.robot, made.names, made.listing, made.program, units, only=order)
-    return replace(made, written=write_files(output, texts))
+        out["chosen.csv"] = list_text(made.robot, made.names, made.listing, made.program, units, only=order)
+    return out

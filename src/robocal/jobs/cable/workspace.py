@@ -1,94 +1,35 @@
-"""The verb `cable workspace`: where a cable robot can hold everything that is demanded, by a grid and by rays."""
+"""What `cable workspace` is made of: the box, the grid, the start and length of rays, the boundary, remarks, files."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.boundary import Outline, Surface, outline, surface
 from robocal.cables.geometry import CableRobot
-from robocal.cables.room import Regions, frame_box, regions, seen_from
+from robocal.cables.room import Regions, regions, seen_from
 from robocal.cables.workspace import Demand, Grid, accelerations, as_box, grid, holds
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.grid import cells_text, outlines_text
-from robocal.files.cable.robot import read_cable
 from robocal.files.mesh import ply_text, stl_bytes
-from robocal.files.writing import write_files
-from robocal.jobs.cable.demand import demand_of
-from robocal.jobs.cable.load import corners_of, held_robot, numbers_of, robot_input
+from robocal.jobs.cable.load import corners_of, numbers_of
 from robocal.jobs.cable.workspace_result import PLANES, RayStart, Workspace
 from robocal.jobs.inputs import Watch
 from robocal.jobs.plain import json_text
-from robocal.jobs.simulate import refuse_existing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["cable_workspace"]
+__all__ = ["boundary", "box_of", "close", "doubts", "filled", "remarks", "started", "steps", "texts"]
 
 Array = NDArray[np.float64]
-FILES = ("workspace.json", "workspace.csv", "outlines.csv", "report.html")
-MESHES = ("surface.ply", "surface.stl")
 SECTION = 720  # rays of a section, at most
 STEPS, MOST_STEPS = 64, 4096  # of a ray
 NEAR = 0.02  # by how much volumes may differ without a remark
 SEEN = 0.99  # the share of the held cells that the start has to see without one
 
 
-def cable_workspace(
-    robot: str,
-    *,
-    orientation: Sequence[str] = (),
-    tilt: float | None = None,
-    payload: str | None = None,
-    mass: str | None = None,
-    wrench: Sequence[str] = (),
-    acceleration: float = 0.0,
-    reserve: float = 0.0,
-    limits: str | None = None,
-    length: float | None = None,
-    box: str | None = None,
-    cells: int = 41,
-    rays: int = 4000,
-    start: str | None = None,
-    output: Path | None = None,
-    force: bool = False,
-    command: str = "",
-    watch: Watch | None = None,
-) -> Workspace:
-    """The workspace of a robot for what is demanded (see `demand_of`), all options in the file's units; box "X0,Y0,Z0,X1,Y1,Z1"
-    and start "X,Y,Z" are positions of the platform's origin. A folder gets FILES, and MESHES of a spatial robot.
-    Raises InputError."""
-    if output is not None:
-        refuse_existing(output, (*FILES, *MESHES), force)
-    file = read_cable(robot)
-    able = held_robot(file, limits)
-    demand = demand_of(
-        file, orientation=orientation, tilt=tilt, payload=payload, mass=mass, wrench=wrench,
-        acceleration=acceleration, reserve=reserve, length=length,
-    )  # fmt: skip
-    sides, how = frame_box(able, demand.rotations) if box is None else (_box(box, able, file), "--box")
-    counts = tuple(cells if high > low else 1 for low, high in sides)
-    made, room = _grid(
-        able, demand, sides if box is not None else _close(able, demand, sides, counts, watch), counts, watch
-    )
-    found = regions(made) if made.inside.any() else None
-    begin = _start(able, demand, made, found, sides, start, file)
-    edge, cuts = _boundary(able, demand, begin, sides, rays, _steps(made, sides), watch)
-    remarks = () if found is None or begin is None else _remarks(made, found, begin, edge)
-    result = Workspace(
-        able, demand, file.units, sides, how, made, room, found, begin, edge, cuts, rays,
-        bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *remarks),
-        _doubts(able, made, begin, file), (robot_input(file, robot),), command,
-    )  # fmt: skip
-    return result if output is None else _save(result, output, watch)
-
-
-def _box(text: str, robot: CableRobot, file: CableFile) -> Array:
+def box_of(text: str, robot: CableRobot, file: CableFile) -> Array:
     """--box, m. Raises ModelError when it is inverted, or a planar robot's is not flat."""
     sides = corners_of(file, text)
     flat = np.array([i not in robot.axes for i in range(3)])
@@ -99,7 +40,7 @@ def _box(text: str, robot: CableRobot, file: CableFile) -> Array:
     return as_box(sides)
 
 
-def _close(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None) -> Array:
+def close(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None) -> Array:
     """The part of a box in which a first look finds anything held, one cell wider, so that the grid is not spent on the rest."""
     if watch is not None:
         watch({"stage": "looking where anything can be held"})
@@ -110,7 +51,7 @@ def _close(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, .
     return np.clip(near + cell * [-1.0, 1.0], sides[:, :1], sides[:, 1:])
 
 
-def _grid(
+def filled(
     robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None
 ) -> tuple[Grid, Array]:
     """The grid with margins, and the accelerations that are possible in its held cells, slab by slab along x, so that somebody
@@ -133,7 +74,7 @@ def _grid(
     return Grid((x, slabs[0].axes[1], slabs[0].axes[2]), cell, inside, margin), np.concatenate(rooms)
 
 
-def _start(
+def started(
     robot: CableRobot,
     demand: Demand,
     made: Grid,
@@ -166,14 +107,14 @@ def _start(
     return RayStart(heart, f"the middle of the greatest part, since {why}", seen_from(made, heart))
 
 
-def _steps(made: Grid, sides: Array) -> int:
+def steps(made: Grid, sides: Array) -> int:
     """Steps of a ray: 64 across what the grid fills, where that is a small part of the box."""
     filled = np.array([x[-1] - x[0] for x in made.axes]) + made.cell
     wide = sides[:, 1] - sides[:, 0]
     return int(min(np.ceil(STEPS * (wide[wide > 0] / filled[wide > 0]).max()), MOST_STEPS))
 
 
-def _boundary(
+def boundary(
     robot: CableRobot, demand: Demand, start: RayStart | None, sides: Array, rays: int, steps: int, watch: Watch | None
 ) -> tuple[Surface | Outline | None, dict[str, Outline]]:
     """The boundary seen from the start, and its sections by the names of their planes."""
@@ -189,7 +130,7 @@ def _boundary(
     return surface(robot, demand, start.at, sides, rays, steps), cuts
 
 
-def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline | None) -> tuple[Remark, ...]:
+def remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline | None) -> tuple[Remark, ...]:
     """What the grid knows and the rays do not: other parts, holes, what the start does not see; and when the two disagree."""
     flat = isinstance(edge, Outline)
     unit, size = ("m2", edge.area) if isinstance(edge, Outline) else ("m3", edge.volume if edge else 0.0)
@@ -210,7 +151,7 @@ def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outlin
     return tuple(out)
 
 
-def _doubts(robot: CableRobot, made: Grid, start: RayStart | None, file: CableFile) -> tuple[Remark, ...]:
+def doubts(robot: CableRobot, made: Grid, start: RayStart | None, file: CableFile) -> tuple[Remark, ...]:
     """Why the result must not be trusted: no cell is held, and which comes closest; or nothing but singular poses are."""
     if made.margin is None:
         return ()
@@ -225,26 +166,24 @@ def _doubts(robot: CableRobot, made: Grid, start: RayStart | None, file: CableFi
     return (Remark.of(code, at=at, length=file.units.length.name, lack=lack, force=force),)
 
 
-def _save(made: Workspace, output: Path, watch: Watch | None) -> Workspace:
-    """Writes the folder."""
+def texts(made: Workspace) -> dict[str, str | bytes]:
+    """The files of the folder."""
     from robocal.jobs.cable.workspace_page import workspace_page
 
-    if watch is not None:
-        watch({"stage": "write"})
     sheets = {
         name: grid(made.robot, made.demand, *_sheet(made, PLANES[name]), with_margins=True) for name in made.sections
     }
-    texts: dict[str, str | bytes] = {
+    out: dict[str, str | bytes] = {
         "workspace.json": json_text(made.document),
         "workspace.csv": cells_text(made.grid, made.room, made.units),
         "report.html": workspace_page(made, sheets),
     }
     if made.sections:
-        texts["outlines.csv"] = outlines_text(made.sections, made.units)
+        out["outlines.csv"] = outlines_text(made.sections, made.units)
     if isinstance(made.boundary, Surface):
-        texts["surface.ply"] = ply_text(made.boundary.vertices, made.boundary.faces)
-        texts["surface.stl"] = stl_bytes(made.boundary.vertices, made.boundary.faces)
-    return replace(made, written=write_files(output, texts))
+        out["surface.ply"] = ply_text(made.boundary.vertices, made.boundary.faces)
+        out["surface.stl"] = stl_bytes(made.boundary.vertices, made.boundary.faces)
+    return out
 
 
 def _sheet(made: Workspace, axes: tuple[int, int]) -> tuple[Array, tuple[int, int, int]]:

@@ -1,1 +1,0 @@
-"""What the verbs of cable robots do. One file per verb, with a function of its name."""

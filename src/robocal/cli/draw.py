@@ -1,0 +1,81 @@
+"""Sections on the terminal: text, tables, remarks with their advice, and where files are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from rich.console import RenderableType
+from rich.padding import Padding
+from rich.text import Text as Rich
+
+from robocal.cli.tables import PlainTable
+from robocal.report.sections import Block, Cell, Figure, Remarks, Section, Table, Text, Written
+
+__all__ = ["drawn"]
+
+STYLES = {
+    "": "",
+    "good": "bold green",
+    "doubtful": "bold yellow",
+    "bad": "bold red",
+    "strong": "bold",
+    "quiet": "dim",
+    "strange": "yellow",
+    "title": "bold italic",
+}
+
+
+def drawn(sections: Iterable[Section]) -> Iterator[RenderableType]:
+    """Sections one below the other, an empty line between them, as rich prints them."""
+    for i, section in enumerate(sections):
+        if i:
+            yield Rich("")
+        if section.heading:
+            yield Rich(section.heading, style="bold")
+        for block in section.blocks:
+            yield from _drawn(block)
+
+
+def _drawn(block: Block) -> list[Any]:
+    match block:
+        case Text():
+            line = Rich.assemble(*map(_part, block.parts))
+            return [Padding(line, (0, 0, 0, block.indent)) if block.indent else line]
+        case Table():
+            return [_table(block)]
+        case Remarks():
+            return [part for said in block.said for part in _remark(said)]
+        case Written():
+            return [_paths(block)] if block.paths else []
+        case Figure():
+            return []
+
+
+def _part(cell: Cell) -> Any:
+    return cell if isinstance(cell, str) else (cell[0], STYLES[cell[1]])
+
+
+def _cell(cell: Cell) -> Any:
+    return cell if isinstance(cell, str) else Rich(cell[0], style=STYLES[cell[1]])
+
+
+def _table(block: Table) -> PlainTable:
+    made = PlainTable(*block.columns, right=block.right, title=block.title)
+    styles = block.styles or ("",) * len(block.rows)
+    for row, style in zip(block.rows, styles, strict=True):
+        made.add_row(*map(_cell, row), style=STYLES[style])
+    return made
+
+
+def _remark(said: Any) -> list[Any]:
+    out = [Padding(Rich(said.sentence), (0, 0, 0, 2))]
+    if said.advice:
+        out.append(Padding(Rich(said.advice, style="dim"), (0, 0, 0, 4)))
+    return out
+
+
+def _paths(block: Written) -> Rich:
+    """Where the files are; the report first, because that is what people open."""
+    ordered = sorted(block.paths, key=lambda p: (p.name != "report.html", p.name))
+    return Rich(f"Written to {ordered[0].parent}: {', '.join(p.name for p in ordered)}")

@@ -1,0 +1,1 @@
+"""Verbs of cable robots: `robocal cable NAME`."""

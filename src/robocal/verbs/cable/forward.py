@@ -1,0 +1,80 @@
+"""`cable forward`: poses of the platform from lengths of its cables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from robocal.report.sections import Remarks, Section, Written
+from robocal.verbs import words as w
+from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Poses of the platform from lengths of its cables, with how sure they are and whether they are the only ones.
+
+    Exit status 3 when a pose was not found, is not the only one, or does not fit its lengths.
+
+    \b
+    robocal cable forward robot.yaml lengths.csv --sigma 0.5 -o poses.csv
+    """
+
+    robot: w.CableRobot
+    lengths: Annotated[str, Arg("LENGTHS", "CSV: one column per cable, such as c1 [mm].")]
+    sigma: Annotated[float | None, Opt("Standard deviation of a length", metavar="SIGMA", unit="length")] = None
+    starts: Annotated[int, Opt("Further starts that look for other poses", metavar="N", least=0)] = 24
+    tension: w.CableTension = None
+    sag: w.Sag = False
+    seed: w.Seed = 0
+    output: w.OutputFile = None
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Poses with their residuals, covariance and number of solutions. Raises InputError."""
+    import numpy as np
+
+    from robocal.cables.forward import forward
+    from robocal.errors import ModelError
+    from robocal.files.cable.lists import read_cable_lengths
+    from robocal.files.cable.robot import read_cable
+    from robocal.files.dataset import InputFile
+    from robocal.files.writing import refuse_existing, write_text
+    from robocal.jobs.cable.document import framed
+    from robocal.jobs.cable.forward import Poses
+    from robocal.jobs.cable.lists import fitting, located, tensions_of
+    from robocal.jobs.cable.load import robot_input
+
+    if o.output is not None:
+        refuse_existing(o.output.parent, (o.output.name,), o.force)
+    file = read_cable(o.robot)
+    rows = read_cable_lengths(o.lengths, file.robot)
+    if o.sigma is not None and not o.sigma > 0:
+        raise ModelError("a noise is a standard deviation", key="--sigma", found=o.sigma, expected="above 0")
+    noise = None if o.sigma is None else float(file.units.length.to_si(o.sigma))
+    (pull, said), rng = tensions_of(rows, o.tension, file, o.sag), np.random.default_rng(o.seed)
+    fitting(file, pull, o.sag)
+    try:
+        found = forward(file.robot, rows.values, tension=pull, sag=o.sag, sigma=noise, starts=o.starts, rng=rng)
+    except ModelError as error:
+        raise located(error, o.lengths, rows) from None
+    made = Poses(file, rows.names, found, noise)
+    remarks = (*file.warnings, *rows.warnings, *said, *made.doubts)
+    inputs = (robot_input(file, o.robot), InputFile(Path(o.lengths), rows.sha256))
+    text = made.text
+    place = None if o.output is None else write_text(o.output, text)
+    document = framed(file.robot, made.document, remarks, inputs, command) | {
+        "written": None if place is None else str(place)
+    }
+    return Outcome(made, lambda: document, not made.doubts, remarks, text, written=() if place is None else (place,))
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """Where the list is, and which poses must not be trusted."""
+    yield Section.of("", Written(made.written), Remarks(made.remarks))

@@ -1,0 +1,67 @@
+"""`cable inverse`: lengths of the cables at poses of the platform."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from robocal.report.sections import Remarks, Section, Written
+from robocal.verbs import words as w
+from robocal.verbs.option import Told
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Lengths of the cables at poses of the platform.
+
+    \b
+    robocal cable inverse robot.yaml poses.csv -o lengths.csv
+    robocal cable inverse robot.yaml poses.csv --tension 60 --sag
+    """
+
+    robot: w.CableRobot
+    poses: w.PlatformPoses
+    tension: w.CableTension = None
+    sag: w.Sag = False
+    output: w.OutputFile = None
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Lengths in m, and the list as a CSV in the robot file's units. Raises InputError."""
+    from robocal.cables.inverse import inverse
+    from robocal.errors import ModelError
+    from robocal.files.cable.lists import lengths_text, read_platform_poses
+    from robocal.files.cable.robot import read_cable
+    from robocal.files.dataset import InputFile
+    from robocal.files.writing import refuse_existing, write_text
+    from robocal.jobs.cable.document import framed
+    from robocal.jobs.cable.lists import fitting, located, tensions_of
+    from robocal.jobs.cable.load import robot_input
+
+    if o.output is not None:
+        refuse_existing(o.output.parent, (o.output.name,), o.force)
+    file = read_cable(o.robot)
+    rows = read_platform_poses(o.poses, file.robot)
+    pull, said = tensions_of(rows, o.tension, file, o.sag)
+    fitting(file, pull, o.sag)
+    try:
+        lengths, _ = inverse(file.robot, rows.values, pull, sag=o.sag)
+    except ModelError as error:
+        raise located(error, o.poses, rows) from None
+    text = lengths_text(file.robot, rows.names, lengths, file.units, rows.tension)
+    remarks = (*file.warnings, *rows.warnings, *said)
+    inputs = (robot_input(file, o.robot), InputFile(Path(o.poses), rows.sha256))
+    place = None if o.output is None else write_text(o.output, text)
+    found = {"lengths_m": dict(zip(rows.names, lengths, strict=True))}
+    document = framed(file.robot, found, remarks, inputs, command) | {"written": None if place is None else str(place)}
+    return Outcome(lengths, lambda: document, remarks=remarks, text=text, written=() if place is None else (place,))
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """Where the list is."""
+    yield Section.of("", Written(made.written), Remarks(made.remarks))

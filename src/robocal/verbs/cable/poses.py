@@ -1,0 +1,182 @@
+"""`cable poses`: a list of poses that can be reached and left again, the program for it, and the poses worth measuring."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+from robocal.report.sections import Remarks, Section, Text, Written, figure, quiet, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Opt, Told
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+FILES = ("poses.csv", "program.csv", "chosen.csv", "list.json", "report.html")
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Poses that the platform can reach and leave again: held on all the way, and no cable touches anything.
+
+    \b
+    robocal cable poses robot.yaml -n 500 --choose 20 -o list
+    robocal cable poses robot.yaml --start best --mu 0.8
+    """
+
+    robot: w.CableRobot
+    count: Annotated[int, Opt("Poses to list", name="--poses", short="-n", metavar="N", least=1, most=10_000)] = 200
+    margin: Annotated[float, Opt("How much of each free way is gone, up to 1", name="--mu", metavar="MU")] = 0.95
+    start: Annotated[
+        str,
+        Opt(
+            "X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units",
+            metavar="START",
+        ),
+    ] = "mean"
+    box: Annotated[
+        str | None,
+        Opt(
+            "The box Z of random poses, in place of one as large as the machine",
+            metavar="X0,Y0,Z0,X1,Y1,Z1",
+            unit="length",
+        ),
+    ] = None
+    scale: Annotated[float, Opt("Z, as a multiple of the machine", metavar="S")] = 1.1
+    turn: Annotated[float | None, Opt("Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")] = None
+    diameter: Annotated[float | None, Opt("Of every cable, not that of the robot file", metavar="D", unit="length")] = (
+        None
+    )
+    body: Annotated[str, Opt("The platform: hull or box of its anchors, none, or LX,LY,LZ", metavar="BODY")] = "hull"
+    relief: Annotated[
+        float | None,
+        Opt("A cable may touch its own eyelet so far from it", metavar="R", unit="length", otherwise="10 diameters"),
+    ] = None
+    payload: w.Payload = 0.0
+    mass: w.PlatformMass = None
+    limits: w.TensionLimits = None
+    method: w.TensionMethod = "norm"
+    steps: Annotated[int, Opt("Waypoints on each way", metavar="K", least=1, most=1000)] = 10
+    wanted: Annotated[
+        int | None, Opt("Choose the N poses that are best for calibration", name="--choose", metavar="N")
+    ] = None
+    criterion: Annotated[str, Opt("For --choose: A (least rms), D, I, G, E, O1 to O5", metavar="C")] = "A"
+    sigma: Annotated[
+        float | None,
+        Opt(
+            "For --choose: standard deviation of a length", metavar="SIGMA", unit="length", otherwise="1 mm, converted"
+        ),
+    ] = None
+    pose_noise: Annotated[
+        str | None,
+        Opt(
+            "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
+            metavar="POSITION,ORIENTATION",
+        ),
+    ] = None
+    seed: w.Seed = 0
+    output: Annotated[
+        Path | None, Opt("Write poses.csv, program.csv, list.json and report.html here", short="-o", metavar="DIR")
+    ] = None
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Lists poses and chooses some of them; a folder gets FILES. Raises InputError."""
+    import numpy as np
+
+    from robocal.cables.program import program
+    from robocal.files.cable.robot import read_cable
+    from robocal.files.writing import refuse_existing, write_files
+    from robocal.jobs.cable import poses as found
+    from robocal.jobs.cable.load import held_robot, mass_of, robot_input, said_of
+    from robocal.jobs.cable.poses_result import Listed
+    from robocal.jobs.cable.start import box_of, clearance_of, started
+    from robocal.jobs.inputs import computable
+    from robocal.plan.cable import choose
+
+    if o.output is not None:
+        refuse_existing(o.output, FILES, o.force)
+    found.sane(o.count, o.steps, o.margin, o.method)
+    tell = watch or (lambda event: None)
+    file = read_cable(o.robot)
+    able = replace(held_robot(file, o.limits), mass=mass_of(file, o.payload, o.mass))
+    clearance, warnings = clearance_of(file, able, o.diameter, o.body, o.relief)
+    noise = found.noise_of(file, o.sigma, o.pose_noise)
+    tell({"stage": "asking the start"})
+    with computable(o.robot):
+        begin = started(file, able, clearance, o.start)
+        z = box_of(file, able, begin.pose, o.box, o.scale, o.turn)
+        tell({"stage": "moving towards random poses"})
+        listing = found.listing_of(able, begin, z, clearance, o.count, o.margin, o.seed, o.steps)
+        tell({"stage": "distributing tensions"})
+        with said_of({"method": "--method"}):
+            made = program(able, listing, o.steps, o.method)
+        choice = None
+        if o.wanted is not None:
+            rng = np.random.default_rng([o.seed, 1])
+            with said_of({"criterion": "--criterion", "count": "--choose"}):
+                choice = choose(able, listing.poses, o.wanted, noise=noise, criterion=o.criterion, rng=rng, watch=tell)
+    names = tuple(f"p{i + 1:0{len(str(o.count))}d}" for i in range(o.count))
+    doubts = found.doubts(listing, noise, o.sigma, o.wanted, file)
+    out = Listed(
+        file.units, able, names, begin, z, clearance, listing, made, o.method, o.margin, o.seed, choice,
+        (*file.warnings, *warnings, *doubts), (robot_input(file, o.robot),), command,
+    )  # fmt: skip
+    if o.output is not None:
+        tell({"stage": "report"})
+        out = replace(out, written=write_files(o.output, found.texts(out)))
+    text = out.text if o.output is None else None
+    return Outcome(
+        out, lambda: {**out.document, "written": [str(p) for p in out.written]}, True, out.warnings, text, _summary(out), out.written
+    )  # fmt: skip
+
+
+def _summary(made: Any) -> str:
+    """One line on the whole list."""
+    from robocal.jobs.cable.poses_result import STOPPED_BY
+
+    stopped = ", ".join(f"{STOPPED_BY[name]} {count}" for name, count in made.limits.items() if count)
+    return f"{len(made.names)} poses, {figure(100 * made.listing.reached)} % of the box Z reached; stopped by {stopped}"
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """What stopped the motions, where they start, and what the choice is worth."""
+    from robocal.jobs.cable.poses_result import STOPPED_BY
+
+    found = made.result
+    n, robot, (k, l) = len(found.names), found.robot, found.start.nearest
+    head = f"   {n} poses, {figure(100 * found.listing.reached)} % of the box Z reached, mu {found.margin:g}"
+    near: tuple[Text, ...] = ()
+    if k >= 0:
+        gap = f"{robot.cables[k]} and {robot.cables[l]} pass with {figure(1e3 * found.start.gap)} mm between them"
+        near = quiet(f"at X_0 {gap}; capacity margin {figure(found.start.margin)} N")
+    yield Section.of("", Text.of((robot.name, "strong"), head), *near)
+    rows = ((STOPPED_BY[name], str(count), f"{100 * count / n:.1f}") for name, count in found.limits.items())
+    yield Section.of("", table("stopped by", "motions", "share [%]", right=(1, 2), rows=rows))
+    if found.choice is not None:
+        yield _chosen(found.choice, n)
+    if made.remarks:
+        yield Section.of("Worth knowing", Remarks(made.remarks))
+    if made.written:
+        yield Section.of("", Written(made.written))
+
+
+def _chosen(choice: Any, n: int) -> Section:
+    """What the chosen poses are expected to tell, beside as many at random and all."""
+    from robocal.jobs.cable.poses_result import EXPECTED_OF
+
+    count = len(choice.chosen)
+    rows = (
+        (EXPECTED_OF[what], *(figure(1e3 * choice.expected[who][what]) for who in ("chosen", "random", "all")))
+        for what in choice.expected["chosen"]
+    )
+    columns = ("expected rms [mm]", f"{count} chosen", f"{count} at random", f"all {n}")
+    lines = []
+    if choice.criterion == "A" and choice.limit:
+        more = 100 * ((choice.design.value / choice.limit) ** 0.5 - 1)
+        lines.append(f"no {count} of these poses are better by more than {figure(more, 2)} %")
+    lines.append(f"from lengths with {figure(1e3 * choice.noise.length)} mm of noise")
+    return Section.of("", table(*columns, right=(1, 2, 3), rows=rows), *quiet(*lines))

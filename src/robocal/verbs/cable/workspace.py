@@ -1,0 +1,191 @@
+"""`cable workspace`: where a cable robot can hold everything that is demanded, by a grid and by rays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+from robocal.report.sections import Remarks, Section, Text, Written, figure, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Opt, Told
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+FILES = ("workspace.json", "workspace.csv", "outlines.csv", "report.html")
+MESHES = ("surface.ply", "surface.stl")  # of a spatial robot
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Where the platform can be held: volume by a grid and by rays to the exact boundary, margins, sections, a mesh.
+
+    Exit status 3 when it can be held nowhere.
+
+    \b
+    robocal cable workspace robot.yaml -o held
+    robocal cable workspace robot.yaml --payload 0,20 --tilt 10 --acceleration 2
+    """
+
+    robot: w.CableRobot
+    orientation: Annotated[
+        tuple[str, ...],
+        Opt(
+            "A rotation vector; repeat for several, all of which are to be held",
+            metavar="RX,RY,RZ",
+            unit="angle",
+            otherwise="upright",
+        ),
+    ] = ()
+    tilt: Annotated[
+        float | None,
+        Opt("Hold tilts too: half the angle and all of it, about 8 horizontal axes", metavar="ANGLE", unit="angle"),
+    ] = None
+    payload: Annotated[
+        str | None,
+        Opt("More mass at the centre of mass, one number or a range: say 0,20", metavar="LO,HI", unit="mass"),
+    ] = None
+    mass: Annotated[
+        str | None, Opt("Of the platform, one number or a range, instead of the file's", metavar="LO,HI", unit="mass")
+    ] = None
+    wrench: Annotated[
+        tuple[str, ...],
+        Opt(
+            "Acts beside the weight at the platform's origin, base axes: the robot file's unit of force, and Nm; repeat for "
+            "several, all of which are to be held, with 0,0,0,0,0,0 for none",
+            metavar="FX,FY,FZ,MX,MY,MZ",
+        ),
+    ] = ()
+    acceleration: Annotated[float, Opt("Of the centre of mass, in any direction", metavar="A", unit="m/s2")] = 0.0
+    reserve: Annotated[float, Opt("A disturbance in any direction that is held on top", metavar="F", unit="force")] = (
+        0.0
+    )
+    limits: w.TensionLimits = None
+    length: w.MomentLength = None
+    box: Annotated[
+        str | None,
+        Opt("Where to look", metavar="X0,Y0,Z0,X1,Y1,Z1", unit="length", otherwise="what the frame can reach"),
+    ] = None
+    cells: Annotated[int, Opt("Of the grid, along each axis", metavar="N", least=2, most=300)] = 41
+    rays: Annotated[int, Opt("To the exact boundary", metavar="N", least=20, most=200_000)] = 4000
+    start: Annotated[
+        str | None,
+        Opt(
+            "Where rays start",
+            metavar="X,Y,Z",
+            unit="length",
+            otherwise="the mean of the frame anchors, or the middle of what is held",
+        ),
+    ] = None
+    output: Annotated[
+        Path | None,
+        Opt(f"Write {', '.join((*FILES[:-1], *MESHES))} and {FILES[-1]} here", short="-o", metavar="DIR"),
+    ] = None
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """The workspace for what is demanded; a folder gets FILES, and MESHES of a spatial robot. Raises InputError."""
+    from robocal.cables.room import frame_box, regions
+    from robocal.cables.workspace import holds
+    from robocal.files.cable.robot import read_cable
+    from robocal.files.writing import refuse_existing, write_files
+    from robocal.jobs.cable import workspace as found
+    from robocal.jobs.cable.demand import demand_of
+    from robocal.jobs.cable.load import held_robot, robot_input
+    from robocal.jobs.cable.workspace_result import Workspace
+
+    if o.output is not None:
+        refuse_existing(o.output, (*FILES, *MESHES), o.force)
+    file = read_cable(o.robot)
+    able = held_robot(file, o.limits)
+    demand = demand_of(
+        file, orientation=o.orientation, tilt=o.tilt, payload=o.payload, mass=o.mass, wrench=o.wrench,
+        acceleration=o.acceleration, reserve=o.reserve, length=o.length,
+    )  # fmt: skip
+    sides, how = frame_box(able, demand.rotations) if o.box is None else (found.box_of(o.box, able, file), "--box")
+    counts = tuple(o.cells if high > low else 1 for low, high in sides)
+    near = sides if o.box is not None else found.close(able, demand, sides, counts, watch)
+    made, room = found.filled(able, demand, near, counts, watch)
+    parts = regions(made) if made.inside.any() else None
+    begin = found.started(able, demand, made, parts, sides, o.start, file)
+    edge, cuts = found.boundary(able, demand, begin, sides, o.rays, found.steps(made, sides), watch)
+    remarks = () if parts is None or begin is None else found.remarks(made, parts, begin, edge)
+    result = Workspace(
+        able, demand, file.units, sides, how, made, room, parts, begin, edge, cuts, o.rays,
+        bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *remarks),
+        found.doubts(able, made, begin, file), (robot_input(file, o.robot),), command,
+    )  # fmt: skip
+    if o.output is not None:
+        if watch is not None:
+            watch({"stage": "write"})
+        result = replace(result, written=write_files(o.output, found.texts(result)))
+    document = {**result.document, "written": [str(p) for p in result.written]}
+    said = (*result.warnings, *result.doubts)
+    return Outcome(result, lambda: document, not result.doubts, said, written=result.written)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """How large it is by either way, where, and what is to spare there, in the robot file's units."""
+    result, found = made.result, made.document()
+    length, force = result.units.length, result.units.force
+    grid, rays, home = found["grid"], found["rays"], found["home"]
+    what, unit = ("volume_m3", "m3") if "volume_m3" in grid else ("area_m2", "m2")
+
+    def at(point: Sequence[float]) -> str:
+        return ", ".join(f"{round(length.from_si(float(v)), 9) + 0.0:.4g}" for v in point)
+
+    def ends(sides: Any) -> str:
+        return "   ".join(f"{a} {at([low])} to {at([high])}" for a, (low, high) in zip("xyz", sides, strict=True))
+
+    yield Section.of("", Text.of((result.robot.name, "strong"), f"   {_demanded(found['demand'])}"))
+    counts = " x ".join(str(n) for n in grid["cells"] if n > 1)
+    rows = [("grid", figure(grid[what]), f"{counts} cells, {100 * grid['share_of_box']:.1f} % of the box")]
+    if rays is not None:
+        start = f"{rays['count']} rays from {at(rays['start_m'])} {length.name} ({rays['start']})"
+        if rays["difference"] is not None:
+            start += f", {100 * rays['difference']:+.2f} %"
+        rows.append(("rays", figure(rays[what]), start))
+    yield Section.of("", table(what.split("_")[0], unit, "", right=(1,), rows=rows))
+    lines = [f"box: {ends(result.box)} {length.name}  ({result.how})"]
+    if found["extent_m"] is not None:
+        cut = f"; cut off by the box at {', '.join(found['reaches_box'])}" if found["reaches_box"] else ""
+        best = found["best"]
+        lines += [
+            f"held: {ends(found['extent_m'])} {length.name}, centre {at(found['centre_m'])}{cut}",
+            *_spares(found, force),
+            f"greatest margin: {figure(force.from_si(best['margin_N']))} {force.name} at {at(best['position_m'])} {length.name}",
+        ]
+    held = "held" if home["held"] else "not held"
+    lines.append(f"X_0, the mean of the frame anchors, {at(home['position_m'])} {length.name}: {held}")
+    yield Section.of("", *map(Text.of, lines))
+    if made.remarks:
+        yield Section.of("Worth knowing", Remarks(made.remarks))
+    if made.written:
+        yield Section.of("", Written(made.written))
+
+
+def _spares(found: dict[str, Any], force: Any) -> Iterator[str]:
+    """Margins and possible accelerations of the held cells."""
+    for key, title, unit in (("margin_N", "margin", force), ("acceleration_m_s2", "possible acceleration", None)):
+        if found[key]["greatest"] < float("inf"):
+            spread = [
+                found[key][k] if unit is None else unit.from_si(found[key][k]) for k in ("least", "median", "greatest")
+            ]
+            least, median, greatest = (figure(float(v), 3) for v in spread)
+            yield f"{title}: {least} to {greatest} {'m/s2' if unit is None else unit.name}, median {median}"
+
+
+def _demanded(demand: dict[str, Any]) -> str:
+    masses = " and ".join(f"{m:.4g}" for m in demand["masses_kg"]) + " kg"
+    turns, many = len(demand["orientations_rad"]), len(demand["wrenches"])
+    words = [masses, "one orientation" if turns == 1 else f"{turns} orientations"]
+    if many > 1 or any(map(any, demand["wrenches"])):
+        words.append(f"{many} wrench{'es' if many > 1 else ''}")
+    if demand["acceleration_m_s2"] > 0:
+        words.append(f"{demand['acceleration_m_s2']:.3g} m/s2")
+    if demand["reserve_N"] > 0:
+        words.append(f"{demand['reserve_N']:.3g} N in reserve")
+    return ", ".join(words)

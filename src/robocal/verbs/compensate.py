@@ -1,0 +1,98 @@
+"""`compensate`: corrected joint values and Cartesian commands for a controller that keeps its nominal model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+from robocal.report.sections import Remarks, Section, Text, Written, figure, quiet, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+MOST = 10
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Correct targets for a controller that keeps its nominal model: joint angles, and Cartesian poses.
+
+    Every correction is checked by driving the calibrated model with it. Targets that cannot be reached are listed, not
+    dropped.
+
+    \b
+    robocal compensate run program.csv -o program
+    robocal compensate calibrated.yaml poses.csv --nominal robot.yaml
+    """
+
+    robot: w.AnyRobot
+    targets: Annotated[
+        str,
+        Arg("TARGETS", "A CSV whose headers carry units (poses, positions, joints), or a YAML beside it."),
+    ]
+    nominal: Annotated[
+        str | None, Opt("The model that the controller keeps; a run folder knows it", metavar="ROBOT")
+    ] = None
+    tool: Annotated[
+        str,
+        Opt(
+            "What both models carry: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; or own, each its own",
+            metavar="TOOL",
+        ),
+    ] = "calibrated"
+    output: Annotated[
+        Path | None, Opt("Write compensated.csv and compensation.json here", short="-o", metavar="DIR")
+    ] = None
+    base: w.Base = None
+    tip: w.Tip = None
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Compensates targets; a folder gets compensated.csv and compensation.json. Raises InputError."""
+    from robocal.files.writing import write_files
+    from robocal.jobs.compensate import compensated
+    from robocal.jobs.plain import json_text
+
+    found = compensated(o.robot, o.targets, o.nominal, o.tool, o.base, o.tip, command, watch)
+    if o.output is not None:
+        texts = {"compensated.csv": found.text, "compensation.json": json_text(found.document)}
+        found = replace(found, written=write_files(o.output, texts))
+    return Outcome(found, lambda: found.document, found.trusted, found.warnings, found.text, written=found.written)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """Errors before and after, targets by status, and those that need a look."""
+    found = made.result
+    counts = ", ".join(f"{n} {word}" for word, n in found.counts.items() if n)
+    yield Section.of("", Text.of((found.robot.name, "strong"), f"   {len(found.file.ids)} targets: {counts}"))
+    stages = (
+        ("not compensated", found.before),
+        ("corrected joint values", found.after),
+        ("corrected Cartesian targets", found.after_by_tcp),
+    )
+    rows = [
+        (label, figure(s.mean), figure(s.rms), figure(s.p95), figure(s.max), str(s.n))
+        for label, s in stages
+        if s is not None
+    ]
+    errors = table("simulated error [mm]", "mean", "rms", "95 %", "max", "n", right=(1, 2, 3, 4, 5), rows=rows)
+    real, told = found.document["expected_of_the_real_robot"], None
+    if real:
+        mean, worst = figure(real["mean"], 3), figure(real["max"], 3)
+        told = Text.of(f"the real robot is expected within {mean} mm (95 %, mean of the targets; worst {worst} mm)")
+    yield Section.of("", errors, *quiet("if the calibrated model is the truth"), told)
+    # What has no correction comes first.
+    order = sorted((i for i, note in enumerate(found.notes) if note), key=lambda i: -int(found.made.status[i]))
+    words = list(found.counts)
+    if order:
+        named = [(found.file.ids[i], words[int(found.made.status[i])], str(found.notes[i])) for i in order[:MOST]]
+        more = [f"and {len(order) - MOST} others in compensated.csv"] if len(order) > MOST else []
+        yield Section.of("", table("target", "status", "", rows=named), *quiet(*more))
+    if made.remarks:
+        yield Section.of("Worth knowing", Remarks(made.remarks))
+    if made.written:
+        yield Section.of("", Written(made.written))

@@ -1,0 +1,88 @@
+"""`export`: a robot model in the form that the next program wants."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated
+
+from robocal.report.sections import Remarks, Section, Text
+from robocal.verbs import words as w
+from robocal.verbs.option import Opt, Told
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["FORMATS", "Options", "run", "sections"]
+
+FORMATS = ("yaml", "urdf", "dh", "csv", "markdown", "offsets", "ros", "xacro")
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Hand a robot model on: robot.yaml, URDF, a table of its parameters, or joint offsets for a controller.
+
+    \b
+    robocal export run --format offsets
+    robocal export run --format urdf -o calibrated.urdf
+    robocal export run --format urdf --into robot.urdf -o calibrated.urdf
+    robocal export ur10 --format markdown
+    """
+
+    robot: w.AnyRobot
+    output: w.OutputFile = None
+    form: Annotated[
+        str,
+        Opt(
+            "yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: "
+            "offsets (CSV), ros (parameters), xacro (properties)",
+            name="--format",
+            metavar="FORMAT",
+            choices=FORMATS,
+        ),
+    ] = "yaml"
+    nominal: Annotated[str | None, Opt("What offsets are counted from; a run folder knows it", metavar="ROBOT")] = None
+    into: Annotated[
+        str | None,
+        Opt("With --format urdf: this URDF with calibrated origins, else byte for byte", metavar="URDF"),
+    ] = None
+    force: w.Force = False
+    base: w.Base = None
+    tip: w.Tip = None
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """The robot (a file, a catalogue name or a run folder) in another form. Raises InputError, also for a form that cannot
+    hold it."""
+    from robocal.errors import FileError, ModelError
+    from robocal.files.writing import write_text
+    from robocal.jobs.export import exported
+    from robocal.remarks.remark import spoken, told
+
+    if o.into is not None and o.form != "urdf":
+        raise ModelError("only a URDF can be written into", key="--into", found=o.form, expected="--format urdf")
+    made = exported(o.robot, o.form, o.nominal, o.into, o.base, o.tip)
+    written = None
+    if o.output is not None:
+        if o.output.exists() and not o.force:
+            raise FileError(
+                "this file exists and is left as it is",
+                file=o.output,
+                expected="--force to replace it, or another name",
+            )
+        written = write_text(o.output, made.text)
+    document = {
+        "format": o.form,
+        "written": None if written is None else str(written),
+        "text": made.text if written is None else None,
+        **told(made.notes),
+        "worth": None if made.worth is None else made.worth.document,
+    }
+    note = "" if made.worth is None else spoken(made.worth)
+    files = () if written is None else (written,)
+    return Outcome(made, lambda: document, remarks=made.notes, text=made.text, note=note, written=files)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """Where the file is, and what it cannot hold."""
+    yield Section.of("", Text.of(str(made.written[0])), *([Text.of(made.note)] if made.note else []))
+    if made.remarks:
+        yield Section.of("Worth knowing", Remarks(made.remarks))

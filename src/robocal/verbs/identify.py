@@ -1,0 +1,260 @@
+"""`identify`: the true parameters of a robot from measurements, and the gain proven on configurations that were not used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from robocal.report.sections import Section
+from robocal.verbs import words as w
+from robocal.verbs.option import Opt, Told
+from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.calibrate.options import Options as Solver
+    from robocal.files.cable.cablefile import CableFile
+    from robocal.jobs.outcome import Outcome as Identified
+
+__all__ = ["METHODS", "Options", "run", "sections"]
+
+# The names of the estimators, known here without importing them; a test holds them to the registry.
+METHODS = ("lm", "gauss-newton", "ekf", "particle", "pinv", "lse", "ekf-100")
+LOSSES = ("none", "huber", "cauchy", "tukey")
+HELD = ("blocks", "group")
+GROUPS = "gain, eccentricity, ripple, backlash, compliance, sag, bending, expansion"
+UNRECORDED = ("robot", "data", "output", "force")  # the recipe names files by themselves
+IF_GIVEN = ("base", "tip", "compare", "region")
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Identify a robot's true parameters from measurements, and prove the gain on configurations that were not used.
+
+    \b
+    robocal identify robot.yaml data.yaml -o run
+    robocal identify ur10 tracker.csv camera.yaml --fix j1 --loss huber
+    robocal identify rv-2aj data.yaml --method pinv --free alpha,beta,d,r
+    robocal identify panda front.yaml right.yaml high.yaml --hold-out group --folds 3
+    robocal identify robot.yaml data.yaml --compare
+    robocal identify robot.yaml data.yaml --groups eccentricity,ripple,compliance --layer
+
+    Exit status 0 when the verdict is improved, 3 when it is not, or only where it was measured (see --region).
+    """
+
+    robot: w.Robot
+    data: w.Data
+    output: Annotated[Path | None, Opt("Write a run folder here", short="-o", metavar="DIR")] = None
+    force: Annotated[bool, Opt("Write the run into a folder that holds something else; files of other names stay")] = (
+        False
+    )
+    free: Annotated[
+        tuple[str, ...],
+        Opt(
+            "Free exactly these, not what the robot file says: j2.alpha, alpha, j2, tool. Repeat, or separate by commas",
+            metavar="NAME",
+        ),
+    ] = ()
+    fix: Annotated[tuple[str, ...], Opt("Hold these; also frames of data files", metavar="NAME")] = ()
+    prior: Annotated[
+        tuple[str, ...],
+        Opt(
+            "Standard deviation expected beforehand, in the robot file's units; length=... and angle=... for all",
+            metavar="NAME=SIGMA",
+        ),
+    ] = ()
+    exclude: w.Exclude = ()
+    groups: Annotated[
+        tuple[str, ...],
+        Opt(
+            f"Try these beyond geometry; each enters only if unseen blocks of rows get better: {GROUPS}",
+            metavar="NAMES",
+            listed=True,
+        ),
+    ] = ()
+    layer: Annotated[bool, Opt("Try a residual layer on top; used only if unseen blocks of rows get better")] = False
+    region: Annotated[
+        str | None,
+        Opt(
+            "Where the robot works: a list of poses, or ranges of joints; measured: where it was measured will do",
+            metavar="FILE",
+            otherwise="joint limits that you wrote (a catalogue's are the maker's), else where it was measured",
+        ),
+    ] = None
+    method: Annotated[
+        str,
+        Opt(
+            "lm, gauss-newton, ekf, particle; to compare with: pinv (iterated pseudo-inverse), lse (one step), ekf-100",
+            metavar="METHOD",
+        ),
+    ] = "lm"
+    compare: Annotated[
+        str | None,
+        Opt(
+            "Try several estimators on the same split, side by side: say lm,ekf,lse; alone: all that are worth it",
+            metavar="[METHODS]",
+        ),
+    ] = None
+    loss: Annotated[str, Opt(f"{', '.join(LOSSES)}: what outliers may weigh", metavar="LOSS", choices=LOSSES)] = "none"
+    hold_out: Annotated[
+        str | None,
+        Opt(
+            "Share of configurations kept for judging, 0 to 0.5; blocks of rows in time order; or group, whole groups",
+            metavar="SHARE",
+            otherwise="0.2 from 25 configurations on",
+        ),
+    ] = None
+    group: Annotated[str | None, Opt("The column that says what is held out together", metavar="COLUMN")] = None
+    folds: Annotated[
+        int | None, Opt("Hold out everything once, in K rounds, and fit the model to everything", metavar="K")
+    ] = None
+    blocks: Annotated[int, Opt("How many, with --hold-out blocks", metavar="N", least=2)] = 10
+    reselect: Annotated[bool, Opt("With --folds: find noise and what is seen anew in every round")] = False
+    leave_one_out: Annotated[
+        bool | None,
+        Opt(
+            "Predict every configuration from all the others",
+            negative="--no-leave-one-out",
+            otherwise="up to 400 configurations",
+        ),
+    ] = None
+    keep_all: Annotated[bool, Opt("Fit also what the data cannot tell apart")] = False
+    iterations: Annotated[int, Opt("At most this many", metavar="N", least=1)] = 100
+    particles: Annotated[int, Opt("For --method particle", metavar="N", least=50, most=100_000)] = 1000
+    bootstrap: Annotated[
+        int | None,
+        Opt("Draw the configurations N times again: intervals that trust no model of the noise", metavar="N"),
+    ] = None
+    seed: w.Seed = 0
+    base: w.Base = None
+    tip: w.Tip = None
+
+    @property
+    def solver(self) -> Solver:
+        """The same for the solver. Raises ModelError for words that it does not know, and for those that contradict."""
+        from robocal.calibrate.estimators import estimator
+        from robocal.calibrate.options import Options as Solver
+        from robocal.errors import ModelError
+        from robocal.jobs.beside import methods_of
+        from robocal.jobs.region import MEASURED
+
+        methods_of(self.compare, self.method)
+        method, held = estimator(self.method, self.loss), share(self.hold_out)
+        if self.folds is not None and isinstance(held, float):
+            expected = "blocks, group, or nothing"
+            raise ModelError("with folds everything is held out once", key="--hold-out", found=held, expected=expected)
+        if self.reselect and self.folds is None:
+            raise ModelError("nothing is selected anew without folds", key="--reselect", expected="--folds K as well")
+        return Solver(
+            method=self.method,
+            # The seeds' way uses everything that was measured, unless somebody asks for proof.
+            hold_out=0.0 if method.blind and self.hold_out is None else held,
+            folds=self.folds,
+            blocks=self.blocks,
+            reselect=self.reselect,
+            seed=self.seed,
+            loss=self.loss,
+            max_iterations=self.iterations,
+            leave_one_out=self.leave_one_out,
+            keep_all=self.keep_all,
+            particles=self.particles,
+            bootstrap=self.bootstrap,
+            measured=self.region == MEASURED,
+        )
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """Every choice, for the recipe; links of a URDF and the like when they were given."""
+        given = {k: v for k, v in self.given.items() if k not in UNRECORDED}
+        return {k: v for k, v in given.items() if k not in IF_GIVEN or v is not None}
+
+
+def share(given: float | str | None) -> float | str | None:
+    """A held-out share as a number, or the word that says what is held out. Raises ModelError for anything else."""
+    from robocal.errors import ModelError, nearest
+
+    if given is None or given in HELD:
+        return given
+    try:
+        number = float(given)
+    except ValueError:
+        near, expected = nearest(str(given), HELD), f"a share from 0 to 0.5, {', '.join(HELD)}"
+        raise ModelError("unknown option", key="--hold-out", found=given, expected=expected, suggestion=near) from None
+    if not 0 <= number <= 0.5:
+        raise ModelError("the held-out share must lie between 0 and 0.5", key="--hold-out", found=given)
+    return number
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Identifies a robot from files; a folder gets the run, one that holds anything but an untouched run only with `force`.
+    Raises InputError for whatever is wrong with them."""
+    from robocal.errors import FileError
+    from robocal.files.opened import cable_file
+    from robocal.files.runfolder import obstacle
+    from robocal.jobs.outcome import save
+    from robocal.remarks.code import Code
+
+    solver = o.solver
+    if o.output is not None and o.output.exists() and not o.output.is_dir():
+        raise FileError("this is not a folder", file=o.output, expected="a folder for the run, or a new name")
+    if o.output is not None and not o.force and (there := obstacle(o.output)):
+        raise there
+    cable = cable_file(o.robot)
+    made = _arm(o, solver, watch, command) if cable is None else _cables(o, cable, solver, watch, command)
+    if o.output is not None:
+        if watch:
+            watch({"stage": "report"})
+        made = save(made, o.output)
+    # A prediction is no warning; it is in the document.
+    said = tuple(r for r in made.result.remarks if r.code != Code.ELSEWHERE)
+    return Outcome(made, lambda: made.result.model_dump(mode="json"), made.improved, said, written=made.written)
+
+
+def _arm(o: Options, solver: Solver, watch: Watch | None, command: str) -> Identified:
+    """An arm: groups beyond geometry and a residual layer are tried where they were asked for, estimators compared."""
+    from robocal.calibrate.identify import identify
+    from robocal.jobs.beside import compared, methods_of
+    from robocal.jobs.beyond import group_results, guard_layer, layer_result, select_groups
+    from robocal.jobs.inputs import choose, computable, read_inputs
+    from robocal.jobs.outcome import Outcome, residual_columns, to_result
+    from robocal.jobs.recipe import Timed, recipe_of
+    from robocal.jobs.region import working_range
+
+    inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, group=o.group, exclude=o.exclude, watch=watch)
+    timed = Timed()
+    robot, data = choose(inputs.robot, inputs.data, free=o.free, fix=o.fix, prior=o.prior)
+    region, read = working_range(robot, data, o.region)
+    options, every = replace(solver, region=region), (*inputs.files, *read)
+    with computable(*(i.file for i in every)):
+        robot, tried = select_groups(robot, data, o.groups, options, watch)
+        found = identify(robot.chain, data, options, watch)
+        seconds, methods = timed.seconds, methods_of(o.compare, o.method)
+        others = compared(robot.chain, data, methods, options, (found, seconds), watch) if methods else None
+        guarded = guard_layer(found, data, watch) if o.layer else None
+    said = (*inputs.warnings, *(remark for file in read for remark in file.remarks))
+    recipe = recipe_of(found, o.record, command, every, timed, inputs.reading.left_out)
+    more = {"comparison": others, "layer": layer_result(guarded)} | group_results(robot, tried)
+    result = to_result(found, robot, recipe, said).model_copy(update=more)
+    return Outcome(result, residual_columns(found), found, robot, layer=guarded.layer if guarded else None)
+
+
+def _cables(o: Options, file: CableFile, solver: Solver, watch: Watch | None, command: str) -> Identified:
+    """A cable robot: anchors and zeros from lengths and poses."""
+    from robocal.jobs.cable.identify import identify_cable
+    from robocal.jobs.outcome import Outcome, residual_columns, to_result
+    from robocal.jobs.recipe import Timed, recipe_of
+
+    timed = Timed()
+    made = identify_cable(file, o.robot, o.data, solver, o.given, watch, o.exclude)
+    measured = made.measured
+    recipe = recipe_of(made.found, o.record, command, measured.files, timed, measured.reading.left_out)
+    result = to_result(made.found, made.robot, recipe, measured.warnings)
+    return Outcome(result, residual_columns(made.found), made.found, made.robot)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """The whole story of one identification."""
+    from robocal.report.identified import identified
+
+    yield from identified(made.result.result, made.written, made.result.left_out)

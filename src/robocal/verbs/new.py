@@ -1,0 +1,88 @@
+"""`new`: files to start from, or the list of what there is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from robocal.report.sections import Section, Text, quiet, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+JOINTS, KIND = 6, "position"
+ROBOTS = ("name", "robot", "convention", "joints", "source")
+CONVENTIONS = ("name", "formula", "complete", "source")
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Write a robot file, a data file and a table to fill in; of a cable robot its file and a list of poses.
+
+    \b
+    robocal new --list
+    robocal new ur10 -o cell
+    robocal new mdh-hayati --joints 5 -o cell
+    robocal new cable -o cell
+    """
+
+    robot: Annotated[str | None, Arg("ROBOT", "A catalogue name, a convention, or cable.")] = None
+    output: Annotated[Path, Opt("Folder for the files", short="-o", metavar="DIR")] = Path(".")
+    joints: Annotated[int, Opt("How many, when ROBOT is a convention", metavar="N", least=1, most=30)] = JOINTS
+    kind: w.Kind = KIND
+    listing: Annotated[bool, Opt("List the catalogue and the conventions", name="--list")] = False
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Writes robot.yaml, data.yaml and measurements.csv; of a cable robot robot.yaml and poses.csv. Raises ModelError for an
+    unknown name, FileError for a file that exists."""
+    from robocal.errors import ModelError
+    from robocal.jobs.new import CABLE, listing, new, new_cable
+
+    if o.listing:
+        found = listing()
+        robots = [dict(zip(ROBOTS, r, strict=True)) for r in found.robots]
+        rules = [dict(zip(CONVENTIONS, c, strict=True)) for c in found.conventions]
+        return Outcome(found, lambda: {"robots": robots, "conventions": rules})
+    if o.robot is None:
+        raise ModelError(
+            "which robot? give a name of the catalogue, a convention, or cable",
+            expected="robocal new --list shows them",
+        )
+    if o.robot == CABLE:
+        for option, given, usual in (("--joints", o.joints, JOINTS), ("--kind", o.kind, KIND)):
+            if given != usual:
+                raise ModelError("a cable robot has no such thing", key=option, found=given, expected="an arm")
+    made = new_cable(o.output, o.force) if o.robot == CABLE else new(o.robot, o.output, o.joints, o.kind, o.force)
+    document = {"name": made.name, "convention": made.convention, "written": [str(p) for p in made.written]}
+    return Outcome(made, lambda: document, written=made.written)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """What was written and what to do with it; or the catalogue and the conventions."""
+    found = made.result
+    if not made.written:
+        title = "Catalogue: these names are accepted wherever a robot is"
+        rows = [(name, robot, str(joints), convention) for name, robot, convention, joints, _ in found.robots]
+        yield Section.of("", table("robot", "", "joints", "convention", right=(2,), title=title, rows=rows))
+        title = "Conventions: for a robot of your own"
+        rules = [(name, formula, "yes" if complete else "no") for name, formula, complete, _ in found.conventions]
+        words = (
+            "complete: every small geometric error can be written, parallel axes included",
+            "cable: a robot on cables",
+        )
+        yield Section.of("", table("convention", "each joint is", "complete", title=title, rows=rules), *quiet(*words))
+        return
+    head = f"{found.name}, convention {found.convention}:" if found.convention else f"{found.name}:"
+    verb = "check" if found.convention else "cable tension"
+    yield Section.of(
+        "",
+        Text.of(head),
+        *(Text.of(str(path), indent=2) for path in made.written),
+        Text.of(f"Fill them in, then: robocal {verb} {made.written[0]} {made.written[1]}"),
+    )

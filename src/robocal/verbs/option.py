@@ -1,0 +1,151 @@
+"""How the options of a verb are told, once: a frozen dataclass whose fields carry help, unit, range and choices.
+
+    @dataclass(frozen=True)
+    class Options(Told):
+        robot: Annotated[str, Arg("ROBOT", "robot.yaml, a URDF, ...")]
+        noise: Annotated[float | None, Opt("Standard deviation per axis", unit="length", otherwise="0.05 mm, converted")] = None
+
+The command line, calls from Python and messages are made from it: no default and no range is written anywhere else. What follows
+the field's name is the option: `angle_noise` is `--angle-noise`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import MISSING, Field, dataclass, fields
+from functools import cache
+from types import NoneType, UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+from robocal.errors import ModelError, nearest
+
+__all__ = ["Arg", "Entry", "Opt", "Told", "entries"]
+
+FILE_UNITS = ("length", "angle", "mass", "force")
+
+
+@dataclass(frozen=True)
+class Arg:
+    """A word that has no name of its own on the command line."""
+
+    metavar: str
+    help: str
+
+
+@dataclass(frozen=True)
+class Opt:
+    """A named option. `name`: where it is not the field's; `short`: "-n"; `unit`: a dimension of the robot file ("length") or a
+    unit; `least` and `most`: the range, both ends included; `otherwise`: in words, what happens without it; `negative`: the
+    option that says no, of a flag; `listed`: words may also be separated by commas."""
+
+    help: str
+    metavar: str = ""
+    name: str = ""
+    short: str = ""
+    unit: str = ""
+    least: float | None = None
+    most: float | None = None
+    choices: tuple[str, ...] = ()
+    otherwise: str = ""
+    negative: str = ""
+    listed: bool = False
+
+    @property
+    def range(self) -> str:
+        """The range in words; nothing where there is none."""
+        if self.least is not None and self.most is not None:
+            return f"{self.least:.0f} to {self.most:.0f}"
+        return f"{self.least:.0f} or more" if self.least is not None else ""
+
+    @property
+    def text(self) -> str:
+        """The help, with unit and what happens without it."""
+        words = self.help.rstrip(".")
+        if self.unit:
+            words += f", in the robot file's unit of {self.unit}" if self.unit in FILE_UNITS else f" [{self.unit}]"
+        if self.range:
+            words += f", {self.range}"
+        return f"{words}." + (f"  [default: {self.otherwise}]" if self.otherwise else "")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One field of an Options class: its name, kind of value (str, int, float, bool, Path), whether it may be left out (None),
+    whether it may be repeated, its default, and what is told of it."""
+
+    name: str
+    kind: type
+    optional: bool
+    several: bool
+    default: Any
+    told: Arg | Opt
+
+    @property
+    def word(self) -> str:
+        """What people call it: --angle-noise, or ROBOT."""
+        if isinstance(self.told, Arg):
+            return self.told.metavar
+        return self.told.name or "--" + self.name.replace("_", "-")
+
+    @property
+    def required(self) -> bool:
+        """Whether there is no default."""
+        return self.default is MISSING
+
+
+@dataclass(frozen=True)
+class Told:
+    """Options that check themselves: ranges and choices hold however they were given. Raises ModelError."""
+
+    def __post_init__(self) -> None:
+        kind: Any = type(self)
+        for entry in entries(kind):
+            if isinstance(entry.told, Opt):
+                if entry.told.listed:
+                    words = (w.strip() for given in getattr(self, entry.name) for w in str(given).split(","))
+                    object.__setattr__(self, entry.name, tuple(w for w in words if w))
+                for value in _values(getattr(self, entry.name)):
+                    _check(entry, entry.told, value)
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Every option by its name."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+
+@cache
+def entries(options: Any) -> tuple[Entry, ...]:
+    """What a class of options tells, in its order."""
+    hints = get_type_hints(options, include_extras=True)
+    return tuple(_entry(field, hints[field.name]) for field in fields(options))
+
+
+def _entry(field: Field[Any], hint: Any) -> Entry:
+    kind, told = get_args(hint)
+    optional, several = False, False
+    if get_origin(kind) in (Union, UnionType):
+        kind, optional = next(a for a in get_args(kind) if a is not NoneType), True
+    if get_origin(kind) is tuple:
+        kind, several = get_args(kind)[0], True
+    default = field.default if field.default_factory is MISSING else field.default_factory()
+    return Entry(field.name, kind, optional, several, default, told)
+
+
+def _values(value: Any) -> Iterator[Any]:
+    if isinstance(value, tuple):
+        yield from value
+    elif value is not None:
+        yield value
+
+
+def _check(entry: Entry, told: Opt, value: Any) -> None:
+    if told.choices and value not in told.choices:
+        near = nearest(str(value), told.choices)
+        raise ModelError(
+            "unknown option", key=entry.word, found=value, expected=", ".join(told.choices), suggestion=near
+        )
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return
+    low, high = told.least, told.most
+    if (low is not None and not value >= low) or (high is not None and not value <= high):
+        raise ModelError("out of range", key=entry.word, found=value, expected=told.range)

@@ -1,0 +1,29 @@
+"""What a verb hands back, however it was called."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robocal.remarks.remark import Said
+
+__all__ = ["Outcome", "Watch"]
+
+Watch = Callable[[dict[str, object]], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What was found (`result`), its document for machines, whether it may be trusted (status 0, else 3), what is to be said of
+    it, and the files that were written. `text`: a list or file that belongs on stdout where nothing was written; `note`: one line
+    beside it."""
+
+    result: Any
+    document: Callable[[], Any]
+    trusted: bool = True
+    remarks: tuple[Said, ...] = ()
+    text: str | None = None
+    note: str = ""
+    written: tuple[Path, ...] = ()

@@ -1,0 +1,207 @@
+"""`plan`: which poses to measure, written as a joint program with the data file to be filled in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from robocal.report.sections import Remarks, Section, Text, Written, figure, quiet, strong, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+FILES = ("poses.csv", "data.yaml", "data.csv", "plan.json", "plan.html")
+BOX = "x0,y0,z0,x1,y1,z1"
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Choose which poses to measure, and say how many are enough.
+
+    Writes a joint program in an order that is short to travel, and the data file to be filled in.
+
+    \b
+    robocal plan ur10 -n 25 -o plan
+    robocal plan robot.yaml data.yaml --accuracy 0.2 --floor 0 -o plan
+    robocal plan robot.yaml --after data.yaml -n 10 -o more
+    """
+
+    robot: w.Robot
+    data: Annotated[
+        str | None,
+        Arg(
+            "DATA", "A data file that says which instrument will measure; its measurements do not count (see --after)."
+        ),
+    ] = None
+    output: Annotated[
+        Path | None, Opt("Write poses.csv, data.yaml, plan.json and plan.html here", short="-o", metavar="DIR")
+    ] = None
+    count: Annotated[
+        int | None,
+        Opt("How many poses", name="--poses", short="-n", metavar="N", least=1, most=500, otherwise="enough"),
+    ] = None
+    criterion: Annotated[str, Opt("I: mean error at test poses; G: the largest; D, A, E, O1 to O5", metavar="NAME")] = (
+        "I"
+    )
+    accuracy: Annotated[
+        float | None, Opt("Mean error at test poses that is enough", metavar="LENGTH", unit="length")
+    ] = None
+    after: Annotated[
+        tuple[str, ...], Opt("Continue from these measurements: what they know counts", metavar="DATA")
+    ] = ()
+    kind: w.Kind = "position"
+    noise: w.Noise = None
+    frame: w.Frame = "auto"
+    candidates: Annotated[
+        int, Opt("How many candidates to draw in the region", name="--draw", metavar="N", least=20, most=100_000)
+    ] = 5000
+    listed: Annotated[
+        str | None,
+        Opt("Choose from this list of poses (CSV with joint columns, data.yaml)", name="--candidates", metavar="FILE"),
+    ] = None
+    tests: Annotated[str | None, Opt("Predict at these poses, not at a sample", metavar="FILE")] = None
+    task: Annotated[
+        str | None,
+        Opt(f"Predict inside {BOX} of the tool point, while measuring anywhere allowed", metavar="BOX", unit="length"),
+    ] = None
+    box: Annotated[str | None, Opt(f"Measure only with the tool point inside {BOX}", metavar="BOX", unit="length")] = (
+        None
+    )
+    floor: Annotated[
+        float | None,
+        Opt("Keep tool point and flange above this height over the base", metavar="Z", unit="length"),
+    ] = None
+    pedestal: Annotated[
+        str | None,
+        Opt("Keep both out of a cylinder of radius R up to height H around the base", metavar="R,H", unit="length"),
+    ] = None
+    distance: Annotated[
+        str | None,
+        Opt("Keep the target this far from the instrument", name="--range", metavar="MIN,MAX", unit="length"),
+    ] = None
+    cone: Annotated[
+        float | None, Opt("Keep it within this angle of the instrument's z axis", metavar="ANGLE", unit="angle")
+    ] = None
+    facing: Annotated[
+        float | None,
+        Opt("Let its z axis point at the instrument within this angle", metavar="ANGLE", unit="angle"),
+    ] = None
+    seed: w.Seed = 0
+    force: w.Force = False
+    base: w.Base = None
+    tip: w.Tip = None
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Plans and, given a folder, writes. Raises InputError."""
+    from dataclasses import replace
+
+    from robocal.errors import ModelError
+    from robocal.files.poses import read_poses
+    from robocal.files.writing import refuse_existing
+    from robocal.jobs import plan as found
+    from robocal.jobs.inputs import computable, open_arm, read_inputs, robot_files
+    from robocal.jobs.instruments import known, template
+    from robocal.plan.poses import PlanOptions, plan
+
+    arm = open_arm(o.robot, base=o.base, tip=o.tip)
+    size = arm.units.length.to_si
+    noise = None if o.noise is None else size(found.positive("--noise", o.noise))
+    warnings, files = arm.warnings, robot_files(arm, o.robot)
+    if o.output is not None:
+        refuse_existing(o.output, FILES, o.force)
+    links: dict[str, Any] = {"base": o.base, "tip": o.tip, "watch": watch}
+    done = read_inputs(o.robot, o.after, **links) if o.after else None
+    given = read_inputs(o.robot, [o.data], **links) if o.data else None
+    for more in (done, given):
+        if more is not None:
+            warnings = tuple(dict.fromkeys((*warnings, *more.warnings)))
+            files = tuple(dict.fromkeys((*files, *more.files)))
+    region = found.region_of(arm.units, o.box, o.floor, o.pedestal, o.distance, o.cone, o.facing)
+    with computable(o.robot, *o.after):
+        stated = template(arm, done, given, o.kind, noise, o.frame)
+        at_work, measured, values = known(arm, stated, done, given, watch)
+    if region.needs_instrument and done is None and given is None and o.frame == "auto":
+        raise ModelError(
+            "it is not known where the instrument stands", key="--frame", found=o.frame,
+            expected="x,y,z,rx,ry,rz of the base seen from it, or measurements",
+        )  # fmt: skip
+    choices, there = None, None
+    if o.listed is not None:
+        names, q, read = read_poses(o.listed, arm.chain)
+        choices, files = (names, q), (*files, *read)
+    if o.tests is not None:
+        _, there, read = read_poses(o.tests, arm.chain)
+        files = (*files, *read)
+    warnings = (*warnings, *(remark for file in files for remark in file.remarks))
+    wanted = None if o.accuracy is None else size(found.positive("--accuracy", o.accuracy))
+    options = PlanOptions(
+        o.count, o.criterion, o.candidates, accuracy=wanted, seed=o.seed, region=region,
+        task=None if o.task is None else replace(region, box=found.box_of("--task", o.task, size)),
+    )  # fmt: skip
+    with computable(o.robot, *o.after):
+        made = plan(
+            arm.chain, at_work, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
+        )
+    planned = found.Planned(
+        arm, o.robot, made, options, stated, files, (*warnings, *found.doubts(made, wanted, at_work))
+    )
+    if o.output is not None:
+        planned = found.written(planned, o.output)
+    document = planned.document
+    return Outcome(planned, lambda: document, remarks=planned.warnings, written=planned.written)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """Accuracy against the number of poses, and what to do next."""
+    found = made.document()
+    n = found["poses"]
+    head = f"   {n} poses of {found['candidates']} candidates, kind {found['kind']}, criterion {found['criterion']}"
+    before = [f"{found['measured_before']} poses were measured before and count"] if found["measured_before"] else []
+    yield Section.of("", Text.of((found["robot"], "strong"), head), *quiet(*before))
+    shown = [row for row in found["forecast"] if (k := row["poses"]) == n or (k and k % 5 == 0)]
+    rows = (
+        (
+            str(row["poses"]), figure(row["mean_mm"]), figure(row["p95_mm"]), figure(row["random_mm"]),
+            "" if row["gain_mm"] is None else f"-{figure(row['gain_mm'], 2)}",
+        )
+        for row in shown
+    )  # fmt: skip
+    forecast = table(
+        "poses", "mean", "95 %", "random", "last pose", right=(0, 1, 2, 3, 4), title="Foretold error [mm] at other poses",
+        rows=rows, styles=["strong" if row["poses"] == n else "" for row in shown],
+    )  # fmt: skip
+    yield Section.of("", forecast, *quiet(*_near(found)), *map(strong, _enough(found)))
+    if made.remarks:
+        yield Section.of("Worth knowing", Remarks(made.remarks))
+    if made.written:
+        ready = next((p for p in made.written if p.name == "data.yaml"), None)
+        words = (
+            ready
+            and f"Next: measure, fill in {ready.with_suffix('.csv')}, then robocal identify {made.result.opened} {ready}"
+        )
+        yield Section.of("", Written(made.written), Text.of(words) if words else None)
+
+
+def _near(found: dict[str, Any]) -> Iterator[str]:
+    """How far the forecast depends on the nominal model, and how far the choice is from the best."""
+    low, high = min(found["perturbed_models_mm"]), max(found["perturbed_models_mm"])
+    yield f"at models that are off as far as expected: {figure(low)} to {figure(high)} mm"
+    value, limit = found["selection"]["value"], found["selection"]["limit"]
+    if found["criterion"] == "I" and limit:
+        more = 100 * ((value / limit) ** 0.5 - 1)
+        # Fewer poses than unknowns leave the limit so far away that it says nothing.
+        if more < 100:
+            yield f"no {found['poses']} of these candidates are better by more than {figure(more, 2)} %"
+
+
+def _enough(found: dict[str, Any]) -> list[str]:
+    """How many poses are enough, where that can be said."""
+    enough, asked = found["enough"], found["asked_accuracy_mm"]
+    if asked is not None:
+        return [f"{enough} poses reach {figure(asked)} mm"] if enough else []
+    return [f"{enough} poses are enough: five more gain less than 5 %" if enough else "more poses still help"]

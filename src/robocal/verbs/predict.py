@@ -1,0 +1,83 @@
+"""`predict`: where the tool of an identified robot is at given joint values, and how far that may be off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+from robocal.report.sections import Remarks, Section, Text, figure, quiet, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+MOST = 40
+BLIND = 30.0  # deg: from here on nothing was known of a turn
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Predict where the tool is at given joint values, with 95 % bands.
+
+    Two bands: of the model's prediction, and of a new measurement there (as fitted: it adds the noise and what the
+    model leaves). Bands are those of the arm's shape; --absolute adds what is not known of the base's place.
+
+    \b
+    robocal predict run poses.csv
+    robocal predict run poses.csv -o predicted.csv
+    """
+
+    folder: Annotated[Path, Arg("RUN", "A run folder, as identify -o writes it.")]
+    poses: Annotated[Path, Arg("POSES", "A CSV of joint values with units in its headers: q1 [deg], ...")]
+    absolute: Annotated[bool, Opt("Include what is not known of where the base stands")] = False
+    output: w.OutputFile = None
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Predicts the tool's pose at the joint values of a CSV; `output` gets the same as a CSV. Raises InputError."""
+    from robocal.files.writing import write_text
+    from robocal.jobs.predict import predicted, prediction_text
+
+    found = predicted(o.folder, o.poses, o.absolute, watch)
+    if o.output is not None:
+        found = replace(found, written=(write_text(o.output, prediction_text(found.rows)),))
+    return Outcome(found, lambda: found.document, remarks=found.warnings, written=found.written)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """One line per pose: where, and how far that may be off."""
+    found = made.result
+    yield Section.of(
+        "", Text.of((found.robot.name, "strong"), f"   {len(found.rows)} poses of the tool, in base coordinates")
+    )
+    rows = []
+    for row in found.rows[:MOST]:
+        places = [f"{row[f'{a}_mm']:.3f}" for a in "xyz"] + [f"{row[f'r{a}_deg']:.3f}" for a in "xyz"]
+        bars = [figure(row[k], 2) for k in ("band_mm", "band_new_mm", "turn_band_deg")]
+        if row["turn_band_deg"] > BLIND:
+            bars[2] = "not seen"
+        rows.append((row["configuration"], *places, *bars))
+    columns = (
+        "configuration",
+        "x [mm]",
+        "y [mm]",
+        "z [mm]",
+        "rx [deg]",
+        "ry [deg]",
+        "rz [deg]",
+        "± model",
+        "± new",
+        "± turn",
+    )
+    lines = [f"... and {len(found.rows) - MOST} more; -o FILE writes all"] if len(found.rows) > MOST else []
+    shape = f"of the arm's shape: the base placed best over the {found.region}"
+    words = "where the base stands included" if found.absolute else shape
+    lines.append(f"± are 95 % radii: of the model [mm], of a new measurement [mm], of the model's turn [deg]; {words}")
+    yield Section.of("", table(*columns, right=tuple(range(1, 10)), rows=rows), *quiet(*lines))
+    if made.remarks:
+        yield Section.of("Worth knowing", Remarks(made.remarks))
+    if made.written:
+        yield Section.of("", Text.of(f"Written: {made.written[0]}"))

@@ -1,0 +1,30 @@
+"""The verbs in the order of the help, each with what its list says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+__all__ = ["CABLE", "VERBS"]
+
+VERBS: Mapping[str, str] = MappingProxyType({
+    "demo": "Watch three arms being calibrated.",
+    "new": "Write files to start from.",
+    "plan": "Choose which poses to measure, and how many.",
+    "check": "Say what files contain and what they can tell.",
+    "identify": "Identify true parameters, and prove the gain.",
+    "predict": "Where the tool is, with 95 % bands.",
+    "validate": "Measure a model's error on other data.",
+    "drift": "Has a robot changed between two calibrations?",
+    "compensate": "Correct targets for a controller that keeps its model.",
+    "export": "Hand a model on: YAML, URDF, table, offsets.",
+    "simulate": "Simulate measurements of an imperfect robot.",
+    "report": "Write report.html again.",
+})  # fmt: skip
+CABLE: Mapping[str, str] = MappingProxyType({
+    "inverse": "Lengths from poses.",
+    "forward": "Poses from lengths.",
+    "tension": "Tensions that hold poses.",
+    "workspace": "Where the platform can be held.",
+    "poses": "Poses that can be reached.",
+})  # fmt: skip

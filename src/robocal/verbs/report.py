@@ -1,0 +1,46 @@
+"""`report`: report.html once more, from the result.json and residuals.csv of a run folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from robocal.report.sections import Section, Text
+from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Write report.html again, from the result.json and residuals.csv of a run folder."""
+
+    folder: Annotated[Path, Arg("RUN", "A run folder with result.json and residuals.csv.")]
+    output: Annotated[Path | None, Opt("The page", short="-o", metavar="FILE", otherwise="RUN/report.html")] = None
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Writes the page of a run folder. Raises FileError, FormatError, or MissingExtra without the report extra."""
+    from robocal.errors import FileError
+    from robocal.files.accuracy import read_accuracy
+    from robocal.files.residuals import read_residuals
+    from robocal.files.runfolder import ACCURACY, REPORT, RESIDUALS, open_run
+    from robocal.files.writing import write_text
+    from robocal.report.page import render
+
+    folder = open_run(o.folder)
+    rows, cells = folder.part(RESIDUALS), folder.part(ACCURACY)
+    if rows is None:
+        raise FileError("this run has no residuals", file=o.folder, expected=RESIDUALS)
+    accuracy = None if cells is None else read_accuracy(cells)
+    page = render(folder.result.model_dump(mode="json"), read_residuals(rows), accuracy)
+    written = write_text(o.output or o.folder / REPORT, page)
+    return Outcome(written, lambda: {"written": str(written)}, written=(written,))
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """Where the page is."""
+    yield Section.of("", Text.of(str(made.written[0])))

@@ -1,0 +1,117 @@
+"""`simulate`: a robot that is not quite its model, measured by an instrument that is not quite exact."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from robocal.report.sections import Section, Text
+from robocal.verbs import words as w
+from robocal.verbs.option import Opt, Told
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Simulate measurements of a robot that is not quite its model: data, and the truth to compare with.
+
+    \b
+    robocal simulate irb-120 -n 80 --noise 0.05 -o sim
+    robocal identify sim/robot.yaml sim/data.yaml
+    robocal simulate rv-2aj --set j2.r=1.0 --length-error 0 --angle-error 0 -o sim
+    """
+
+    robot: w.Robot
+    output: Annotated[Path, Opt("Folder for robot, data and truth", short="-o", metavar="DIR")]
+    poses: Annotated[
+        int, Opt("Configurations drawn within the joint limits", short="-n", metavar="N", least=1, most=1_000_000)
+    ] = 80
+    at: Annotated[
+        str | None,
+        Opt("Take the joint values of this data file or list of poses instead of drawing them", metavar="FILE"),
+    ] = None
+    kind: w.Kind = "position"
+    noise: w.Noise = None
+    angle_noise: Annotated[
+        float | None,
+        Opt("The same for orientations", metavar="SIGMA", unit="angle", otherwise="0.1 mrad, converted"),
+    ] = None
+    length_error: Annotated[
+        float | None,
+        Opt(
+            "Standard deviation of true lengths around nominal ones",
+            metavar="SIGMA",
+            unit="length",
+            otherwise="0.3 mm, converted",
+        ),
+    ] = None
+    angle_error: Annotated[
+        float | None, Opt("The same for angles", metavar="SIGMA", unit="angle", otherwise="1 mrad, converted")
+    ] = None
+    settings: Annotated[
+        tuple[str, ...],
+        Opt("A true value, in the robot file's units; may be repeated", name="--set", metavar="NAME=VALUE"),
+    ] = ()
+    frame: w.Frame = "auto"
+    seed: w.Seed = 0
+    force: w.Force = False
+    base: w.Base = None
+    tip: w.Tip = None
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Simulates and writes robot, truth and data into a folder; everything that it writes says simulated. Raises InputError."""
+    import numpy as np
+
+    from robocal.errors import ModelError, nearest
+    from robocal.files.poses import read_poses
+    from robocal.files.writing import refuse_existing, write_files
+    from robocal.jobs import simulate as s
+    from robocal.simulate.rigs import CONTACTS, RIGS, measure
+
+    for option in ("noise", "angle_noise", "length_error", "angle_error"):
+        value = getattr(o, option)
+        if value is not None and not 0 <= value < float("inf"):
+            key = f"--{option.replace('_', '-')}"
+            raise ModelError("not a standard deviation", key=key, found=value, expected="a finite number, 0 or larger")
+    if o.kind not in RIGS:
+        near = nearest(o.kind, RIGS)
+        raise ModelError("unknown kind", key="--kind", found=o.kind, expected=", ".join(RIGS), suggestion=near)
+    if o.at is not None and o.kind in CONTACTS:
+        raise ModelError("where the tool touches, the joint values follow", key="--at", found=o.at, expected="--poses")
+    arm = s.written_whole(o.robot, o.base, o.tip)
+    instrument = s.instrument_of(arm, o.kind, o.noise, o.angle_noise, o.frame)
+    wrong = s.errors_of(arm, o.length_error, o.angle_error, o.settings)
+    streams = [np.random.default_rng(seed) for seed in np.random.SeedSequence(o.seed).spawn(3)]
+    truth = s.true_chain(arm.chain, wrong, streams[0])
+    q = s.sample_joints(arm.chain, o.poses, streams[1]) if o.at is None else read_poses(o.at, arm.chain)[1]
+    if watch:
+        watch({"stage": "simulating"})
+    data, length = measure(truth, q, instrument, streams[2]), arm.units.length
+    about = f"{len(q)} configurations, seed {o.seed}, noise {length.from_si(instrument.noise):.6g} {length.name}"
+    texts = s.simulated_files(arm, truth, data, about)
+    refuse_existing(o.output, list(texts), o.force)
+    largest = float(np.linalg.norm(truth.pose(q)[:, :3, 3] - arm.chain.pose(q)[:, :3, 3], axis=1).max())
+    made = s.Simulated(arm, truth, data, wrong, instrument, o.seed, largest, write_files(o.output, texts))
+    document = {
+        "robot": arm.name, "simulated": True, "kind": o.kind, "configurations": len(data.configurations),
+        "seed": o.seed, "largest_error_mm": largest * 1e3, "written": [str(p) for p in made.written],
+    }  # fmt: skip
+    return Outcome(made, lambda: document, written=made.written)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """How wrong the model is, the files, and the next command."""
+    found = made.result
+    names = {p.stem: p for p in made.written if p.suffix != ".csv"}
+    wrong = f"{len(found.data.configurations)} configurations, the model is wrong by up to {found.largest_error * 1e3:.3g} mm."
+    yield Section.of(
+        "",
+        Text.of(f"Simulated {found.robot.name}: {wrong}"),
+        *(Text.of(str(path), indent=2) for path in made.written),
+        Text.of(f"Next: robocal identify {names['robot']} {names['data']}"),
+    )

@@ -1,0 +1,162 @@
+"""`validate`: how wrong a robot model is on data that it was not fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from robocal.report.sections import Block, Remarks, Section, Text, Written, figure, quiet, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Opt, Told
+from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.jobs.validate import Validation
+
+__all__ = ["Options", "run", "sections"]
+
+FIGURES = {
+    "AP": "pose accuracy",
+    "RP": "pose repeatability",
+    "vAP": "multi-directional variation",
+    "AD": "distance accuracy",
+    "RD": "distance repeatability",
+}
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Measure the error of a robot model on data that it was not fitted to.
+
+    With repeated visits also pose accuracy and repeatability, and distance accuracy, as ISO 9283 defines them.
+
+    The robot stays as it is. Frames of instruments that the data leave free are fitted again; the figures are then
+    labelled profiled.
+
+    \b
+    robocal validate run other.yaml --against robot.yaml
+    robocal validate robot.yaml other.yaml --offsets offsets.csv
+    """
+
+    robot: w.Robot
+    data: w.Data
+    against: Annotated[str | None, Opt("Compare with this robot, say the nominal", metavar="ROBOT")] = None
+    offsets: Annotated[
+        str | None, Opt("Judge these joint offsets (CSV, ROS, xacro) on the nominal robot", metavar="FILE")
+    ] = None
+    distances: Annotated[
+        str,
+        Opt(
+            "Between which places: consecutive, all, group, or a column of the configurations",
+            metavar="PAIRS",
+        ),
+    ] = "consecutive"
+    exclude: w.Exclude = ()
+    output: Annotated[Path | None, Opt("Write validation.json and validation.html here", short="-o", metavar="DIR")] = (
+        None
+    )
+    seed: w.Seed = 0
+    base: w.Base = None
+    tip: w.Tip = None
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Validates a robot on data files; a folder gets validation.json and validation.html. Raises InputError."""
+    from robocal.jobs.validate import validated, written
+
+    made = validated(
+        o.robot, o.data, o.against, o.offsets, o.distances, o.exclude, o.seed, o.base, o.tip, command, watch
+    )
+    if o.output is not None:
+        made = written(made, o.output)
+    return Outcome(made, lambda: made.document, made.trusted, made.warnings, written=made.written)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """The errors of a model, and of another one."""
+    found: Validation = made.result
+    head: list[Block] = [Text.of((found.robot.name, "strong"), f"   {len(found.poses)} measured positions")]
+    if found.offsets is not None:
+        head += quiet(f"judged: the nominal robot with the joint offsets of {found.offsets}")
+    for reason in found.reasons:
+        head.append(Text.of(("NOT TO BE TRUSTED", "bad"), f"  {reason.sentence}"))
+        head += quiet(*([reason.advice] if reason.advice else []), indent=2)
+    yield Section.of("", *head)
+    errors = tuple(_errors(found))
+    if errors:
+        yield Section.of("", *errors)
+    told = list(_told(found))
+    if found.iso:
+        yield Section.of("", *_standard(found.iso))
+    worst = sorted(found.poses, key=lambda p: -p["error_mm"])[:3]
+    if len(found.poses) > 3:
+        told += quiet("worst: " + ", ".join(f"{p['configuration']} {figure(p['error_mm'], 3)} mm" for p in worst))
+    if told:
+        yield Section.of("", *told)
+    if made.remarks:
+        yield Section.of("Worth knowing", Remarks(made.remarks))
+    if made.written:
+        yield Section.of("", Written(made.written))
+
+
+def _errors(found: Validation) -> Iterator[Block]:
+    """A table of lengths and one of angles."""
+    for unit, mine, theirs in (
+        ("mm", found.statistic, found.statistic_against),
+        ("deg", found.angle, found.angle_against),
+    ):
+        if mine is None:
+            continue
+        rows = [
+            (
+                label,
+                figure(s.mean),
+                figure(s.rms),
+                figure(s.p95),
+                figure(s.max),
+                str(s.n),
+                "profiled" if s.profiled else "",
+            )
+            for label, s in (("this robot", mine), ("against", theirs))
+            if s is not None
+        ]
+        if found.constant is not None and unit == "mm":
+            rows.append(("predicting the mean", figure(found.constant), "", "", "", "", ""))
+        yield table(f"error [{unit}]", "mean", "rms", "95 %", "max", "n", "", right=(1, 2, 3, 4, 5), rows=rows)
+
+
+def _told(found: Validation) -> Iterator[Block]:
+    """What was fitted to these data, and by how much one robot is better."""
+    if found.frames:
+        yield from quiet(f"profiled: {len(found.frames)} parameters of frames were fitted to these data")
+    tool = [n for n in found.frames_against if n.startswith("tool.")]
+    if tool:
+        yield from quiet(f"of the robot compared with, {', '.join(tool)} were fitted to these data too")
+    if found.gain is not None:
+        mean, low, high = found.gain
+        span = f"{figure(low)} to {figure(high)} mm"
+        yield Text.of(f"mean error smaller by {figure(mean)} mm, 95 % interval {span}")
+
+
+def _standard(iso: Mapping[str, Any]) -> Iterator[Block]:
+    """AP, RP, vAP, AD, RD: mean and largest over the places or pairs; what cannot be computed, and why."""
+    compared = any("against" in (iso.get(part) or {}).get("summary", {}) for part in ("pose", "distance"))
+    columns = ("ISO 9283", "mean", "max", *(("against: mean", "max") if compared else ()), "n", "")
+    rows = []
+    for part in ("pose", "distance"):
+        found = iso.get(part)
+        if not found:
+            continue
+        for name, s in found["summary"]["this"].items():
+            other = found["summary"].get("against", {}).get(name, {})
+            unit = found.get("angle_unit", "") if "_" in name else found["unit"]
+            # Of repeatability there is only one: no model enters.
+            there = (figure(other.get("mean")), figure(other.get("max"))) if name.startswith("A") else ("", "")
+            note = FIGURES.get(name, "") + (f", {found['pairs']}" if name == "AD" else "")
+            cells = (figure(s["mean"]), figure(s["max"]), *(there if compared else ()), str(s["n"]))
+            rows.append((f"{name} [{unit}]", *cells, (note, "quiet")))
+    yield table(*columns, right=tuple(range(1, len(columns) - 1)), rows=rows)
+    yield from quiet(*(f"{name}: not computable: {why}" for name, why in iso.get("not_computable", {}).items()))
+    yield from quiet(*iso.get("notes", ()))

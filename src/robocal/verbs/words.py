@@ -1,0 +1,62 @@
+"""Arguments and options that several verbs share, told once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from robocal.verbs.option import Arg, Opt
+
+__all__ = [
+    "AnyRobot", "Base", "CableRobot", "CableTension", "Data", "Exclude", "Force", "Frame", "Kind", "MomentLength", "Noise",
+    "OutputFile", "Payload", "PlatformMass", "PlatformPoses", "Robot", "Sag", "Seed", "TensionLimits", "TensionMethod", "Tip",
+]  # fmt: skip
+
+Robot = Annotated[
+    str, Arg("ROBOT", "robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list)")
+]
+AnyRobot = Annotated[str, Arg("ROBOT", "A robot file, a catalogue name, or a run folder.")]
+DATA = Arg("DATA...", "data.yaml, or a CSV whose headers carry units; several are fitted together")
+Data = Annotated[tuple[str, ...], DATA]
+Exclude = Annotated[
+    tuple[str, ...],
+    Opt("Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW", metavar="ROWS", listed=True),
+]
+Base = Annotated[str | None, Opt("First link of the chain in a URDF", metavar="LINK")]
+Tip = Annotated[str | None, Opt("Last link of the chain in a URDF", metavar="LINK")]
+Seed = Annotated[int, Opt("For whatever is drawn at random", metavar="N", least=0)]
+Force = Annotated[bool, Opt("Replace files that exist")]
+OutputFile = Annotated[Path | None, Opt("Write here, not to the terminal", short="-o", metavar="FILE")]
+Kind = Annotated[
+    str,
+    Opt(
+        "What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, "
+        "sphere, pixels",
+        metavar="KIND",
+    ),
+]
+Noise = Annotated[
+    float | None,
+    Opt("Standard deviation per axis", metavar="SIGMA", unit="length", otherwise="0.05 mm, converted"),
+]
+Frame = Annotated[
+    str,
+    Opt("The base seen from the instrument: x,y,z,rx,ry,rz; auto: somewhere; none: base coordinates", metavar="FRAME"),
+]
+
+# cable robots
+CableRobot = Annotated[str, Arg("ROBOT", "robot.yaml with kind: cable, or CASPR's X_cables.xml.")]
+PlatformPoses = Annotated[str, Arg("POSES", "CSV: x [m], y, z, rx [deg], ry, rz (rotation vector).")]
+CableTension = Annotated[float | None, Opt("Tension of every cable: cables stretch", metavar="T", unit="force")]
+Sag = Annotated[bool, Opt("Cables also hang by their weight")]
+TensionMethod = Annotated[str, Opt("norm (least), mid, closed, barycentre (continuous), p-norm", metavar="METHOD")]
+PlatformMass = Annotated[float | None, Opt("Of the platform, instead of the file's", metavar="MASS", unit="mass")]
+Payload = Annotated[float, Opt("Hung at the centre of mass", metavar="MASS", unit="mass")]
+TensionLimits = Annotated[
+    str | None,
+    Opt("Tension limits of every cable, not those of the robot file", metavar="LEAST,GREATEST", unit="force"),
+]
+MomentLength = Annotated[
+    float | None,
+    Opt("Divides moments to compare them with forces", metavar="LENGTH", unit="length", otherwise="1 m"),
+]
