@@ -233,7 +233,7 @@ def one_app(monkeypatch: pytest.MonkeyPatch) -> None:
     from robocal.cli import app
 
     built = functools.cache(lambda: typer.main.get_command(app.build()))()
-    monkeypatch.setattr(app, "build", lambda: built)
+    monkeypatch.setattr(app, "build", lambda words: built)
 
 
 @pytest.mark.parametrize("chunk", chunks())

@@ -6,12 +6,12 @@ import copy
 
 from report.samples import improved
 
-from robocal.cli.show import show_warnings
 from robocal.cli.terminal import Terminal
 from robocal.files.parts import Remark as Kept
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 from robocal.report.page import render
+from robocal.report.sections import Remarks, Section
 from robocal.report.words import advised
 
 SAID = Remark.of(Code.NO_DIAMETER)
@@ -20,10 +20,10 @@ FACT = Remark.of(Code.NO_PULLEYS)
 
 def test_worth_knowing_has_advice_below_the_sentence(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "120")
-    show_warnings(Terminal(), (SAID, FACT))
+    Terminal().draw([Section.of("Worth knowing", Remarks((SAID, FACT)))])
     lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
-    assert lines == ["Worth knowing", f"  {SAID.sentence}", f"    {SAID.advice}", f"  {FACT.sentence}", ""]
-    show_warnings(Terminal(), (Kept.model_validate(SAID.document),))
+    assert lines == ["Worth knowing", f"  {SAID.sentence}", f"    {SAID.advice}", f"  {FACT.sentence}"]
+    Terminal().draw([Section.of("", Remarks((Kept.model_validate(SAID.document),)))])
     assert SAID.advice in capsys.readouterr().out, "what result.json keeps is shown alike"
 
 
@@ -31,7 +31,7 @@ def test_a_warning_beside_a_document_says_what_to_do(capsys):
     terminal = Terminal(json=True)
     terminal.warn(SAID)
     terminal.warn(FACT)
-    show_warnings(terminal, (SAID,))
+    terminal.draw([Section.of("Worth knowing", Remarks((SAID,)))])
     out, err = capsys.readouterr()
     assert out == "" and err == f"warning: {SAID.sentence}. {SAID.advice}\nwarning: {FACT.sentence}\n"
 

@@ -13,7 +13,7 @@ from cli.worlds import CABLE, PLACES, POSES, TARGETS
 from rich.console import Console
 from rich.text import Text
 
-from robocal.cli.show import table
+from robocal.cli.tables import PlainTable
 from robocal.cli.terminal import Terminal
 from robocal.files.cable.show import describe_cable
 
@@ -91,7 +91,9 @@ def rows_said_anew(narrow: str, wide: str) -> bool:
 @pytest.mark.parametrize("width", range(12, 90, 3))
 def test_a_table_of_any_width(width: int) -> None:
     """Down to its widest number, words give way; below, rows become lines."""
-    made = table("a long name of a row", "mean", "95 %", "what was found there, in words", right=(1, 2), title="title")
+    made = PlainTable(
+        "a long name of a row", "mean", "95 %", "what was found there, in words", right=(1, 2), title="title"
+    )
     made.add_row(
         "before the calibration",
         "1234.5678",

@@ -18,15 +18,15 @@ from cli.runs import Ran, files, finished, process, robocal
 
 SLOW = """
 import sys, time
-import robocal.jobs.identify as job
+import robocal.calibrate.identify as job
 from robocal.cli.main import main
-found = job.solve
+found = job.identify
 def slow(chain, data, options, watch=None):
     for i in range(400):
         watch({"stage": "round", "done": i, "total": 400})
         time.sleep(0.05)
     return found(chain, data, options, watch)
-job.solve = slow
+job.identify = slow
 print("ready", flush=True)
 sys.exit(main(sys.argv[1:]))
 """
@@ -114,9 +114,9 @@ def test_stopping_while_it_still_starts(case: Path) -> None:
 
 
 def test_a_swallowed_interrupt_still_stops(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import robocal.jobs.identify as job
+    import robocal.calibrate.identify as job
 
-    found = job.solve
+    found = job.identify
 
     def solve(chain, data, options, watch=None):
         # As in a callback of compiled code, where Python prints exceptions and goes on.
@@ -127,7 +127,7 @@ def test_a_swallowed_interrupt_still_stops(case: Path, monkeypatch: pytest.Monke
             pass
         return found(chain, data, options, watch)
 
-    monkeypatch.setattr(job, "solve", solve)
+    monkeypatch.setattr(job, "identify", solve)
     ran = robocal("identify", "robot.yaml", "data.yaml", "-o", "run")
     assert ran.status == 130 and not (case / "run").exists()
 
@@ -248,12 +248,12 @@ def test_compiling_is_said_once(case: Path, tmp_path: Path) -> None:
 
 
 def test_a_fault_of_ours_is_one_line(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import robocal.jobs.identify as job
+    import robocal.calibrate.identify as job
 
     def broken(*_: object, **__: object) -> None:
         raise RuntimeError("the second law\nwas broken")
 
-    monkeypatch.setattr(job, "solve", broken)
+    monkeypatch.setattr(job, "identify", broken)
     ran = robocal("identify", "robot.yaml", "data.yaml")
     assert (
         ran.status == 1

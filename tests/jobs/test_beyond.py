@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from called import identify, simulate, validate
 from run_folders import earlier
 
 from robocal.arms.groups import add
@@ -14,10 +15,7 @@ from robocal.calibrate.beyond.layer import learn
 from robocal.errors import FormatError, ModelError
 from robocal.files.layerfile import layer_text
 from robocal.files.robot import open_robot
-from robocal.jobs.identify import Choices, identify
 from robocal.jobs.inputs import open_arm
-from robocal.jobs.simulate import simulate
-from robocal.jobs.validate import validate
 from robocal.remarks.code import Code
 
 ROBOT = """robocal: 1
@@ -57,7 +55,7 @@ def test_simulate_honours_groups(made):
 
 def test_stated_groups_are_asked_and_the_run_folder_predicts_the_same(made):
     run = made / "run"
-    choices = Choices(leave_one_out=False, groups=("ripple",))
+    choices = {"leave_one_out": False, "groups": ("ripple",)}
     outcome = identify(str(made / "robot.yaml"), [str(made / "first" / "data.yaml")], choices, output=run)
     tried = {t.name: t for t in outcome.result.groups_tried}
     assert set(tried) == {"eccentricity", "gain", "ripple"} and tried["eccentricity"].entered
@@ -70,10 +68,10 @@ def test_stated_groups_are_asked_and_the_run_folder_predicts_the_same(made):
     assert "Beyond geometry" in (run / "report.html").read_text()
     found = validate(str(run), [str(made / "again" / "data.yaml")], against=str(made / "robot.yaml"))
     assert found.gain[1] > 0 and found.layer is None
-    without = Choices(
-        leave_one_out=False,
-        fix=("j2.cos1", "j2.cos2", "j2.sin1", "j2.sin2", "j3.cos1", "j3.cos2", "j3.sin1", "j3.sin2"),
-    )
+    without = {
+        "leave_one_out": False,
+        "fix": ("j2.cos1", "j2.cos2", "j2.sin1", "j2.sin2", "j3.cos1", "j3.cos2", "j3.sin1", "j3.sin2"),
+    }
     plain = identify(str(made / "robot.yaml"), [str(made / "first" / "data.yaml")], without)
     assert [t.name for t in plain.result.groups_tried] == ["gain"]
     assert plain.result.residuals.held_out.mean > 1.3 * outcome.result.residuals.held_out.mean
@@ -84,7 +82,7 @@ def test_a_layer_of_a_run_folder_is_used_by_validate(made):
     identify(
         str(made / "robot.yaml"),
         [str(made / "first" / "data.yaml")],
-        Choices(leave_one_out=False, layer=True),
+        {"leave_one_out": False, "layer": True},
         output=run,
     )
     assert not (run / "layer.json").exists()  # nothing is left that a layer could learn
@@ -115,7 +113,7 @@ def test_the_run_folder_of_a_urdf_remembers_groups(made, tmp_path):
     outcome = identify(
         str(place),
         [str(made / "first" / "data.yaml")],
-        Choices(leave_one_out=False, groups=("eccentricity",)),
+        {"leave_one_out": False, "groups": ("eccentricity",)},
         output=run,
     )
     assert [t.entered for t in outcome.result.groups_tried] == [True]
@@ -127,7 +125,7 @@ def test_the_run_folder_of_a_urdf_remembers_groups(made, tmp_path):
 
 def test_an_unknown_group_is_named(made):
     with pytest.raises(ModelError, match="eccentricity"):
-        identify(str(made / "robot.yaml"), [str(made / "first" / "data.yaml")], Choices(groups=("excentricity",)))
+        identify(str(made / "robot.yaml"), [str(made / "first" / "data.yaml")], {"groups": ("excentricity",)})
 
 
 def test_compensation_and_plans_can_ask_a_model_with_groups():

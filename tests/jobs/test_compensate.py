@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from called import compensate
 from cli.runs import Ran, files, robocal, small
 from run_folders import earlier
 
@@ -16,7 +17,6 @@ from robocal.files import orientation
 from robocal.files.robot import describe, open_robot
 from robocal.files.targets import read_targets
 from robocal.geometry import so3
-from robocal.jobs.compensate import compensate
 from robocal.jobs.inputs import open_arm
 from robocal.jobs.simulate import sample_joints
 from robocal.remarks.code import Code

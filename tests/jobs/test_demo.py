@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from robocal.errors import ModelError
-from robocal.jobs.demo import CASES, cases, demo
+from robocal.verbs.demo.cases import CASES, cases, demo
 
 
 @pytest.mark.parametrize("seed", [0, 1, 7])
 @pytest.mark.parametrize("name", CASES)
 def test_every_case_comes_out_as_it_should(tmp_path: Path, name: str, seed: int) -> None:
-    found = [finding for _, finding in demo(name, tmp_path, seed=seed)]
+    found = [finding for _, finding in demo(name, tmp_path, seed, None)]
     assert found and all(f.ok for f in found), [(f.title, f.facts, f.outcome.result.verdict) for f in found]
     for finding in found:
         folder = finding.outcome.written[0].parent

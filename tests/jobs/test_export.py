@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from arms.arm_samples import NAMES, joint_values, rows
+from called import export
 from cli.runs import ROBOT, robocal
 from files.test_urdf import TEXT
 from ruamel.yaml import YAML
@@ -21,7 +22,6 @@ from robocal.arms.denavit import to_denavit
 from robocal.arms.joints import with_eccentricity
 from robocal.errors import InputError, ModelError
 from robocal.files.robot import describe, open_robot, render_robot
-from robocal.jobs.export import export
 from robocal.jobs.simulate import Errors, sample_joints, true_chain
 from robocal.jobs.urdf_into import urdf_into
 from robocal.jobs.urdf_text import urdf_text
@@ -58,7 +58,7 @@ def test_every_convention_comes_back(convention: str, types: str, form: str, tmp
     arm = calibrated(tmp_path, convention, types, rng)
     target = tmp_path / ("out.urdf" if form == "urdf" else "out.yaml")
     made = export(str(tmp_path / "calibrated.yaml"), form=form, output=target)
-    assert made.written == target
+    assert made.written == (target,)
     back = open_robot(target).chain
     assert back.joint_names == arm.joint_names
     q = joint_values(types, rng, 50)
@@ -233,7 +233,7 @@ def test_tables_and_offsets_say_what_lies_beyond_geometry(tmp_path: Path) -> Non
         text = f"{ROBOT}groups:\n  eccentricity: {{joints: [j1], harmonics: [1]{values}}}\n"
         (tmp_path / "robot.yaml").write_text(text.replace("theta: -90, r: 0", "theta: -89.9, r: 0"), encoding="utf-8")
         (tmp_path / "nominal.yaml").write_text(text, encoding="utf-8")
-        return export(str(tmp_path / "robot.yaml"), form=form, nominal=str(tmp_path / "nominal.yaml")).notes
+        return export(str(tmp_path / "robot.yaml"), form=form, nominal=tmp_path / "nominal.yaml").result.notes
 
     for form in ("csv", "markdown", "offsets", "ros", "xacro"):
         assert not notes("", form)

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from called import identify as from_files
 
 import robocal as rc
 from robocal.errors import Cancelled, FileError, FormatError, InputError, ModelError
-from robocal.jobs.identify import identify as from_files
 
 
 @pytest.fixture(scope="module")

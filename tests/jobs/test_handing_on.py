@@ -8,25 +8,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from called import called, export, identify, simulate
 from cli.runs import small
 
 from robocal.arms import catalog
 from robocal.arms.conventions import chain
 from robocal.errors import ModelError
 from robocal.files.csvtable import csv_text
+from robocal.files.residuals import read_residuals
 from robocal.files.robot import describe
 from robocal.files.run import RESIDUAL_COLUMNS
 from robocal.files.text import Source
 from robocal.files.urdf import read_urdf
-from robocal.jobs.examples import example_folder
-from robocal.jobs.export import export, parameter_table
-from robocal.jobs.identify import Choices, identify
+from robocal.jobs.export import parameter_table
 from robocal.jobs.inputs import open_arm
 from robocal.jobs.offsets import joint_offsets
 from robocal.jobs.plain import plain
-from robocal.jobs.report import read_residuals
-from robocal.jobs.simulate import Errors, sample_joints, simulate, true_chain
+from robocal.jobs.simulate import Errors, sample_joints, true_chain
 from robocal.jobs.urdf_text import urdf_text
+from robocal.verbs.demo.examples import example_folder
 
 
 @pytest.mark.parametrize("name", catalog.names())
@@ -74,9 +74,7 @@ def test_everything_simulated_says_so(tmp_path: Path) -> None:
 
 def test_residuals_are_complete_and_come_back(tmp_path: Path) -> None:
     small(tmp_path)
-    found = identify(
-        str(tmp_path / "robot.yaml"), [str(tmp_path / "data.yaml")], Choices(seed=2), output=tmp_path / "run"
-    )
+    found = identify(str(tmp_path / "robot.yaml"), [str(tmp_path / "data.yaml")], {"seed": 2}, output=tmp_path / "run")
     rows = found.residuals
     assert tuple(rows) == RESIDUAL_COLUMNS and {len(v) for v in rows.values()} == {30}
     held = [v for v in rows["held_out_mm"] if v is not None]
@@ -123,11 +121,10 @@ def test_plain_values_are_strict_json() -> None:
 
 
 def test_examples_are_found_and_can_be_checked() -> None:
-    from robocal.jobs.check import check
 
     for name, robot, data in (("rv-2aj", "robot.yaml", "data.yaml"), ("arm-with-camera", "robot.yaml", "data.yaml")):
         folder = example_folder(name)
-        assert check(str(folder / robot), [str(folder / data)]).seen is not None
+        assert called("check", robot=folder / robot, data=[folder / data]).result.seen is not None
 
 
 def test_csv_cells_are_quoted_where_needed() -> None:
@@ -139,7 +136,7 @@ def test_offsets_are_refused_where_they_are_not(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     small(tmp_path)
     files = str(tmp_path / "robot.yaml"), [str(tmp_path / "data.yaml")]
-    identify(*files, Choices(free=("alpha", "d"), leave_one_out=False), output=folder)
+    identify(*files, output=folder, free=("alpha", "d"), leave_one_out=False)
     with pytest.raises(ModelError, match=r"no joint offset differs.*yaml or urdf"):
         export(str(folder), form="offsets")
     for name in ("cpc", "urdf", "poe-local"):

@@ -8,15 +8,13 @@ import shutil
 from pathlib import Path
 
 import pytest
+from called import identify, simulate, validate
 from cli.runs import robocal
 from run_folders import content, earlier
 
 from robocal.errors import FileError, FormatError
 from robocal.files.covariance import read_covariance
 from robocal.files.runfolder import PARTS, RESULT, find_run, obstacle, open_run
-from robocal.jobs.identify import Choices, identify
-from robocal.jobs.simulate import simulate
-from robocal.jobs.validate import validate
 from robocal.remarks.code import Code
 
 VERBS = {
@@ -45,7 +43,7 @@ def runs(tmp_path_factory):
     shutil.copy(home / "one" / "robot.yaml", home / "robot.yaml")
     (home / "q.csv").write_text("j1 [deg],j2 [deg],j3 [deg],j4 [deg],j5 [deg],j6 [deg]\n10,20,30,0,5,6\n")
     for name in ("one", "two"):
-        choices = Choices(leave_one_out=False)
+        choices = {"leave_one_out": False}
         identify(str(home / "robot.yaml"), [str(home / name / "data.yaml")], choices, output=home / f"run-{name}")
     return home
 

@@ -10,17 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from called import called, drift, identify, predict, simulate
 from run_folders import earlier
 
 from robocal.arms.groups import add
 from robocal.errors import FileError, FormatError, InputError, ModelError
 from robocal.files.covariance import read_covariance
 from robocal.files.robot import open_robot, read_robot
-from robocal.jobs.drift import drift
-from robocal.jobs.identify import Choices, identify
-from robocal.jobs.predict import _assumed, predict_run
-from robocal.jobs.report import report
-from robocal.jobs.simulate import simulate
+from robocal.jobs.predict import _assumed
 from robocal.remarks.code import Code
 
 POSES = "q1 [deg],q2 [deg],q3 [deg],q4 [deg],q5 [deg]\n0,0,0,0,0\n30,-20,10,5,60\n-90,50,-30,60,-50\n"
@@ -38,14 +35,14 @@ def place(tmp_path_factory):
     simulate(str(truth), folder / "three", seed=3, settings=[f"j3.d={grown}"], **same)
     robot = str(folder / "one" / "robot.yaml")
     for name in ("one", "two", "three"):
-        choices = Choices(leave_one_out=False)
+        choices = {"leave_one_out": False}
         identify(robot, [str(folder / name / "data.yaml")], choices, output=folder / f"run-{name}")
     (folder / "poses.csv").write_text(POSES)
     return folder
 
 
 def test_predictions_hold_the_truth(place):
-    found = predict_run(place / "run-one", place / "poses.csv", output=place / "predicted.csv")
+    found = predict(place / "run-one", place / "poses.csv", output=place / "predicted.csv")
     true = read_robot(place / "one" / "truth.yaml").chain.pose(
         np.radians([[0, 0, 0, 0, 0], [30, -20, 10, 5, 60], [-90, 50, -30, 60, -50]])
     )
@@ -57,7 +54,7 @@ def test_predictions_hold_the_truth(place):
     assert not found.absolute
     written = list(csv.DictReader((place / "predicted.csv").read_text().splitlines()))
     assert [float(r["band [mm]"]) for r in written] == pytest.approx([r["band_mm"] for r in found.rows])
-    whole = predict_run(place / "run-one", place / "poses.csv", absolute=True)
+    whole = predict(place / "run-one", place / "poses.csv", absolute=True)
     assert all(w["band_mm"] > r["band_mm"] for w, r in zip(whole.rows, found.rows, strict=True))
     for row, pose in zip(whole.rows, true, strict=True):
         error = np.linalg.norm([row[f"{a}_mm"] - 1e3 * p for a, p in zip("xyz", pose[:3, 3], strict=True)])
@@ -115,7 +112,7 @@ def test_the_map_is_written_and_drawn(place):
     assert {r["slice"] for r in rows} == {"horizontal", "vertical"} and len(rows) > 300
     error, band = (np.array([float(r[k]) for r in rows]) for k in ("nominal_error_mm", "band_mm"))
     assert 0 < band.max() < 0.3 < error.max() < 10
-    again = report(place / "run-one", place / "again.html").read_text()
+    again = called("report", folder=place / "run-one", output=place / "again.html").result.read_text()
     assert again.count("<path fill=") == page.count("<path fill=") > 20
 
 
@@ -125,7 +122,7 @@ def test_no_drift_and_drift(place):
     assert same.found.apart.low == 0 and same.document["change"]["high"] < 0.1 and same.found.scatter.same == 0
     codes = [r["code"] for r in same.document["verdict"]["remarks"]]
     assert codes[0] == "change-below" and len(codes) == len(same.document["verdict"]["reasons"])
-    finer = drift(place / "run-one", place / "run-two", matters=2e-5)
+    finer = drift(place / "run-one", place / "run-two", matters="0.02mm")
     assert finer.status == "possible" and finer.reasons[0].code is Code.CHANGE_OPEN
     moved = drift(place / "run-one", place / "run-three", output=place / "drift")
     document = json.loads((place / "drift" / "drift.json").read_text())
@@ -133,7 +130,7 @@ def test_no_drift_and_drift(place):
     assert 0.1 < document["workspace"]["rms"] < 0.4 and document["workspace"]["limit"] < 0.1
     change = document["change"]
     assert 0.1 < change["low"] < change["change"] < change["high"] < 0.4 and change["p_value"] < 1e-3
-    assert drift(place / "run-one", place / "run-three", matters=1e-3).status == "unchanged"
+    assert drift(place / "run-one", place / "run-three", matters="1mm").status == "unchanged"
     single = {c["name"]: c for c in document["single_causes"]}
     assert (
         single["j3.d"]["change"] == pytest.approx(0.3, abs=4 * single["j3.d"]["sigma"])
@@ -170,12 +167,12 @@ def test_what_cannot_be_compared_is_said(place, tmp_path):
     identify(
         str(tmp_path / "other" / "robot.yaml"),
         [str(tmp_path / "other" / "data.yaml")],
-        Choices(leave_one_out=False),
+        {"leave_one_out": False},
         output=tmp_path / "run",
     )
     with pytest.raises(ModelError, match="different robots"):
         drift(place / "run-one", tmp_path / "run")
-    choices = Choices(leave_one_out=False)
+    choices = {"leave_one_out": False}
     identify(
         str(place / "run-one" / "calibrated.yaml"),
         [str(place / "two" / "data.yaml")],
@@ -186,7 +183,7 @@ def test_what_cannot_be_compared_is_said(place, tmp_path):
         drift(place / "run-one", tmp_path / "again")
     (earlier(tmp_path / "run") / "covariance.json").unlink()
     with pytest.raises(FileError, match="does not say how far"):
-        predict_run(tmp_path / "run", place / "poses.csv")
+        predict(tmp_path / "run", place / "poses.csv")
 
 
 @pytest.mark.parametrize(
@@ -198,10 +195,10 @@ def test_a_damaged_covariance_is_refused(place, tmp_path, old, new):
     file = folder / "covariance.json"
     file.write_text(file.read_text().replace(old, new, 1))
     with pytest.raises(InputError, match=r"covariance\.json"):
-        predict_run(folder, place / "poses.csv")
+        predict(folder, place / "poses.csv")
 
 
 def test_poses_need_joints(place, tmp_path):
     (tmp_path / "p.csv").write_text("x [mm],y [mm],z [mm]\n1,2,3\n")
     with pytest.raises(FormatError, match="no joint values"):
-        predict_run(place / "run-one", tmp_path / "p.csv")
+        predict(place / "run-one", tmp_path / "p.csv")

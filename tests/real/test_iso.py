@@ -101,7 +101,7 @@ def test_what_single_visits_cannot_tell_is_said(series, found):
     (nominal, before), (model, after) = found["nominal"], found["geometric"]
     one = pose_figures(visits(model, data["D"], after.values))
     assert (one.n == 1).all() and np.isnan(one.rp).all() and np.isnan(one.ap).all()
-    told = standard(data["D"], (model, after.values), (nominal, before.values))
+    told = standard(data["D"], (model, after.values), (nominal, before.values), "consecutive")
     assert told["pose"] is None and {"AP", "RP", "vAP", "RD"} <= set(told["not_computable"])
     summary = told["distance"]["summary"]
     assert summary["this"]["AD"]["mean"] < summary["against"]["AD"]["mean"] and summary["this"]["AD"]["n"] == 631

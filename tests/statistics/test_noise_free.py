@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from called import identify
 from trials import perturbed
 
 from robocal.files.robot import open_robot
-from robocal.jobs.identify import Choices, identify
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.remarks.code import Code
@@ -61,7 +61,7 @@ def simulated(folder, name, digits, frame, seed, share=1.0):
 def run(folder, name, digits, frame, seed, share=1.0, **more):
     path = simulated(folder, name, digits, frame, seed, share)
     fix = () if frame == "free" else ("cell",)
-    return identify(str(ROBOTS[name]), [str(path)], Choices(fix=fix, **more)).identification
+    return identify(str(ROBOTS[name]), [str(path)], dict(fix=fix, **more)).identification
 
 
 def carried(found, code):

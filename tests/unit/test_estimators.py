@@ -14,12 +14,13 @@ from robocal.calibrate.compare import compare
 from robocal.calibrate.estimators import ESTIMATORS, batched, estimator
 from robocal.calibrate.identify import identify
 from robocal.calibrate.options import Options
-from robocal.cli.words import METHODS, complete
+from robocal.cli.words import complete
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import Reason
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.remarks.code import Code
+from robocal.verbs.identify import METHODS
 
 ROBOTS = ("rv-2aj", "ur10", "fr3")
 TRACKER = Frame("tracker", (1.0, 2.0, 0.3, 0.1, 0.2, 1.0), (True,) * 6)

@@ -51,7 +51,7 @@ def _done(module: ModuleType, words: dict[str, Any], json: bool) -> int:
     options = module.Options(**{e.name: _value(e, words[e.name]) for e in entries(module.Options)})
     with terminal.watching() as watch:
         made = module.run(options, watch, command_line())
-    listed = made.text is not None and not made.written
+    listed = made.text is not None
     if json or listed:
         for said in made.remarks:
             terminal.warn(said)
@@ -59,7 +59,7 @@ def _done(module: ModuleType, words: dict[str, Any], json: bool) -> int:
             terminal.note(made.note)
     if json:
         terminal.document(made.document())
-    elif listed:
+    elif listed and not made.written:
         sys.stdout.write(made.text)
     else:
         terminal.draw(module.sections(made))

@@ -34,8 +34,8 @@ CABLES = """Cable-driven parallel robots: lengths, poses, tensions, workspaces, 
 robocal new cable writes a file to start from."""
 
 
-def build(words: Sequence[str]) -> typer.Typer:
-    """The application for this command line: only the verb that it names is read, the others have but their line of help."""
+def build(words: Sequence[str] = (*VERBS, *CABLE)) -> typer.Typer:
+    """The application for a command line: only the verbs that it names are read, the others have but their line of help."""
     app = typer.Typer(
         help=HELP,
         no_args_is_help=True,

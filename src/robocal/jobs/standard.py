@@ -44,7 +44,7 @@ LISTED = 200  # pairs with the largest error that are listed one by one
 Standard = dict[str, Any]
 
 
-def standard(data: DataSet, this: Model, against: Model | None, distances: str = "consecutive") -> Standard:
+def standard(data: DataSet, this: Model, against: Model | None, distances: str) -> Standard:
     """The figures for one model and another to compare with, each with its parameters and those of the instruments'
     frames.
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
-from robocal.report.sections import Remarks, Section, Text, Written, figure, quiet, table
+from robocal.report.sections import Section, Text, Written, figure, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Arg, Opt, Told
 from robocal.verbs.outcome import Outcome, Watch
@@ -92,7 +92,5 @@ def sections(made: Outcome) -> Iterator[Section]:
         named = [(found.file.ids[i], words[int(found.made.status[i])], str(found.notes[i])) for i in order[:MOST]]
         more = [f"and {len(order) - MOST} others in compensated.csv"] if len(order) > MOST else []
         yield Section.of("", table("target", "status", "", rows=named), *quiet(*more))
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
     if made.written:
         yield Section.of("", Written(made.written))

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated
 
-from robocal.report.sections import Remarks, Section, Text
+from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
 from robocal.verbs.option import Opt, Told
 from robocal.verbs.outcome import Outcome, Watch
@@ -82,7 +82,5 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 
 
 def sections(made: Outcome) -> Iterator[Section]:
-    """Where the file is, and what it cannot hold."""
-    yield Section.of("", Text.of(str(made.written[0])), *([Text.of(made.note)] if made.note else []))
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
+    """Where the file is."""
+    yield Section.of("", *(Text.of(str(path)) for path in made.written))

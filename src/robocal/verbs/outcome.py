@@ -17,8 +17,8 @@ Watch = Callable[[dict[str, object]], None]
 @dataclass(frozen=True, eq=False)
 class Outcome:
     """What was found (`result`), its document for machines, whether it may be trusted (status 0, else 3), what is to be said of
-    it, and the files that were written. `text`: a list or file that belongs on stdout where nothing was written; `note`: one line
-    beside it."""
+    it, and the files that were written. `text`: a list or file that belongs on stdout where nothing was written; what is to be said
+    of it goes beside it, to stderr, and so does `note`, one line on the whole. Without such a text the sections hold the remarks."""
 
     result: Any
     document: Callable[[], Any]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from robocal.report.sections import Remarks, Section, Written
+from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
 from robocal.verbs.option import Arg, Opt, Told
 from robocal.verbs.outcome import Outcome, Watch
@@ -76,5 +76,5 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 
 
 def sections(made: Outcome) -> Iterator[Section]:
-    """Where the list is, and which poses must not be trusted."""
-    yield Section.of("", Written(made.written), Remarks(made.remarks))
+    """Where the list is."""
+    yield Section.of("", *(Text.of(str(path)) for path in made.written))

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from robocal.report.sections import Remarks, Section, Written
+from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
 from robocal.verbs.option import Told
 from robocal.verbs.outcome import Outcome, Watch
@@ -64,4 +64,4 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 
 def sections(made: Outcome) -> Iterator[Section]:
     """Where the list is."""
-    yield Section.of("", Written(made.written), Remarks(made.remarks))
+    yield Section.of("", *(Text.of(str(path)) for path in made.written))

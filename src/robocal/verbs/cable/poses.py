@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from robocal.report.sections import Remarks, Section, Text, Written, figure, quiet, table
+from robocal.report.sections import Section, Text, Written, figure, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Opt, Told
 from robocal.verbs.outcome import Outcome, Watch
@@ -128,9 +128,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     if o.output is not None:
         tell({"stage": "report"})
         out = replace(out, written=write_files(o.output, found.texts(out)))
-    text = out.text if o.output is None else None
+    note = _summary(out) if o.output is None else ""
     return Outcome(
-        out, lambda: {**out.document, "written": [str(p) for p in out.written]}, True, out.warnings, text, _summary(out), out.written
+        out, lambda: {**out.document, "written": [str(p) for p in out.written]}, True, out.warnings, out.text, note, out.written
     )  # fmt: skip
 
 
@@ -158,8 +158,6 @@ def sections(made: Outcome) -> Iterator[Section]:
     yield Section.of("", table("stopped by", "motions", "share [%]", right=(1, 2), rows=rows))
     if found.choice is not None:
         yield _chosen(found.choice, n)
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
     if made.written:
         yield Section.of("", Written(made.written))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
-from robocal.report.sections import Remarks, Section, Text, Written, figure, table
+from robocal.report.sections import Section, Text, Written, figure, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Opt, Told
 from robocal.verbs.outcome import Outcome, Watch
@@ -116,4 +116,4 @@ def sections(made: Outcome) -> Iterator[Section]:
     if names:
         worst = int(found.margin.argmin())
         least = f"the least margin is {figure(float(found.margin[worst]))} N, at {names[worst]}"
-        yield Section.of("", Text.of(least), Remarks(made.remarks), Written(made.written))
+        yield Section.of("", Text.of(least), Written(made.written))

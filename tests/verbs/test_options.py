@@ -1,0 +1,141 @@
+"""Laws of verbs: each is one module that tells its options once, costs nothing to import, and knows no other verb."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import subprocess
+import sys
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated
+
+import pytest
+from cli.runs import robocal
+
+from robocal.errors import ModelError
+from robocal.verbs.option import Arg, Opt, Told, entries
+from robocal.verbs.registry import CABLE, VERBS
+
+PATHS = (*VERBS, *(f"cable.{name}" for name in CABLE))
+SHARED = {"option", "outcome", "registry", "words"}
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_a_verb_has_options_that_say_what_they_are(path: str) -> None:
+    module = import_module(f"robocal.verbs.{path}")
+    assert set(module.__all__) >= {"Options", "run", "sections"}
+    assert list(inspect.signature(module.run).parameters) == ["o", "watch", "command"]
+    assert (module.Options.__doc__ or "").strip()
+    named = False
+    for entry in entries(module.Options):
+        assert entry.told.help.strip(), entry.name
+        assert not (named and isinstance(entry.told, Arg)), f"{entry.name}: arguments come first"
+        named |= isinstance(entry.told, Opt)
+        if isinstance(entry.told, Opt):
+            assert "[default" not in entry.told.help and not entry.told.help.endswith("."), entry.name
+            if entry.kind in (int, float) and entry.kind is not bool and not entry.required:
+                assert entry.told.metavar, entry.name
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_help_says_every_option(path: str) -> None:
+    ran = robocal(*path.split("."), "--help")
+    said = " ".join(ran.out.split())
+    for entry in entries(import_module(f"robocal.verbs.{path}").Options):
+        assert entry.word in said, entry.word
+        if isinstance(entry.told, Opt) and not entry.told.otherwise:
+            assert " ".join(entry.told.text.split()) in said, entry.word
+    assert "--json" in said
+
+
+def test_importing_every_verb_costs_nothing() -> None:
+    code = (
+        "import sys\n"
+        f"for path in {PATHS!r}: __import__('robocal.verbs.' + path)\n"
+        "heavy = {'numpy', 'scipy', 'numba', 'pydantic', 'rich', 'typer'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+
+
+def test_help_of_a_verb_needs_no_numpy() -> None:
+    code = (
+        "import sys\nfrom robocal.cli.main import main\n"
+        "for words in (['--help'], ['identify', '--help'], ['cable', 'poses', '--help']): assert main(words) == 0\n"
+        "assert not {'numpy', 'numba', 'scipy'} & set(sys.modules)\n"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+
+
+def test_a_verb_knows_no_other_verb() -> None:
+    root = Path(inspect.getfile(Told)).parent
+    for file in root.rglob("*.py"):
+        if file.relative_to(root).parts[0] in ("demo",):
+            continue  # a story made of other verbs
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("robocal.verbs"):
+                last = (node.module or "").removeprefix("robocal.verbs").strip(".")
+                names = {last} if last else {a.name for a in node.names}
+                assert names <= SHARED, (file, node.module, names)
+
+
+def test_no_default_of_an_option_stands_elsewhere() -> None:
+    """What `run` calls takes what the options say: no function below repeats a default of the command line."""
+    jobs = Path(inspect.getfile(Told)).parent.parent / "jobs"
+    told = {e.name for path in PATHS for e in entries(import_module(f"robocal.verbs.{path}").Options)}
+    passed = {
+        "base",
+        "tip",
+        "exclude",
+        "group",
+        "nominal",
+        "free",
+        "fix",
+        "prior",
+    }  # of readers that other code calls too
+    for file in jobs.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+                a = node.args
+                pairs = list(zip(a.args[len(a.args) - len(a.defaults) :], a.defaults, strict=True))
+                pairs += [(k, d) for k, d in zip(a.kwonlyargs, a.kw_defaults, strict=True) if d is not None]
+                for argument, default in pairs:
+                    empty = isinstance(default, ast.Constant) and default.value in (None, False, "")
+                    assert empty or argument.arg not in told - passed, (file.name, node.name, argument.arg)
+
+
+@dataclass(frozen=True)
+class Sample(Told):
+    """A sample."""
+
+    place: Annotated[Path, Arg("PLACE", "Somewhere.")]
+    loss: Annotated[str, Opt("What outliers weigh", choices=("none", "huber"))] = "none"
+    count: Annotated[int, Opt("How many", metavar="N", least=1, most=9)] = 3
+    share: Annotated[float | None, Opt("Of it", unit="length", least=0, otherwise="all")] = None
+    rows: Annotated[tuple[str, ...], Opt("Which", listed=True)] = ()
+
+
+def test_options_check_themselves_however_they_are_given() -> None:
+    assert Sample(Path("a"), rows=("a, b", "c", "")).rows == ("a", "b", "c")
+    for wrong, said in (
+        ({"loss": "hubr"}, "huber"),
+        ({"count": 0}, "1 to 9"),
+        ({"count": 10}, "1 to 9"),
+        ({"share": -1.0}, "0 or more"),
+        ({"share": float("nan")}, "0 or more"),
+    ):
+        with pytest.raises(ModelError, match=said) as caught:
+            Sample(Path("a"), **wrong)
+        assert caught.value.key == f"--{next(iter(wrong))}"
+
+
+def test_an_entry_knows_its_kind() -> None:
+    found = {e.name: e for e in entries(Sample)}
+    assert found["place"].required and found["place"].kind is Path and found["place"].word == "PLACE"
+    assert found["share"].optional and found["share"].kind is float and found["share"].default is None
+    assert found["rows"].several and found["rows"].kind is str
+    assert found["share"].told.text == "Of it, in the robot file's unit of length, 0 or more.  [default: all]"
