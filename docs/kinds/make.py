@@ -23,8 +23,8 @@ from robocal.errors import InputError
 from robocal.files.kinds.registry import READERS
 from robocal.geometry import fits
 from robocal.jobs.simulate import Errors, sample_joints, true_chain
-from robocal.simulate.hiding import hidden
-from robocal.simulate.rigs import FINE, Instrument, measure
+from robocal.simulation.hiding import hidden
+from robocal.simulation.rigs import FINE, Instrument, measure
 
 HERE = Path(__file__).parent
 ARMS = {"irb-120": "six axes (IRB 120)", "fr3": "seven axes (FR3)"}

@@ -13,13 +13,28 @@ from importlib import import_module
 
 from robocal._version import __version__
 
-__all__ = ["Arm", "Identified", "Measurements", "__version__", "identify", "measurements", "robot"]
+ARRAYS = ("Arm", "Measurements", "measurements", "robot", "table")
+FOUND = ("Found", "Identified")
+ERRORS = ("Cancelled", "InputError")
+CALLS = (
+    "check", "compensate", "drift", "export", "identify", "new", "plan", "predict", "simulate", "validate",
+)  # fmt: skip
+__all__ = [
+    "Arm", "Cancelled", "Found", "Identified", "InputError", "Measurements", "__version__", "cable", "check", "compensate",
+    "drift", "export", "identify", "measurements", "new", "plan", "predict", "robot", "simulate", "table", "validate",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> object:
-    if name not in __all__:
+    if name in CALLS:
+        found: object = import_module("robocal.front.calls").call(name)
+    elif name == "cable":
+        found = import_module("robocal.front.cable")
+    elif name in (*ARRAYS, *FOUND, *ERRORS):
+        room = "front.arrays" if name in ARRAYS else "front.found" if name in FOUND else "errors"
+        found = getattr(import_module(f"robocal.{room}"), name)
+    else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found: object = getattr(import_module("robocal.front"), name)
     globals()[name] = found
     return found
 

@@ -13,7 +13,7 @@ from robocal.cables.inverse import inverse
 from robocal.errors import ModelError
 from robocal.estimate.criteria import CRITERIA
 from robocal.geometry import se3, so3
-from robocal.plan.cable import Noise, cable_blocks, choose
+from robocal.planning.cable import Noise, cable_blocks, choose
 
 
 def robot(**more):

@@ -13,7 +13,7 @@ from robocal.files.kinds.registry import READERS
 from robocal.files.robot import parse_robot
 from robocal.files.text import Source
 from robocal.measure.data import DataSet
-from robocal.simulate.rigs import FINE, Instrument, measure
+from robocal.simulation.rigs import FINE, Instrument, measure
 
 ARM = parse_robot(Source(Path("robot.yaml"), ROBOT, "0" * 64)).chain
 KINDS = tuple(READERS)

@@ -14,7 +14,7 @@ from robocal.calibrate.identify import identify
 from robocal.calibrate.options import Options
 from robocal.files.robot import open_robot
 from robocal.measure.data import DataSet
-from robocal.simulate.rigs import STANDS, Instrument, measure
+from robocal.simulation.rigs import STANDS, Instrument, measure
 
 pytestmark = pytest.mark.slow
 TRIALS = int(os.environ.get("ROBOCAL_TRIALS", "2"))

@@ -14,10 +14,10 @@ from robocal.estimate.least_squares import least_squares
 from robocal.geometry import se3, so3
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import DataSet, Frame, Observations
-from robocal.plan.candidates import Region, draw, joint_range, observed
-from robocal.plan.design import blocks, gathered, predicted
-from robocal.plan.poses import Forecast, PlanOptions, plan
-from robocal.plan.route import length, short_path, travel
+from robocal.planning.candidates import Region, draw, joint_range, observed
+from robocal.planning.design import blocks, gathered, predicted
+from robocal.planning.poses import Forecast, PlanOptions, plan
+from robocal.planning.route import length, short_path, travel
 
 RNG = np.random.default_rng
 STANDS = (1.6, -1.1, 0.4, 0.02, -0.03, 2.1)

@@ -16,9 +16,9 @@ from robocal.estimate.selection import limit, select
 from robocal.jobs.simulate import Errors, true_chain
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import Frame, Observations
-from robocal.plan.candidates import Region, draw, joint_range, observed
-from robocal.plan.design import blocks, gathered, predicted
-from robocal.plan.poses import PlanOptions, plan
+from robocal.planning.candidates import Region, draw, joint_range, observed
+from robocal.planning.design import blocks, gathered, predicted
+from robocal.planning.poses import PlanOptions, plan
 
 TRACKER = Frame("tracker", (1.6, -1.1, 0.4, 0.02, -0.03, 2.1), (True,) * 6, expected=(10.0, 3.0))
 REPEATS = 50

@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 def read_poses(path: str | os.PathLike[str], chain: Chain) -> tuple[tuple[str, ...], Array, tuple[InputFile, ...]]:
     """Names and joint values (m, n) in rad or m of a list of poses, and the files read. Raises FileError or FormatError
     naming file, row and column."""
-    place = Path(path)
+    place = path if isinstance(path, Path) else Path(path)
     if place.suffix.lower() in (".yaml", ".yml"):
         made = read_dataset(place, chain)
         joints = made.dataset.configurations.joints

@@ -70,7 +70,7 @@ class TargetFile:
 @discreet
 def read_targets(path: str | os.PathLike[str], chain: Chain) -> TargetFile:
     """Reads targets for an arm. Raises FileError or FormatError naming file, row and column or key."""
-    place = Path(path)
+    place = path if isinstance(path, Path) else Path(path)
     if place.suffix.lower() in (".yaml", ".yml"):
         document = load(place)
         if document.data.get("kind", "targets") != "targets":

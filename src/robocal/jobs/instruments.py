@@ -15,8 +15,8 @@ from robocal.jobs.inputs import Inputs, Watch
 from robocal.jobs.simulate import parse_frame, sample_joints
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
-from robocal.plan.candidates import Template
-from robocal.simulate.rigs import CONTACTS, RIGS, Instrument, measure
+from robocal.planning.candidates import Template
+from robocal.simulation.rigs import CONTACTS, RIGS, Instrument, measure
 
 __all__ = ["known", "template"]
 

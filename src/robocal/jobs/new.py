@@ -16,7 +16,7 @@ from robocal.files.templates import convention_chain, templates
 from robocal.files.writing import refuse_existing, write_files
 from robocal.jobs.simulate import sample_joints
 from robocal.measure.data import DataSet
-from robocal.simulate.rigs import RIGS, Instrument, measure
+from robocal.simulation.rigs import RIGS, Instrument, measure
 
 __all__ = ["CABLE", "Listing", "New", "listing", "new", "new_cable"]
 

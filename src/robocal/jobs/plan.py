@@ -21,9 +21,9 @@ from robocal.files.units import Units
 from robocal.files.writing import write_files
 from robocal.jobs.plain import plain
 from robocal.measure.data import DataSet
-from robocal.plan.candidates import Region, Template, observed
-from robocal.plan.poses import Plan, PlanOptions
-from robocal.plan.route import length, travel
+from robocal.planning.candidates import Region, Template, observed
+from robocal.planning.poses import Plan, PlanOptions
+from robocal.planning.route import length, travel
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, told
 from robocal.report.plan import plan_page

@@ -21,8 +21,8 @@ from robocal.files.robot import Robot, describe, parse_robot, render_robot
 from robocal.files.text import Source
 from robocal.jobs.inputs import open_arm
 from robocal.measure.data import DataSet
-from robocal.simulate.hiding import hidden
-from robocal.simulate.rigs import FINE, STANDS, Instrument, measure
+from robocal.simulation.hiding import hidden
+from robocal.simulation.rigs import FINE, STANDS, Instrument, measure
 
 __all__ = [
     "Errors",

@@ -98,7 +98,7 @@ class Options(Told):
     ] = None
     loss: Annotated[str, Opt(f"{', '.join(LOSSES)}: what outliers may weigh", metavar="LOSS", choices=LOSSES)] = "none"
     hold_out: Annotated[
-        str | None,
+        str | float | None,
         Opt(
             "Share of configurations kept for judging, 0 to 0.5; blocks of rows in time order; or group, whole groups",
             metavar="SHARE",

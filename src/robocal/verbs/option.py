@@ -71,7 +71,7 @@ class Opt:
 @dataclass(frozen=True)
 class Entry:
     """One field of an Options class: its name, kind of value (str, int, float, bool, Path), whether it may be left out (None),
-    whether it may be repeated, its default, and what is told of it."""
+    whether it may be repeated, its default, what is told of it, and whether a word may as well be a number."""
 
     name: str
     kind: type
@@ -79,6 +79,7 @@ class Entry:
     several: bool
     default: Any
     told: Arg | Opt
+    numeric: bool = False
 
     @property
     def word(self) -> str:
@@ -123,12 +124,15 @@ def entries(options: Any) -> tuple[Entry, ...]:
 def _entry(field: Field[Any], hint: Any) -> Entry:
     kind, told = get_args(hint)
     optional, several = False, False
+    numeric = False
     if get_origin(kind) in (Union, UnionType):
-        kind, optional = next(a for a in get_args(kind) if a is not NoneType), True
+        plain = [a for a in get_args(kind) if a is not NoneType]
+        optional, numeric = NoneType in get_args(kind), float in plain and str in plain
+        kind = str if numeric else plain[0]
     if get_origin(kind) is tuple:
         kind, several = get_args(kind)[0], True
     default = field.default if field.default_factory is MISSING else field.default_factory()
-    return Entry(field.name, kind, optional, several, default, told)
+    return Entry(field.name, kind, optional, several, default, told, numeric)
 
 
 def _values(value: Any) -> Iterator[Any]:

@@ -106,7 +106,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs import plan as found
     from robocal.jobs.inputs import computable, open_arm, read_inputs, robot_files
     from robocal.jobs.instruments import known, template
-    from robocal.plan.poses import PlanOptions, plan
+    from robocal.planning.poses import PlanOptions, plan
 
     arm = open_arm(o.robot, base=o.base, tip=o.tip)
     size = arm.units.length.to_si

@@ -71,7 +71,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.poses import read_poses
     from robocal.files.writing import refuse_existing, write_files
     from robocal.jobs import simulate as s
-    from robocal.simulate.rigs import CONTACTS, RIGS, measure
+    from robocal.simulation.rigs import CONTACTS, RIGS, measure
 
     for option in ("noise", "angle_noise", "length_error", "angle_error"):
         value = getattr(o, option)

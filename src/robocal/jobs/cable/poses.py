@@ -19,7 +19,7 @@ from robocal.files.cable.program import list_text, program_text
 from robocal.jobs.cable.load import numbers_of, said_of
 from robocal.jobs.cable.poses_result import Listed
 from robocal.jobs.plain import json_text
-from robocal.plan.cable import Noise
+from robocal.planning.cable import Noise
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 

@@ -16,7 +16,7 @@ from robocal.files.cable.program import list_text
 from robocal.files.cable.values import CableUnits
 from robocal.files.dataset import InputFile
 from robocal.jobs.cable.document import framed
-from robocal.plan.cable import Choice
+from robocal.planning.cable import Choice
 from robocal.remarks.remark import Remark
 
 __all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed"]

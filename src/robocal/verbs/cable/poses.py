@@ -95,7 +95,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs.cable.poses_result import Listed
     from robocal.jobs.cable.start import box_of, clearance_of, started
     from robocal.jobs.inputs import computable
-    from robocal.plan.cable import choose
+    from robocal.planning.cable import choose
 
     if o.output is not None:
         refuse_existing(o.output, FILES, o.force)

@@ -1,13 +1,13 @@
-"""What `import robocal` gives: robots, measurements from arrays, and their identification.
+"""Robots that a program opens, and measurements that it holds.
 
-The same calls as the command line's: arrays become the text of a table that describes itself, and are read, doubted and judged
-as a file would be, so that both ways give the same numbers.
+Arrays become the text of a table that describes itself, and are read, doubted and judged as a file would be, so that both
+ways give the same numbers.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,23 +15,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal.errors import FileError, FormatError, ModelError, nearest
-from robocal.files.result import Result
+from robocal.errors import FileError, FormatError, nearest
 from robocal.files.robot import Robot
-from robocal.files.runfolder import obstacle
 from robocal.files.text import Held
 from robocal.files.units import UNITS
-from robocal.jobs.inputs import Watch, open_arm
-from robocal.jobs.outcome import Outcome, save
-from robocal.verbs import identify as verb
-from robocal.verbs.option import Opt, entries
+from robocal.jobs.inputs import open_arm
 
-__all__ = ["Arm", "Identified", "Measurements", "identify", "measurements", "robot"]
+__all__ = ["Arm", "Measurements", "measurements", "robot", "table"]
 
 Array = NDArray[np.float64]
 Data = str | os.PathLike[str]
 NAME = "measurements"  # what messages call arrays; their rows are counted from 2, as in a table with a header
-SHOWN = 12  # parameters in a summary
 
 
 @dataclass(frozen=True, repr=False)
@@ -132,109 +126,18 @@ def measurements(
     return Measurements(_text(table))
 
 
-def identify(
-    robot: Data | Arm,
-    data: Data | Measurements | Sequence[Data | Measurements],
-    *,
-    output: Data | None = None,
-    force: bool = False,
-    watch: Watch | None = None,
-    **options: Any,
-) -> Identified:
-    """Identifies a robot and proves the gain on configurations that were not fitted, as `robocal identify` does.
-
-    robot: a name of the catalogue, a file, a run folder, or what `robot` gave; data: files, or what `measurements` gave, one or
-    several; `output` writes the run folder. `options` are those of the command line (`loss="huber"`, `hold_out=0.3`,
-    `free=("theta", "d")`). `watch` is called with events and may raise `Cancelled`. Raises InputError for whatever is wrong.
-    """
-    told = {e.name: e for e in entries(verb.Options) if isinstance(e.told, Opt)}
-    for name in options:
-        if name not in told:
-            raise ModelError("unknown option", key=name, expected=", ".join(told), suggestion=nearest(name, told))
-    given: dict[str, Any] = {k: _several(v) if told[k].several else v for k, v in options.items()}
-    if isinstance(robot, Arm):
-        given = {"base": robot.base, "tip": robot.tip} | given
-    name = robot.opened if isinstance(robot, Arm) else os.fspath(robot)
-    several = [data] if isinstance(data, str | os.PathLike | Measurements) else list(data)
-    files: Any = tuple(d.file if isinstance(d, Measurements) else d for d in several)
-    place = None if output is None else Path(output)
-    asked = verb.Options(name, files, output=place, force=force, **given)
-    return Identified(verb.run(asked, watch, "robocal.identify(...)").result)
-
-
-def _several(given: object) -> tuple[Any, ...]:
-    """One word, or some."""
-    return (given,) if isinstance(given, str) or not isinstance(given, Iterable) else tuple(given)
-
-
-@dataclass(frozen=True, repr=False)
-class Identified:
-    """What an identification found, with its evidence; `result` is the document of result.json."""
-
-    outcome: Outcome
-
-    @property
-    def result(self) -> Result:
-        """The whole result, in mm and deg and the units of the robot file."""
-        return self.outcome.result
-
-    @property
-    def verdict(self) -> str:
-        """improved, not_improved or refused."""
-        return str(self.result.verdict.status)
-
-    @property
-    def improved(self) -> bool:
-        """Whether the corrected model is better in the whole working range: what status 0 of the command line says."""
-        return self.outcome.improved
-
-    @property
-    def values(self) -> dict[str, float]:
-        """The corrected model: every parameter of the robot by name, in m and rad."""
-        return {p.name: p.value for p in self.outcome.identification.corrected.table.rows}
-
-    def pose(self, joints: ArrayLike) -> Array:
-        """Tool poses of the corrected arm in base coordinates, (m, 4, 4) in m, at joint values (m, n) in rad or m."""
-        from robocal.measure.reach import reach
-
-        found = self.outcome.identification
-        return reach(found.corrected, np.atleast_2d(np.asarray(joints, float)), (), found.conditions)[0]
-
-    def table(self) -> list[dict[str, Any]]:
-        """One row per parameter: name, unit, nominal, identified, delta, sigma, interval, status and what is to be known."""
-        shown = ("name", "unit", "nominal", "identified", "delta", "sigma", "interval", "status", "note")
-        return [{k: getattr(p, k) for k in shown} for p in self.result.parameters]
-
-    def summary(self) -> str:
-        """Verdict, reasons, the errors and the parameters that changed the most against what is known of them."""
-        said, errors = self.result.verdict, self.result.residuals
-        lines = [
-            f"{self.result.robot.name}: {said.status}{f', {said.region}' if said.region else ''}",
-            *map(str, said.reasons),
-        ]
-        for label, part in (("held out, before", errors.held_out_before), ("held out, after", errors.held_out)):
-            if part is not None and part.mean is not None:
-                lines.append(f"{label}: mean {part.mean:.4g} {errors.unit}, n = {part.n}")
-        known = [p for p in self.result.parameters if p.status == "identified" and p.sigma and p.delta is not None]
-        known.sort(key=lambda p: -abs((p.delta or 0.0) / (p.sigma or 1.0)))
-        lines += [
-            f"  {p.name:12s} {p.nominal:.6g} -> {p.identified:.6g} ({p.delta:+.3g} +- {p.sigma:.2g}) {p.unit}"
-            for p in known[:SHOWN]
-        ]
-        if len(known) > SHOWN:
-            lines.append(f"  and {len(known) - SHOWN} more: table()")
-        return "\n".join(lines)
-
-    def save(self, folder: Data, *, force: bool = False) -> tuple[Path, ...]:
-        """Writes the run folder that the other verbs read; one that holds anything but an untouched run only with `force`.
-        Raises FileError."""
-        place = Path(folder)
-        if not force and (there := obstacle(place)):
-            raise there
-        return save(self.outcome, place).written
-
-    def __repr__(self) -> str:
-        return self.summary()
+def table(columns: Mapping[str, ArrayLike] | Any) -> Measurements:
+    """A table as a file would hold it: columns (m,) by headers that carry units ("q1 [deg]", "x [mm]"), from a mapping or a
+    data frame (anything with `__dataframe__`: pandas, polars, pyarrow). Raises FormatError for columns of different lengths."""
+    if not isinstance(columns, Mapping):
+        names = columns.__dataframe__().column_names()
+        columns = {str(name): columns[name] for name in names}
+    found = {str(k): np.asarray(v) for k, v in columns.items()}
+    lengths = {v.shape for v in found.values()}
+    if len(lengths) != 1 or len(next(iter(lengths))) != 1:
+        shapes = ", ".join(f"{k}: {v.shape}" for k, v in found.items())
+        raise FormatError("columns of different lengths", found=shapes, expected="(m,) each")
+    return Measurements(_text(found))
 
 
 def _unit(name: str, dimension: str | None = None) -> str:

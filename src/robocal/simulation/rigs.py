@@ -17,7 +17,7 @@ from robocal.arms.chain import Chain
 from robocal.geometry import se3
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
-from robocal.simulate.touching import span, touch
+from robocal.simulation.touching import span, touch
 
 __all__ = ["CONTACTS", "FINE", "RIGS", "STANDS", "Instrument", "measure"]
 

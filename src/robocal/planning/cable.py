@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from robocal.cables.geometry import EXPECTED, SYMBOLS, CableRobot, lengths, straight
 from robocal.errors import ModelError
 from robocal.estimate.selection import Design, greedy, limit, select
-from robocal.plan.design import Blocks, gathered, posed, predicted
+from robocal.planning.design import Blocks, gathered, posed, predicted
 
 __all__ = ["Choice", "Noise", "cable_blocks", "choose"]
 

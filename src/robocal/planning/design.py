@@ -23,7 +23,7 @@ from robocal.estimate.criteria import Criterion, criterion_of, information
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.parameters import FRAME_SYMBOLS
-from robocal.plan.candidates import Template, observed
+from robocal.planning.candidates import Template, observed
 
 __all__ = ["Blocks", "blocks", "gathered", "posed", "predicted", "seen_directions", "within"]
 

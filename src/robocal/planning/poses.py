@@ -24,9 +24,9 @@ from robocal.estimate.criteria import Criterion
 from robocal.estimate.selection import Design, greedy, limit, select
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
-from robocal.plan.candidates import Region, Template, draw, margins
-from robocal.plan.design import Blocks, blocks, gathered, posed, predicted
-from robocal.plan.route import short_path, travel
+from robocal.planning.candidates import Region, Template, draw, margins
+from robocal.planning.design import Blocks, blocks, gathered, posed, predicted
+from robocal.planning.route import short_path, travel
 
 __all__ = ["Forecast", "Plan", "PlanOptions", "plan"]
 

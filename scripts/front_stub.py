@@ -1,0 +1,93 @@
+"""Types of the Python front door, from the options of the verbs: writes src/robocal/__init__.pyi and front/cable.pyi.
+
+python scripts/front_stub.py            say whether they are as the verbs say; exit status 1 where they are not
+python scripts/front_stub.py --write    write them
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import robocal
+from robocal.front.calls import described
+from robocal.verbs.option import Arg, Entry, entries
+from robocal.verbs.registry import CABLE
+
+ROOT = Path(__file__).parent.parent / "src" / "robocal"
+HEAD = """# Made by scripts/front_stub.py from the options of the verbs.
+import os
+from collections.abc import Callable, Sequence
+
+{imports}
+
+_Path = str | os.PathLike[str]
+_Given = _Path | {given}
+_Watch = Callable[[dict[str, object]], None]
+
+"""
+EXPLICIT = "from {module} import {name} as {name}"
+
+
+def stub(path: str) -> str:
+    """One verb as a typed function."""
+    told = entries(import_module(f"robocal.verbs.{path}").Options)
+    first = [_parameter(e) for e in told if isinstance(e.told, Arg)]
+    named = [_parameter(e) for e in told if not isinstance(e.told, Arg)]
+    words = ",\n    ".join([*first, "*", *named, "watch: _Watch | None = None"])
+    doc = "\n    ".join(line.strip() for line in described(path).replace('"', "'").splitlines())
+    doc = "\n".join(line.rstrip() for line in doc.split("\n"))
+    name = path.rpartition(".")[2]
+    kind = "Identified" if path == "identify" else "Found"
+    return f'def {name}(\n    {words},\n) -> {kind}:\n    """{doc}\n    """\n'
+
+
+def _parameter(entry: Entry) -> str:
+    plain = "_Given" if isinstance(entry.told, Arg) else "_Path" if entry.kind is Path else entry.kind.__name__
+    if entry.numeric:
+        plain = "str | float"
+    if entry.several:
+        plain = f"{plain} | Sequence[{plain}]"
+    default = (
+        ""
+        if entry.required
+        else f" = {entry.default!r}"
+        if entry.kind is not Path or entry.default is None
+        else " = ..."
+    )
+    return f"{entry.name}: {plain}{' | None' if entry.optional else ''}{default}"
+
+
+def texts() -> dict[Path, str]:
+    """Both stubs, by file."""
+    arrays = [EXPLICIT.format(module="robocal.front.arrays", name=n) for n in robocal.ARRAYS]
+    found = [EXPLICIT.format(module="robocal.front.found", name=n) for n in robocal.FOUND]
+    errors = [EXPLICIT.format(module="robocal.errors", name=n) for n in robocal.ERRORS]
+    version = EXPLICIT.format(module="robocal._version", name="__version__")
+    imports = "\n".join([version, *errors, "from robocal.front import cable as cable", *arrays, *found])
+    names = ",\n    ".join(f'"{n}"' for n in robocal.__all__)
+    ours = HEAD.format(imports=imports, given="Arm | Measurements | Found")
+    ours += "".join(f"{n}: tuple[str, ...]\n" for n in ("ARRAYS", "FOUND", "ERRORS", "CALLS"))
+    ours += f"__all__ = [\n    {names},\n]\n\n"
+    ours += "\n".join(stub(name) for name in robocal.CALLS)
+    own = "\n".join(EXPLICIT.format(module="robocal.front.cables", name=n) for n in ("CableArm", "robot"))
+    imports = f"from robocal.front.arrays import Measurements\n{own}\nfrom robocal.front.found import Found"
+    cables = HEAD.format(imports=imports, given="Measurements | Found") + "\n".join(stub(f"cable.{n}") for n in CABLE)
+    return {ROOT / "__init__.pyi": ours, ROOT / "front" / "cable.pyi": cables}
+
+
+def main() -> int:
+    """Writes or compares."""
+    different = {file for file, text in texts().items() if not file.exists() or file.read_text() != text}
+    if "--write" in sys.argv:
+        for file in different:
+            file.write_text(texts()[file])
+        return 0
+    for file in sorted(different):
+        print(f"{file} is not what the verbs say: python scripts/front_stub.py --write")
+    return 1 if different else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,201 @@
+# Made by scripts/front_stub.py from the options of the verbs.
+import os
+from collections.abc import Callable, Sequence
+
+from robocal.front.arrays import Measurements
+from robocal.front.cables import CableArm as CableArm
+from robocal.front.cables import robot as robot
+from robocal.front.found import Found
+
+_Path = str | os.PathLike[str]
+_Given = _Path | Measurements | Found
+_Watch = Callable[[dict[str, object]], None]
+
+def inverse(
+    robot: _Given,
+    poses: _Given,
+    *,
+    tension: float | None = None,
+    sag: bool = False,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found:
+    """Lengths of the cables at poses of the platform.
+
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector).
+    tension: Tension of every cable: cables stretch, in the robot file's unit of force.
+    sag: Cables also hang by their weight.
+    output: Write here, not to the terminal.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def forward(
+    robot: _Given,
+    lengths: _Given,
+    *,
+    sigma: float | None = None,
+    starts: int = 24,
+    tension: float | None = None,
+    sag: bool = False,
+    seed: int = 0,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found:
+    """Poses of the platform from lengths of its cables, with how sure they are and whether they are the only ones.
+
+    Exit status 3 when a pose was not found, is not the only one, or does not fit its lengths.
+
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
+    lengths: CSV: one column per cable, such as c1 [mm].
+    sigma: Standard deviation of a length, in the robot file's unit of length.
+    starts: Further starts that look for other poses, 0 or more.
+    tension: Tension of every cable: cables stretch, in the robot file's unit of force.
+    sag: Cables also hang by their weight.
+    seed: For whatever is drawn at random, 0 or more.
+    output: Write here, not to the terminal.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def tension(
+    robot: _Given,
+    poses: _Given,
+    *,
+    method: str = 'norm',
+    power: float | None = None,
+    mass: float | None = None,
+    payload: float = 0.0,
+    wrench: str | None = None,
+    limits: str | None = None,
+    length: float | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found:
+    """Tensions that hold the platform at poses, their margins, and the wrench that is missing where none do.
+
+    Exit status 3 when a pose is not held. The list that it writes goes into cable inverse and cable forward as it is.
+
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector).
+    method: norm (least), mid, closed, barycentre (continuous), p-norm.
+    power: Of --method p-norm, from 2 on.  [default: 4]
+    mass: Of the platform, instead of the file's, in the robot file's unit of mass.
+    payload: Hung at the centre of mass, in the robot file's unit of mass.
+    wrench: Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm.
+    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
+    length: Divides moments to compare them with forces, in the robot file's unit of length.  [default: 1 m]
+    output: Write tensions.csv, tension.json and report.html here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def workspace(
+    robot: _Given,
+    *,
+    orientation: str | Sequence[str] = (),
+    tilt: float | None = None,
+    payload: str | None = None,
+    mass: str | None = None,
+    wrench: str | Sequence[str] = (),
+    acceleration: float = 0.0,
+    reserve: float = 0.0,
+    limits: str | None = None,
+    length: float | None = None,
+    box: str | None = None,
+    cells: int = 41,
+    rays: int = 4000,
+    start: str | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found:
+    """Where the platform can be held: volume by a grid and by rays to the exact boundary, margins, sections, a mesh.
+
+    Exit status 3 when it can be held nowhere.
+
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
+    orientation: A rotation vector; repeat for several, all of which are to be held, in the robot file's unit of angle.  [default: upright]
+    tilt: Hold tilts too: half the angle and all of it, about 8 horizontal axes, in the robot file's unit of angle.
+    payload: More mass at the centre of mass, one number or a range: say 0,20, in the robot file's unit of mass.
+    mass: Of the platform, one number or a range, instead of the file's, in the robot file's unit of mass.
+    wrench: Acts beside the weight at the platform's origin, base axes: the robot file's unit of force, and Nm; repeat for several, all of which are to be held, with 0,0,0,0,0,0 for none.
+    acceleration: Of the centre of mass, in any direction [m/s2].
+    reserve: A disturbance in any direction that is held on top, in the robot file's unit of force.
+    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
+    length: Divides moments to compare them with forces, in the robot file's unit of length.  [default: 1 m]
+    box: Where to look, in the robot file's unit of length.  [default: what the frame can reach]
+    cells: Of the grid, along each axis, 2 to 300.
+    rays: To the exact boundary, 20 to 200000.
+    start: Where rays start, in the robot file's unit of length.  [default: the mean of the frame anchors, or the middle of what is held]
+    output: Write workspace.json, workspace.csv, outlines.csv, surface.ply, surface.stl and report.html here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def poses(
+    robot: _Given,
+    *,
+    count: int = 200,
+    margin: float = 0.95,
+    start: str = 'mean',
+    box: str | None = None,
+    scale: float = 1.1,
+    turn: float | None = None,
+    diameter: float | None = None,
+    body: str = 'hull',
+    relief: float | None = None,
+    payload: float = 0.0,
+    mass: float | None = None,
+    limits: str | None = None,
+    method: str = 'norm',
+    steps: int = 10,
+    wanted: int | None = None,
+    criterion: str = 'A',
+    sigma: float | None = None,
+    pose_noise: str | None = None,
+    seed: int = 0,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found:
+    """Poses that the platform can reach and leave again: held on all the way, and no cable touches anything.
+
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
+    count: Poses to list, 1 to 10000.
+    margin: How much of each free way is gone, up to 1.
+    start: X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units.
+    box: The box Z of random poses, in place of one as large as the machine, in the robot file's unit of length.
+    scale: Z, as a multiple of the machine.
+    turn: Z, about each axis, in the robot file's unit of angle.  [default: 30 deg]
+    diameter: Of every cable, not that of the robot file, in the robot file's unit of length.
+    body: The platform: hull or box of its anchors, none, or LX,LY,LZ.
+    relief: A cable may touch its own eyelet so far from it, in the robot file's unit of length.  [default: 10 diameters]
+    payload: Hung at the centre of mass, in the robot file's unit of mass.
+    mass: Of the platform, instead of the file's, in the robot file's unit of mass.
+    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
+    method: norm (least), mid, closed, barycentre (continuous), p-norm.
+    steps: Waypoints on each way, 1 to 1000.
+    wanted: Choose the N poses that are best for calibration.
+    criterion: For --choose: A (least rms), D, I, G, E, O1 to O5.
+    sigma: For --choose: standard deviation of a length, in the robot file's unit of length.  [default: 1 mm, converted]
+    pose_noise: For --choose: standard deviation per axis of a measured pose, in the robot file's units.
+    seed: For whatever is drawn at random, 0 or more.
+    output: Write poses.csv, program.csv, list.json and report.html here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """

@@ -1,0 +1,101 @@
+"""A cable robot in a program: arrays in SI in, arrays in SI out, without files."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.cables.forward import Forward, forward
+from robocal.cables.inverse import inverse
+from robocal.cables.statics import gravity_wrench, structure_of
+from robocal.cables.tension import Distribution, distribute
+from robocal.errors import FormatError
+from robocal.files.cable.cablefile import CableFile
+from robocal.files.cable.robot import read_cable
+from robocal.front.calls import call
+from robocal.jobs.cable.load import held_robot, mass_of
+
+__all__ = ["CableArm", "robot"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class CableArm:
+    """A cable robot as it was opened: its file, and the model in SI (`model.robot`). Poses are T_base_platform, (k, 4, 4), m."""
+
+    opened: str
+    model: CableFile
+
+    @property
+    def cables(self) -> tuple[str, ...]:
+        """Names of the cables."""
+        return self.model.robot.cables
+
+    def inverse(self, poses: ArrayLike, *, tension: ArrayLike | None = None, sag: bool = False) -> Array:
+        """Lengths (k, m) in m at poses; with tensions (k, m) or (m,) in N cables stretch, with `sag` they also hang.
+
+        Raises ModelError for poses at which a cable has no length, and for what the robot's file does not know.
+        """
+        return inverse(self.model.robot, _poses(poses), tension, sag=sag)[0]
+
+    def forward(
+        self,
+        lengths: ArrayLike,
+        *,
+        sigma: ArrayLike | None = None,
+        tension: ArrayLike | None = None,
+        sag: bool = False,
+        starts: int = 0,
+        seed: int = 0,
+    ) -> Forward:
+        """Poses from lengths (k, m) in m: `pose` (k, 4, 4), `residual` (k, m) in m, `covariance`, `converged`, `solutions`.
+
+        sigma () or (m,) in m is the noise of a length; `starts` further starts look for other poses. Raises ModelError.
+        """
+        rng = np.random.default_rng(seed)
+        given: dict[str, Any] = {"tension": tension, "sag": sag, "sigma": sigma, "starts": starts, "rng": rng}
+        return forward(self.model.robot, lengths, **given)
+
+    def tension(self, poses: ArrayLike, *, wrench: ArrayLike = (0.0,) * 6, method: str = "norm") -> Distribution:
+        """Tensions (k, m) in N that hold the platform's weight and a wrench (6,) or (k, 6) in N and N m at its origin, base
+        axes: `tension`, `feasible` (k,), `found` (k,).
+
+        Raises InputError where the file knows no limits or no mass.
+        """
+        able, at = held_robot(self.model), _poses(poses)
+        load = gravity_wrench(at, mass_of(self.model), able.com) + np.asarray(wrench, float)
+        return distribute(structure_of(able, at), load[:, list(able.axes)], able.need("limits"), method)
+
+    def workspace(self, **options: Any) -> Any:
+        """Where the platform can be held: options as of `rc.cable.workspace`."""
+        return call("cable.workspace")(self.opened, **options)
+
+    def poses(self, **options: Any) -> Any:
+        """Poses that can be reached and left again: options as of `rc.cable.poses`."""
+        return call("cable.poses")(self.opened, **options)
+
+    def __repr__(self) -> str:
+        r = self.model.robot
+        return f"{r.name}: {len(r.cables)} cables, {len(r.axes)} degrees of freedom ({r.degrees})"
+
+
+def robot(path: str | os.PathLike[str]) -> CableArm:
+    """A cable robot from its robot.yaml, or from CASPR's X_cables.xml. Raises InputError."""
+    name = os.fspath(path)
+    return CableArm(name, read_cable(name))
+
+
+def _poses(given: ArrayLike) -> Array:
+    """Poses (k, 4, 4). Raises FormatError for another shape or numbers that are none."""
+    try:
+        out = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise FormatError("these are no numbers", column="poses", expected="(k, 4, 4) or (4, 4)") from None
+    if out.shape[-2:] != (4, 4) or out.ndim > 3 or not np.isfinite(out).all():
+        raise FormatError("these are no poses", column="poses", found=out.shape, expected="(k, 4, 4) or (4, 4), finite")
+    return out.reshape(-1, 4, 4)

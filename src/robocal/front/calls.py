@@ -1,0 +1,98 @@
+"""Verbs as functions: made from the same Options as the commands, with their names, defaults, ranges and help."""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Callable, Iterable
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from robocal.errors import ModelError, nearest
+from robocal.files.text import Held
+from robocal.front.arrays import Arm, Measurements
+from robocal.front.found import Found, Identified
+from robocal.verbs.option import Arg, Entry, Opt, entries
+
+__all__ = ["call", "described"]
+
+WATCH = "watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call."
+
+
+@cache
+def call(path: str) -> Callable[..., Any]:
+    """The function for the verb in robocal.verbs.PATH: arguments in their order, options by name, and `watch`."""
+    module = import_module(f"robocal.verbs.{path}")
+    told = {e.name: e for e in entries(module.Options)}
+    made = Identified if path == "identify" else Found
+
+    def verb(*words: Any, watch: Any = None, **options: Any) -> Found:
+        given = signature.bind(*words, **options).arguments if set(options) <= set(told) else _unknown(options, told)
+        given = _links(given, told)
+        values = {name: _value(told[name], value) for name, value in given.items()}
+        return made(module, module.run(module.Options(**values), watch, f"robocal.{path}(...)"))
+
+    signature = inspect.Signature([_parameter(e) for e in told.values()])
+    whole = [*signature.parameters.values(), inspect.Parameter("watch", inspect.Parameter.KEYWORD_ONLY, default=None)]
+    verb.__name__ = verb.__qualname__ = path.rpartition(".")[2]
+    verb.__signature__ = inspect.Signature(whole)  # type: ignore[attr-defined]
+    verb.__doc__ = described(path)
+    return verb
+
+
+def described(path: str) -> str:
+    """The docstring of a verb: what it does, every option with unit, range and default, what it raises."""
+    module = import_module(f"robocal.verbs.{path}")
+    about = inspect.cleandoc(module.Options.__doc__ or "").split("\n\n\b")[0]
+    lines = [about, "", *(f"{e.name}: {_said(e)}" for e in entries(module.Options)), WATCH, "", "Raises InputError."]
+    return "\n".join(lines)
+
+
+def _said(entry: Entry) -> str:
+    if isinstance(entry.told, Arg):
+        return entry.told.help.rstrip(".") + "."
+    return entry.told.text
+
+
+def _parameter(entry: Entry) -> inspect.Parameter:
+    plain = isinstance(entry.told, Arg)
+    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD if plain else inspect.Parameter.KEYWORD_ONLY
+    return inspect.Parameter(entry.name, kind, default=inspect.Parameter.empty if entry.required else entry.default)
+
+
+def _unknown(options: dict[str, Any], told: dict[str, Entry]) -> dict[str, Any]:
+    name = next(o for o in options if o not in told)
+    known = [e.name for e in told.values() if isinstance(e.told, Opt)]
+    raise ModelError("unknown option", key=name, expected=", ".join(known), suggestion=nearest(name, known))
+
+
+def _links(given: dict[str, Any], told: dict[str, Entry]) -> dict[str, Any]:
+    """The links of a URDF, where an opened arm knows them."""
+    arm = next((v for v in given.values() if isinstance(v, Arm)), None)
+    return given if arm is None or "base" not in told else {"base": arm.base, "tip": arm.tip} | given
+
+
+def _value(entry: Entry, given: Any) -> Any:
+    """A value as the options want it: words and numbers as they are; several in a tuple; robots, tables and runs as files."""
+    if entry.several:
+        many = given if isinstance(given, Iterable) and not isinstance(given, str | os.PathLike | Found) else (given,)
+        return tuple(_one(entry, v) for v in many)
+    return None if given is None else _one(entry, given)
+
+
+def _one(entry: Entry, given: Any) -> Any:
+    if isinstance(given, Arm):
+        return given.opened
+    if isinstance(given, Measurements):
+        return given.file
+    if isinstance(given, Found):
+        if not given.written:
+            raise ModelError(
+                "this was not written", key=entry.name, expected="output=FOLDER, or save(FOLDER) and the folder"
+            )
+        given = given.written[0].parent
+    if entry.kind is Path and not isinstance(given, Held):
+        return Path(given)
+    return os.fspath(given) if isinstance(given, os.PathLike) and not isinstance(given, Held) else given

@@ -1,0 +1,138 @@
+"""What a call of a verb gives back in Python: the result, with the same sections that the terminal shows."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.files.result import Result
+from robocal.files.runfolder import obstacle
+from robocal.files.writing import write_text
+from robocal.jobs.knowledge import map_columns
+from robocal.jobs.outcome import save
+from robocal.measure.reach import reach
+from robocal.remarks.remark import Said
+from robocal.report.html import html
+from robocal.report.plain import text
+from robocal.report.sections import Section
+from robocal.verbs.outcome import Outcome
+
+__all__ = ["Found", "Identified"]
+
+Array = NDArray[np.float64]
+SHORT = 18  # lines of a repr
+
+
+class Found:
+    """What a verb found: `result` in SI, `document` as --json prints it, `trusted` (status 0 of the command line), `remarks`
+    (each with `sentence` and `advice`), `text` (the list or file that it makes) and `written` (files)."""
+
+    def __init__(self, verb: ModuleType, outcome: Outcome) -> None:
+        self._verb, self._outcome = verb, outcome
+
+    @property
+    def result(self) -> Any:
+        """What was found, in SI."""
+        return self._outcome.result
+
+    @property
+    def document(self) -> Mapping[str, Any]:
+        """The same for machines, as --json prints it."""
+        found: Mapping[str, Any] = self._outcome.document()
+        return found
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the command line would end with status 0 rather than 3."""
+        return self._outcome.trusted
+
+    @property
+    def remarks(self) -> tuple[Said, ...]:
+        """What is worth knowing."""
+        return self._outcome.remarks
+
+    @property
+    def text(self) -> str | None:
+        """The list or file that the verb makes, if it makes one."""
+        return self._outcome.text
+
+    @property
+    def written(self) -> tuple[Path, ...]:
+        """Files that were written."""
+        return self._outcome.written
+
+    @property
+    def sections(self) -> tuple[Section, ...]:
+        """What is to be said: headings, text, tables, remarks."""
+        return tuple(self._verb.sections(self._outcome))
+
+    def summary(self) -> str:
+        """Everything that the terminal would show, as text."""
+        return text(self.sections)
+
+    def _repr_html_(self) -> str:
+        return html(self.sections)
+
+    def __repr__(self) -> str:
+        listed = self.text is not None and not self.written
+        lines = [line for line in (self.text or "" if listed else self.summary()).splitlines() if line.strip()]
+        more = "text has all of it" if listed else "summary() says more"
+        return "\n".join(lines[:SHORT] + ([f"... {more}"] if len(lines) > SHORT else []))
+
+
+class Identified(Found):
+    """An identification: a corrected model with its evidence."""
+
+    @property
+    def result(self) -> Result:
+        """The whole result, as in result.json: mm and deg, parameters in the units of the robot file."""
+        found: Result = self._outcome.result.result
+        return found
+
+    @property
+    def verdict(self) -> str:
+        """improved, not_improved or refused."""
+        return str(self.result.verdict.status)
+
+    @property
+    def improved(self) -> bool:
+        """Whether the corrected model is better in the whole working range: what status 0 of the command line says."""
+        return self.trusted
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The corrected model: every parameter of the robot by name, in m and rad."""
+        return {p.name: p.value for p in self._outcome.result.identification.corrected.table.rows}
+
+    def pose(self, joints: ArrayLike) -> Array:
+        """Tool poses of the corrected arm in base coordinates, (m, 4, 4) in m, at joint values (m, n) in rad or m."""
+        found = self._outcome.result.identification
+        return reach(found.corrected, np.atleast_2d(np.asarray(joints, float)), (), found.conditions)[0]
+
+    def table(self) -> list[dict[str, Any]]:
+        """One row per parameter: name, unit, nominal, identified, delta, sigma, interval, status and what is to be known."""
+        shown = ("name", "unit", "nominal", "identified", "delta", "sigma", "interval", "status", "note")
+        return [{k: getattr(p, k) for k in shown} for p in self.result.parameters]
+
+    def save(self, folder: str | os.PathLike[str], *, force: bool = False) -> tuple[Path, ...]:
+        """Writes the run folder that the other verbs read; one that holds anything but an untouched run only with `force`.
+        Raises FileError."""
+        place = Path(folder)
+        if not force and (there := obstacle(place)):
+            raise there
+        return save(self._outcome.result, place).written
+
+    def report(self, file: str | os.PathLike[str]) -> Path:
+        """Writes the page alone, as report.html of a run folder. Raises FileError, or MissingExtra without the report extra."""
+        from robocal.report.page import render
+
+        made = self._outcome.result
+        return write_text(
+            file, render(made.result.model_dump(mode="json"), made.residuals, map_columns(made.identification))
+        )

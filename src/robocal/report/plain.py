@@ -1,0 +1,56 @@
+"""Sections as plain text, for `print` and `repr`: tables in columns, no colours, no width to respect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from robocal.report.sections import Block, Cell, Figure, Remarks, Section, Table, Text, Written
+
+__all__ = ["text"]
+
+
+def text(sections: Iterable[Section]) -> str:
+    """Everything that sections say, an empty line between them."""
+    return "\n\n".join(part for s in sections if (part := "\n".join(_section(s))))
+
+
+def _section(section: Section) -> Iterator[str]:
+    if section.heading:
+        yield section.heading
+    for block in section.blocks:
+        yield from _lines(block)
+
+
+def _lines(block: Block) -> Iterator[str]:
+    match block:
+        case Text():
+            yield " " * block.indent + "".join(map(_word, block.parts))
+        case Table():
+            yield from _table(block)
+        case Remarks():
+            for said in block.said:
+                yield f"  {said.sentence}"
+                if said.advice:
+                    yield f"    {said.advice}"
+        case Written():
+            if block.paths:
+                yield f"Written to {block.paths[0].parent}: {', '.join(p.name for p in block.paths)}"
+        case Figure():
+            if block.caption:
+                yield f"[{block.caption}]"
+
+
+def _word(cell: Cell) -> str:
+    return cell if isinstance(cell, str) else cell[0]
+
+
+def _table(block: Table) -> Iterator[str]:
+    if block.title:
+        yield block.title
+    rows = [tuple(map(_word, row)) for row in (block.columns, *block.rows)]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(block.columns))]
+    for row in rows:
+        cells = (
+            c.rjust(w) if i in block.right else c.ljust(w) for i, (c, w) in enumerate(zip(row, widths, strict=True))
+        )
+        yield "  ".join(cells).rstrip()

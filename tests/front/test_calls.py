@@ -1,0 +1,212 @@
+"""Verbs as functions: the same numbers as on the command line, options told once, and a repr that fits a screen."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli.runs import robocal, small
+from cli.worlds import CABLE as CABLE_ROBOT
+from cli.worlds import PLACES, POSES, TARGETS
+
+import robocal as rc
+from robocal.errors import Cancelled, InputError, ModelError
+from robocal.files.cable.show import describe_cable
+from robocal.verbs.option import entries
+from robocal.verbs.registry import CABLE, VERBS
+
+# What Python and the command line are called with, in one place: the verb, its words, and the same as Python says them.
+PAIRS = {
+    "check": ("check robot.yaml data.yaml", lambda: rc.check("robot.yaml", "data.yaml")),
+    "identify": (
+        "identify robot.yaml data.yaml --loss huber",
+        lambda: rc.identify("robot.yaml", ["data.yaml"], loss="huber"),
+    ),
+    "validate": (
+        "validate run data.yaml --against robot.yaml --seed 3",
+        lambda: rc.validate("run", "data.yaml", against="robot.yaml", seed=3),
+    ),
+    "predict": ("predict run poses.csv --absolute", lambda: rc.predict(Path("run"), "poses.csv", absolute=True)),
+    "drift": ("drift run run --matters 0.2mm", lambda: rc.drift("run", "run", matters="0.2mm")),
+    "compensate": ("compensate run targets.csv --tool own", lambda: rc.compensate("run", "targets.csv", tool="own")),
+    "export": ("export run --format csv", lambda: rc.export("run", form="csv")),
+    "plan": ("plan robot.yaml -n 8 --draw 60", lambda: rc.plan("robot.yaml", count=8, candidates=60)),
+    "new": ("new --list", lambda: rc.new(listing=True)),
+    "inverse": ("cable inverse cable.yaml places.csv", lambda: rc.cable.inverse("cable.yaml", "places.csv")),
+    "forward": (
+        "cable forward cable.yaml lengths.csv --sigma 0.5",
+        lambda: rc.cable.forward("cable.yaml", "lengths.csv", sigma=0.5),
+    ),
+    "tension": (
+        "cable tension cable.yaml places.csv --payload 1",
+        lambda: rc.cable.tension("cable.yaml", "places.csv", payload=1.0),
+    ),
+    "workspace": (
+        "cable workspace cable.yaml --cells 7 --rays 100",
+        lambda: rc.cable.workspace("cable.yaml", cells=7, rays=100),
+    ),
+    "poses": ("cable poses free.yaml -n 5", lambda: rc.cable.poses("free.yaml", count=5)),
+}
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    from cli.test_cable_poses import robot as free
+
+    folder = tmp_path_factory.mktemp("calls")
+    small(folder)
+    texts = {"poses.csv": POSES, "targets.csv": TARGETS, "cable.yaml": CABLE_ROBOT, "places.csv": PLACES}
+    for name, text in (texts | {"free.yaml": describe_cable(free())}).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    assert robocal("identify", folder / "robot.yaml", folder / "data.yaml", "-o", folder / "run").status == 0
+    (folder / "lengths.csv").write_text(robocal("cable", "inverse", folder / "cable.yaml", folder / "places.csv").out)
+    return folder
+
+
+def same(a: object, b: object, where: str = "") -> None:
+    """Two documents, but for what says when and by whom they were made."""
+    if isinstance(a, dict) and isinstance(b, dict):
+        assert a.keys() == b.keys(), where
+        for key in a.keys() - {"provenance", "seconds", "command"}:
+            same(a[key], b[key], f"{where}.{key}")
+    elif isinstance(a, list) and isinstance(b, list):
+        assert len(a) == len(b), where
+        for i, (x, y) in enumerate(zip(a, b, strict=True)):
+            same(x, y, f"{where}[{i}]")
+    elif isinstance(a, float) and isinstance(b, int | float):
+        assert a == pytest.approx(b, rel=1e-12, abs=1e-12), where
+    else:
+        assert a == b, where
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_python_and_the_command_line_say_the_same(place: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    from robocal.jobs.plain import plain
+
+    monkeypatch.chdir(place)
+    words, call = PAIRS[name]
+    ran, found = robocal(*words.split(), "--json"), call()
+    assert ran.status == (0 if found.trusted else 3), ran.err
+    same(json.loads(ran.out), json.loads(json.dumps(plain(found.document))))
+    # A few lines, whatever it is; a notebook shows the sections of the terminal; the summary says what the terminal says.
+    assert 0 < len(repr(found).splitlines()) <= 20, repr(found)
+    page, said = found._repr_html_(), found.summary()
+    for section in found.sections:
+        assert section.heading in said
+        for block in section.blocks:
+            for row in getattr(block, "rows", ()):
+                first = row[0] if isinstance(row[0], str) else row[0][0]
+                assert first.strip() in said and first.replace("&", "&amp;").replace("<", "&lt;") in page, first
+
+
+@pytest.mark.parametrize("name", [*rc.CALLS, *(f"cable.{n}" for n in CABLE)])
+def test_every_option_is_named_with_its_default(name: str) -> None:
+    from importlib import import_module
+
+    call = getattr(rc.cable, name.partition(".")[2]) if "." in name else getattr(rc, name)
+    told = entries(import_module(f"robocal.verbs.{name}").Options)
+    signature = inspect.signature(call)
+    assert list(signature.parameters) == [*(e.name for e in told), "watch"]
+    for entry in told:
+        default = signature.parameters[entry.name].default
+        assert default is inspect.Parameter.empty if entry.required else default == entry.default
+        assert f"{entry.name}: " in call.__doc__
+    assert "Raises InputError" in call.__doc__ and "\b" not in call.__doc__
+
+
+def test_the_stubs_are_as_the_verbs_say() -> None:
+    root = Path(__file__).parents[2]
+    ran = subprocess.run(
+        [sys.executable, root / "scripts" / "front_stub.py"], capture_output=True, text=True, check=False
+    )
+    assert ran.returncode == 0, ran.stdout
+
+
+def test_the_front_door_is_small_and_documented() -> None:
+    assert len(rc.__all__) < 40 and set(rc.CALLS) == set(VERBS) - {"demo", "report"}
+    for name in rc.__all__:
+        thing = getattr(rc, name)
+        assert name == "__version__" or inspect.getdoc(thing), name
+    assert set(dir(rc)) == set(rc.__all__)
+    with pytest.raises(AttributeError):
+        rc.nothing  # noqa: B018
+    with pytest.raises(AttributeError, match="workspace"):
+        rc.cable.nothing  # noqa: B018
+
+
+def test_tables_and_runs_are_given_as_they_are(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(place)
+    found = rc.identify("robot.yaml", "data.yaml")
+    with pytest.raises(InputError, match="output=FOLDER"):
+        rc.predict(found, "poses.csv")
+    kept = rc.identify("robot.yaml", "data.yaml", output="kept")
+    q = rc.table({"j1 [deg]": [10.0, 20.0], "j2 [deg]": [0.0, 5.0], "j3 [deg]": [3.0, 4.0]})
+    rows = rc.predict(kept, q).result.rows
+    assert len(rows) == 2 and np.allclose(
+        [rows[0][k] for k in ("x_mm", "y_mm", "z_mm")],
+        kept.pose(np.radians([[10.0, 0.0, 3.0]]))[0, :3, 3] * 1e3,
+        atol=1e-9,
+    )
+    assert rc.compensate(kept, q).result.made.reached.any()
+    page = kept.report("page.html").read_text()
+    assert page == Path("kept/report.html").read_text()
+
+
+def test_a_data_frame_is_a_table() -> None:
+    class Frame:
+        """What any data frame offers: the names of its columns by the interchange protocol, columns by name."""
+
+        def __init__(self, **columns: object) -> None:
+            self.columns = columns
+
+        def __dataframe__(self) -> Frame:
+            return self
+
+        def column_names(self) -> list[str]:
+            return list(self.columns)
+
+        def __getitem__(self, name: str) -> object:
+            return self.columns[name]
+
+    assert rc.table(Frame(**{"x [mm]": [1.0, 2.0]})).text == rc.table({"x [mm]": np.array([1.0, 2.0])}).text
+    with pytest.raises(InputError, match="different lengths"):
+        rc.table({"x [mm]": [1.0], "y [mm]": [1.0, 2.0]})
+
+
+def test_unknown_options_ranges_and_cancelling(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(place)
+    with pytest.raises(ModelError, match="loss"):
+        rc.identify("robot.yaml", "data.yaml", los="huber")
+    with pytest.raises(ModelError, match="20 to 200000"):
+        rc.cable.workspace("cable.yaml", rays=3)
+    with pytest.raises(TypeError):
+        rc.identify("robot.yaml")
+
+    def enough(event: dict[str, object]) -> None:
+        raise Cancelled("enough")
+
+    with pytest.raises(Cancelled):
+        rc.identify("robot.yaml", "data.yaml", watch=enough, output="cancelled")
+    assert not Path("cancelled").exists()
+
+
+def test_a_cable_robot_from_arrays(place: Path) -> None:
+    arm = rc.cable.robot(place / "cable.yaml")
+    assert "cables" in repr(arm)
+    home = arm.model.robot.home
+    poses = np.repeat(home[None], 3, axis=0)
+    poses[:, 0, 3] += [0.0, 0.01, -0.02]
+    lengths = arm.inverse(poses)
+    assert lengths.shape == (3, len(arm.cables))
+    found = arm.forward(lengths, sigma=1e-3)
+    assert np.allclose(found.pose, poses, atol=1e-8) and found.converged.all()
+    held = arm.tension(poses, wrench=(0, 0, -1.0, 0, 0, 0))
+    assert held.tension.shape == lengths.shape and held.feasible.any()
+    for wrong in (np.zeros((3, 3)), np.full((4, 4), np.nan), "poses"):
+        with pytest.raises(InputError, match="poses"):
+            arm.inverse(wrong)
