@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import json
 import math
 import re
 import shlex
@@ -205,3 +207,23 @@ def test_the_measured_block_is_what_the_script_measures():
         errors.append(namespace["tool_error"](found.corrected, truth))
     row = next(line for line in text("docs/kinds/pose.md").splitlines() if line.startswith("| six axes"))
     assert float(row.split("|")[3]) == pytest.approx(float(np.median(errors)), rel=0.06)
+
+
+@pytest.mark.parametrize("name", ["robocal-in-python.ipynb"])
+def test_a_notebook_runs_and_its_cells_show_pages(name, monkeypatch):
+    """As a kernel would run it: cell by cell in one namespace, the last expression shown."""
+    monkeypatch.chdir(PROJECT)
+    book = json.loads((PROJECT / "docs" / name).read_text(encoding="utf-8"))
+    space: dict[str, object] = {"__name__": "docs"}
+    shown = []
+    for cell in book["cells"]:
+        if cell["cell_type"] != "code":
+            continue
+        assert not cell["outputs"] and cell["execution_count"] is None, "outputs are made where it is read"
+        tree = ast.parse("".join(cell["source"]))
+        last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
+        exec(compile(tree, name, "exec"), space)
+        if last is not None:
+            value = eval(compile(ast.Expression(last.value), name, "eval"), space)
+            shown.append(value._repr_html_() if hasattr(value, "_repr_html_") else repr(value))
+    assert any("<table>" in page and "IMPROVED" in page for page in shown)
