@@ -38,17 +38,15 @@ def residual_text(columns: Mapping[str, Sequence[Any]]) -> str:
     lengths = {len(values) for values in columns.values()}
     if len(lengths) > 1:
         raise ValueError(f"columns of different length: {sorted(lengths)}")
-    rows = (
-        [_cell(columns[name][i]) if name in columns else "" for name in RESIDUAL_COLUMNS]
-        for i in range(max(lengths, default=0))
-    )
-    return csv_text(RESIDUAL_COLUMNS, rows)
+    count = max(lengths, default=0)
+    cells = [[_cell(v) for v in columns[name]] if name in columns else [""] * count for name in RESIDUAL_COLUMNS]
+    return csv_text(RESIDUAL_COLUMNS, zip(*cells, strict=True))
 
 
 def _cell(value: Any) -> str:
-    if value is None or (not isinstance(value, str) and not math.isfinite(value)):
-        return ""
-    return value if isinstance(value, str) else f"{float(value):.9g}"
+    if isinstance(value, str):
+        return value
+    return "" if value is None or not math.isfinite(value) else f"{value:.9g}"
 
 
 def write_run(

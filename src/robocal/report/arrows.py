@@ -14,8 +14,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from robocal.report.numbers import finite, fixed, plain, significant
-from robocal.report.series import column, is_aside, is_held_out
+import numpy as np
+
+from robocal.report.numbers import fixed, plain, significant
+from robocal.report.series import is_aside, is_held_out, numbers
 from robocal.report.svg import drawing, label, num
 
 __all__ = ["Arrows", "arrows"]
@@ -44,36 +46,26 @@ class Arrows:
 def arrows(residuals: Mapping[str, Sequence[object]]) -> Arrows | None:
     """Draws all rows that have a position and an error before and after, but those set aside, whose arrows would leave the
     others no length; None when there are none."""
-    names = (
-        "x_mm",
-        "y_mm",
-        "z_mm",
-        "dx_before_mm",
-        "dy_before_mm",
-        "dz_before_mm",
-        "dx_after_mm",
-        "dy_after_mm",
-        "dz_after_mm",
-    )
-    table = zip(*(column(residuals, name) for name in names), is_held_out(residuals), strict=True)
-    rows: list[tuple[list[float], bool]] = []
-    for (*cells, out), aside in zip(table, is_aside(residuals), strict=True):
-        numbers = [v for v in map(finite, cells) if v is not None and abs(v) < FAR]
-        if len(numbers) == len(names) and not aside:
-            rows.append((numbers, out))
-    if not rows:
+    names = [f"{axis}_mm" for axis in "xyz"] + [f"d{axis}_{k}_mm" for k in ("before", "after") for axis in "xyz"]
+    table = np.stack([numbers(residuals, name) for name in names], axis=1)
+    table[~(np.abs(table) < FAR)] = np.nan
+    used = ~np.isnan(table).any(axis=1) & ~is_aside(residuals)
+    if not used.any():
         return None
-    low = [min(r[i] for r, _ in rows) for i in range(3)]
-    high = [max(r[i] for r, _ in rows) for i in range(3)]
-    every, step = len(rows), -(-len(rows) // MOST)
-    rows = rows[::step]  # more would be one black cloud
+    table, held = table[used], is_held_out(residuals)[used]
+    low, high = table[:, :3].min(axis=0).tolist(), table[:, :3].max(axis=0).tolist()
+    every, step = len(table), -(-len(table) // MOST)
+    drawn = np.arange(every) % step == 0  # more would be one black cloud
+    for k in (3, 6):  # but the largest error before and after is to be seen
+        drawn[np.linalg.norm(table[:, k : k + 3], axis=1).argmax()] = True
+    rows = table[drawn].tolist()
     middle = [(a + b) / 2 for a, b in zip(low, high, strict=True)]
     radius = math.dist(low, high) / 2
     scale = HALF / radius if radius > 0 else 1.0
     bounds = [[_short((v - m) * scale) for v, m in zip(end, middle, strict=True)] for end in (low, high)]
-    at = [[_short((v - m) * scale) for v, m in zip(r[:3], middle, strict=True)] for r, _ in rows]
-    errors = [[[_short(v, 5) for v in r[3 + 3 * k : 6 + 3 * k]] for r, _ in rows] for k in (0, 1)]
-    out = [int(o) for _, o in rows]
+    at = [[_short((v - m) * scale) for v, m in zip(r[:3], middle, strict=True)] for r in rows]
+    errors = [[[_short(v, 5) for v in r[3 + 3 * k : 6 + 3 * k]] for r in rows] for k in (0, 1)]
+    out = held[drawn].astype(int).tolist()
     magnification = (_magnify(errors[0], scale), _magnify(errors[1], scale))
     data = {
         "at": at,
@@ -88,7 +80,7 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Arrows | None:
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     pictures = [_panel(k, at, errors[k], out, bounds, scale, magnification[k]) for k in (0, 1)]
     box = ", ".join(f"{a} from {fixed(u, 0)} to {fixed(v, 0)}" for a, u, v in zip("xyz", low, high, strict=True))
-    share = f"Of {every} rows one in {step} is drawn." if step > 1 else ""
+    share = f"Of {every} rows one in {step} is drawn, and those with the largest errors." if step > 1 else ""
     return Arrows(pictures[0], pictures[1], text, f"{box} mm", share)
 
 

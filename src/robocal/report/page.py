@@ -131,7 +131,7 @@ def _errors(result: Result, residuals: Columns) -> dict[str, Any]:
     unit = str(distances.get("unit") or "mm")
     main = ("angle_" if unit == "deg" else "", unit)
     has_angle = unit != "deg" and bool(three(residuals, "angle_", "deg"))
-    drawn = arrows(residuals)
+    drawn, series = arrows(residuals), three(residuals, *main)
     split = section(result, "split")
     held = next((key for key in UNSEEN if section(distances, key)), "")
     return {
@@ -142,7 +142,8 @@ def _errors(result: Result, residuals: Columns) -> dict[str, Any]:
         "angle_rounds": tables.rounds(angle),
         "angle_unit": unit_text(angle.get("unit")),
         "angle_statistics": tables.statistics(angle),
-        "series": three(residuals, *main),
+        "series": series,
+        "share": pictures.drawn_of(series)[1],
         "histogram": pictures.histogram(residuals, *main),
         "per_pose": pictures.per_pose(residuals, *main),
         "angle_histogram": pictures.histogram(residuals, "angle_", "deg") if has_angle else "",
