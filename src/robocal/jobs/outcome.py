@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal._version import __version__
 from robocal.calibrate import evidence
-from robocal.calibrate.beyond.layer import Layer
 from robocal.calibrate.bootstrap import Resampled
 from robocal.calibrate.estimators import ended, estimator
 from robocal.calibrate.evidence import Stages
@@ -37,6 +36,9 @@ from robocal.jobs.trusted import band_remarks, prediction_part, range_part, scal
 from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, documents, sentences
+
+if TYPE_CHECKING:
+    from robocal.calibrate.beyond.layer import Layer
 
 __all__ = ["Outcome", "provenance", "residual_columns", "save", "to_result"]
 
@@ -257,9 +259,10 @@ def residual_columns(found: Identification[Machine]) -> dict[str, list[Any]]:
     kinds: dict[tuple[tuple[int, int, str], ...], list[int]] = {}
     for i, parts in enumerate(rows.parts):
         kinds.setdefault(parts, []).append(i)
-    for parts, at in kinds.items():
-        for name, values in _told(rows, parts, np.array(at)).items():
-            numbers[name][at] = values
+    with np.errstate(over="ignore", invalid="ignore"):  # an infinite error is none that could be told
+        for parts, at in kinds.items():
+            for name, values in _told(rows, parts, np.array(at)).items():
+                numbers[name][at] = values
     words: dict[str, list[Any]] = {
         "configuration": list(rows.configuration),
         "set": ["held_out" if held else "fit" for held in rows.held.tolist()],
@@ -274,11 +277,9 @@ def residual_columns(found: Identification[Machine]) -> dict[str, list[Any]]:
 
 def _told(rows: RowTable, parts: tuple[tuple[int, int, str], ...], at: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
     """The numbers of rows (m,) that tell these parts, by column, (m,)."""
-    before, after, unseen, place, held = (
-        v[at] for v in (rows.before, rows.after, rows.unseen, rows.place, rows.held)
-    )  # fmt: skip
+    before, after, unseen, place = (v[at] for v in (rows.before, rows.after, rows.unseen, rows.place))
     part = {unit: slice(a, b) for a, b, unit in reversed(parts)}  # the first of a unit
-    size = {unit: [np.linalg.norm(v[:, own], axis=1) for v in (before, after)] for unit, own in part.items()}
+    size = {u: [np.sqrt(np.sum(v[:, own] ** 2, axis=1)) for v in (before, after)] for u, own in part.items()}
     out: dict[str, NDArray[Any]] = {}
     if "m" in part:
         first, last = part["m"].start, part["m"].stop
@@ -292,7 +293,8 @@ def _told(rows: RowTable, parts: tuple[tuple[int, int, str], ...], at: NDArray[n
                 }
     if "rad" in part:
         told, left = (np.degrees(v) for v in size["rad"])
-        out |= {"angle_before_deg": told, "angle_after_deg": left, "angle_held_out_deg": np.where(held, left, None)}
+        held = np.where(rows.held[at], left, np.nan)
+        out |= {"angle_before_deg": told, "angle_after_deg": left, "angle_held_out_deg": _known(held)}
     if "px" in part:
         out |= {"before_px": size["px"][0], "after_px": size["px"][1], "held_out_px": unseen}
     return out
@@ -300,7 +302,9 @@ def _told(rows: RowTable, parts: tuple[tuple[int, int, str], ...], at: NDArray[n
 
 def _known(values: Array) -> NDArray[Any]:
     """None where there is no number, (m,)."""
-    return np.where(np.isfinite(values), values, None)
+    out = values.astype(object)
+    out[~np.isfinite(values)] = None
+    return out
 
 
 def save(outcome: Outcome, folder: Path) -> Outcome:
