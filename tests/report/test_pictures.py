@@ -115,7 +115,12 @@ def test_pictures_are_well_formed_and_stay_inside(m: int) -> None:
     _, rows = samples.improved(m, 0, angle=True)
     drawn = arrows(rows)
     assert drawn is not None
-    for text in (pictures.histogram(rows), pictures.per_pose(rows, "angle_", "deg"), drawn.before, drawn.after):
+    for text in (
+        pictures.histogram(three(rows)),
+        pictures.per_pose(three(rows, "angle_", "deg"), "angle_", "deg"),
+        drawn.before,
+        drawn.after,
+    ):
         root = ET.fromstring(text)
         width, height = (float(v) for v in root.attrib["viewBox"].split()[2:])
         marks = [p.attrib["d"] for p in root.iter(f"{SVG}path")]
@@ -163,7 +168,7 @@ def test_of_many_errors_the_largest_are_drawn_and_it_is_said(k: int) -> None:
     drawn, share = pictures.drawn_of(series)
     count = sum(len(s.values) for s in series if s.key != "aside")
     assert share == f"Of {count} errors one in 3 is drawn, and the 20 largest of each series."
-    assert share in pictures.per_pose(rows) and sum(len(s.values) for s in drawn) < 2100
+    assert share in pictures.per_pose(three(rows)) and sum(len(s.values) for s in drawn) < 2100
     for all_of, some in zip(series, drawn, strict=True):
         assert (all_of.key, all_of.name) == (some.key, some.name)
         assert set(np.sort(all_of.values)[-20:]) <= set(some.values) <= set(all_of.values)
@@ -179,7 +184,7 @@ def test_no_error_at_all_is_drawn_as_dots() -> None:
             rows[name] = [0.0] * 5
     drawn = arrows(rows)
     assert drawn is not None and "nan" not in drawn.data
-    assert pictures.histogram(rows) == "" and pictures.per_pose(rows) == ""
+    assert pictures.histogram(three(rows)) == "" and pictures.per_pose(three(rows)) == ""
 
 
 def test_convergence_needs_a_line() -> None:
@@ -256,9 +261,9 @@ def test_what_was_set_aside_is_marked_and_in_no_mean() -> None:
     assert all(found[k].mean == pytest.approx(clean[k].mean) for k in ("before", "after", "held"))
     assert max(a for pair in pairs(rows)[1] for a in pair) < 100
     for draw in (pictures.histogram, pictures.per_pose):
-        text = draw(rows)
+        text = draw(three(rows))
         assert "set aside: 2 values." in text and "mean aside" not in text
-    assert 'class="mark aside"' in pictures.per_pose(rows)
+    assert 'class="mark aside"' in pictures.per_pose(three(rows))
     drawn = arrows(rows)
     assert drawn is not None and len(json.loads(drawn.data)["at"]) == 38
     first = worst(rows)[:2]

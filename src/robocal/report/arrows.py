@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robocal.report.numbers import fixed, plain, significant
 from robocal.report.series import is_aside, is_held_out, numbers
@@ -28,7 +30,10 @@ FAR = 1e9  # mm; beyond this it is no position
 AZIMUTH, ELEVATION = -55.0, 24.0
 MOST = 2000  # arrows of a picture
 LONG = 34.0  # the 90th percentile of arrows is drawn this long
+Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
+BARBED = "M%.1f %.1fL%.1f %.1fM%.1f %.1fL%.1f %.1fL%.1f %.1f"
+WHOLE = re.compile(r"\.0(?![0-9])")  # as `svg.num` leaves it out
 
 
 @dataclass(frozen=True)
@@ -106,26 +111,29 @@ def _axes() -> tuple[Vector, Vector]:
 
 
 def _project(point: Sequence[float]) -> tuple[float, float]:
-    (x, y, z), (right, up) = point, _axes()
-    return (
-        WIDE / 2 + (x * right[0] + y * right[1] + z * right[2]),
-        HIGH / 2 - 14 - (x * up[0] + y * up[1] + z * up[2]),
-    )
+    ((x, y),) = _flat(np.array([point])).tolist()
+    return x, y
 
 
-def _arrow(point: Sequence[float], error: Sequence[float], factor: float) -> str:
-    """A shaft with two barbs, or a dot where the arrow would be shorter than a pixel."""
-    x, y = _project(point)
-    x2, y2 = _project([p + factor * e for p, e in zip(point, error, strict=True)])
-    dx, dy = x2 - x, y2 - y
-    long = math.hypot(dx, dy)
-    if long < 1:
-        return f"M{num(x)} {num(y)}h0"
-    h = min(5.0, long * 0.45) / long
-    bx, by = x2 - dx * h, y2 - dy * h
-    wx, wy = dy * h * 0.5, -dx * h * 0.5
-    tip = f"{num(x2)} {num(y2)}"
-    return f"M{num(x)} {num(y)}L{tip}M{num(bx + wx)} {num(by + wy)}L{tip}L{num(bx - wx)} {num(by - wy)}"
+def _flat(points: Array) -> Array:
+    """Points (n, 3) on the page, (n, 2)."""
+    right, up = np.array(_axes())
+    return np.stack([WIDE / 2 + points @ right, HIGH / 2 - 14 - points @ up], axis=1)
+
+
+def _arrows(points: Array, errors: Array, factor: float) -> list[str]:
+    """For each point (n, 3) and error a shaft with two barbs, or a dot where the arrow would be shorter than a pixel."""
+    start, tip = _flat(points), _flat(points + factor * errors)
+    shaft = tip - start
+    long = np.hypot(*shaft.T)
+    share = np.minimum(5.0, long * 0.45) / np.maximum(long, 1e-300)
+    foot = tip - shaft * share[:, None]
+    out = shaft[:, ::-1] * share[:, None] * [0.5, -0.5]
+    rows = np.concatenate([start, tip, foot + out, foot - out], axis=1).tolist()
+    return [
+        f"M{num(x)} {num(y)}h0" if dot else BARBED % (x, y, u, v, a, b, u, v, c, d)
+        for (x, y, u, v, a, b, c, d), dot in zip(rows, (long < 1).tolist(), strict=True)
+    ]
 
 
 def _box(bounds: Sequence[Sequence[float]]) -> tuple[str, list[tuple[str, float, float]]]:
@@ -171,9 +179,8 @@ def _panel(
     factor = scale * magnification
     edges, names = _box(bounds)
     classes = (key, "held" if k else key)
-    bodies = [
-        "".join(_arrow(p, e, factor) for p, e, o in zip(at, errors, out, strict=True) if o == which) for which in (0, 1)
-    ]
+    shapes = _arrows(np.array(at), np.array(errors), factor)
+    bodies = [WHOLE.sub("", "".join(d for d, o in zip(shapes, out, strict=True) if o == which)) for which in (0, 1)]
     value, drawn = _bar(factor)
     foot = HIGH - 14
     parts = [f'<path class="box" data-part="box" d="{edges}"/>']

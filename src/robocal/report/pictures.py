@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from robocal.report.numbers import significant, unit_text, with_unit
-from robocal.report.series import ASIDE, Series, pairs, three
+from robocal.report.series import ASIDE, Series, pairs
 from robocal.report.svg import Scale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
 from robocal.report.words import times_smaller
 
@@ -41,10 +41,9 @@ def _spoken(series: Sequence[Series], unit: str) -> str:
     )
 
 
-def histogram(residuals: Mapping[str, Sequence[object]], quantity: str = "", unit: str = "mm") -> str:
+def histogram(series: Sequence[Series], quantity: str = "", unit: str = "mm") -> str:
     """How many errors of each size there are, one row per series over one logarithmic axis; empty text when there are
     no numbers."""
-    series = three(residuals, quantity, unit)
     around = _around(series)
     if around is None:
         return ""
@@ -79,9 +78,8 @@ def histogram(residuals: Mapping[str, Sequence[object]], quantity: str = "", uni
     return drawing(width, height, parts, title="Histogram of errors", text=said, key=key)
 
 
-def per_pose(residuals: Mapping[str, Sequence[object]], quantity: str = "", unit: str = "mm") -> str:
+def per_pose(series: Sequence[Series], quantity: str = "", unit: str = "mm") -> str:
     """Every error over its configuration's place in the file; of very many some, as `drawn_of` says."""
-    series = three(residuals, quantity, unit)
     if _around(series) is None:
         return ""
     parts, said = _scatter(
