@@ -35,6 +35,7 @@ from numba.core import config, event
 from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaWarning
+from numba.core.runtime import rtsys
 from numpy.typing import ArrayLike, NDArray
 
 from ._version import __version__
@@ -171,7 +172,10 @@ class _Cache(FunctionCache):
         if store is None or not store.is_current():
             return None
         try:
-            found = super().load_overload(sig, target_context)
+            # numba's own way in first registers all that it can compile (0.25 s), which machine code has no use for: its
+            # runtime is enough. What is not in the cache is compiled by a compiler that registers it then.
+            rtsys.initialize(target_context)
+            found = self._load_overload(sig, target_context)
         except Exception:  # a torn file can raise anything
             with contextlib.suppress(Exception):
                 self.flush()

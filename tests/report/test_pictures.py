@@ -115,7 +115,12 @@ def test_pictures_are_well_formed_and_stay_inside(m: int) -> None:
     _, rows = samples.improved(m, 0, angle=True)
     drawn = arrows(rows)
     assert drawn is not None
-    for text in (pictures.histogram(rows), pictures.per_pose(rows, "angle_", "deg"), drawn.before, drawn.after):
+    for text in (
+        pictures.histogram(three(rows)),
+        pictures.per_pose(three(rows, "angle_", "deg"), "angle_", "deg"),
+        drawn.before,
+        drawn.after,
+    ):
         root = ET.fromstring(text)
         width, height = (float(v) for v in root.attrib["viewBox"].split()[2:])
         marks = [p.attrib["d"] for p in root.iter(f"{SVG}path")]
@@ -137,14 +142,39 @@ def test_arrows_carry_their_numbers_and_skip_rows_without() -> None:
     assert arrows({}) is None
 
 
-def test_of_many_rows_some_are_drawn_and_it_is_said() -> None:
+@pytest.mark.parametrize("k", [1, 2, 4])
+def test_of_many_rows_some_are_drawn_and_it_is_said(k: int) -> None:
+    """One in three, and the largest error before and after, wherever in the table they stand."""
     _, rows = samples.improved(4100, 0)
+    for place, stage in ((k, "before"), (4099 - k, "after")):
+        rows[f"dx_{stage}_mm"][place] = 77.5
     drawn = arrows(rows)
-    assert drawn is not None and drawn.share == "Of 4100 rows one in 3 is drawn."
+    assert drawn is not None and drawn.share == "Of 4100 rows one in 3 is drawn, and those with the largest errors."
     data = json.loads(drawn.data)
-    assert len(data["at"]) == len(data["out"]) == 1367 and "1367 arrows" in drawn.before
+    more = sum(place % 3 != 0 for place in (k, 4099 - k))
+    assert len(data["at"]) == len(data["out"]) == 1367 + more and f"{1367 + more} arrows" in drawn.before
+    assert all(any(e[0] == 77.5 for e in data[stage]) for stage in ("before", "after"))
     few = arrows(samples.improved(2000, 0)[1])
     assert few is not None and few.share == "" and len(json.loads(few.data)["at"]) == 2000
+
+
+@pytest.mark.parametrize("k", [0, 1, 500, 2999])
+def test_of_many_errors_the_largest_are_drawn_and_it_is_said(k: int) -> None:
+    """Two thousand marks or so; the largest of each series and all rows that were set aside are among them."""
+    _, rows = samples.improved(3000, 600)
+    rows["after_mm"][k] = rows["before_mm"][k] = 55.0
+    rows["set_aside"] = ["yes" if i in (7, 8) and i != k else "" for i in range(3000)]
+    series = three(rows)
+    drawn, share = pictures.drawn_of(series)
+    count = sum(len(s.values) for s in series if s.key != "aside")
+    assert share == f"Of {count} errors one in 3 is drawn, and the 20 largest of each series."
+    assert share in pictures.per_pose(three(rows)) and sum(len(s.values) for s in drawn) < 2100
+    for all_of, some in zip(series, drawn, strict=True):
+        assert (all_of.key, all_of.name) == (some.key, some.name)
+        assert set(np.sort(all_of.values)[-20:]) <= set(some.values) <= set(all_of.values)
+        assert all_of.key != "aside" or len(some.values) == len(all_of.values) == 2
+    few = three(samples.improved(800, 0)[1])
+    assert [len(s.values) for s in pictures.drawn_of(few)[0]] == [800, 800] and pictures.drawn_of(few)[1] == ""
 
 
 def test_no_error_at_all_is_drawn_as_dots() -> None:
@@ -154,7 +184,7 @@ def test_no_error_at_all_is_drawn_as_dots() -> None:
             rows[name] = [0.0] * 5
     drawn = arrows(rows)
     assert drawn is not None and "nan" not in drawn.data
-    assert pictures.histogram(rows) == "" and pictures.per_pose(rows) == ""
+    assert pictures.histogram(three(rows)) == "" and pictures.per_pose(three(rows)) == ""
 
 
 def test_convergence_needs_a_line() -> None:
@@ -227,13 +257,13 @@ def test_what_was_set_aside_is_marked_and_in_no_mean() -> None:
             if name.endswith("_mm") and rows[name][i] is not None:
                 rows[name][i] = 3000.0
     found = {s.key: s for s in three(rows)}
-    assert found["aside"].values == (3000.0, 3000.0)
+    assert found["aside"].values.tolist() == [3000.0, 3000.0]
     assert all(found[k].mean == pytest.approx(clean[k].mean) for k in ("before", "after", "held"))
     assert max(a for pair in pairs(rows)[1] for a in pair) < 100
     for draw in (pictures.histogram, pictures.per_pose):
-        text = draw(rows)
+        text = draw(three(rows))
         assert "set aside: 2 values." in text and "mean aside" not in text
-    assert 'class="mark aside"' in pictures.per_pose(rows)
+    assert 'class="mark aside"' in pictures.per_pose(three(rows))
     drawn = arrows(rows)
     assert drawn is not None and len(json.loads(drawn.data)["at"]) == 38
     first = worst(rows)[:2]

@@ -119,6 +119,28 @@ def test_an_edited_callee_is_never_stale(tiny: Tiny) -> None:
     assert tiny.run()["value"] == 3.0
 
 
+WITHOUT = """
+import sys
+import numpy as np
+from tiny import _jit
+from tiny.outer._kernels import total
+value = total(np.array([1.0, 2.0]))
+registered = "numba.np.npyimpl" in sys.modules
+@_jit.kernel
+def twice(x):
+    return 2.0 * total(np.sqrt(x))
+print(json.dumps([value, registered, twice(np.array([4.0, 9.0]))]))
+"""
+
+
+@compiled
+def test_what_is_in_the_cache_wakes_no_compiler_and_a_new_kernel_does(tiny: Tiny) -> None:
+    """The second process takes machine code from the cache without what numba registers to compile; a kernel that calls
+    that code compiles beside it all the same."""
+    assert tiny.run(WITHOUT) == [6.0, True, 20.0]
+    assert tiny.run(WITHOUT) == [6.0, False, 20.0]
+
+
 def test_numba_alone_would_be_stale(tmp_path: Path) -> None:
     """The reason for the test above; when this one fails, numba has learned better and `_jit` can be simpler."""
     plain = Tiny(tmp_path, PLAIN)

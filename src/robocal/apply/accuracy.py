@@ -86,7 +86,7 @@ def accuracy_map(
             continue
         q = joints[inside]
         before = reach(nominal, q, (), conditions)[0][:, :3, 3] @ t[:3, :3].T + t[:3, 3]
-        after = predict(corrected, q, total, conditions, motion)
+        after = predict(corrected, q, total, conditions, motion, turn=False)
         error = np.linalg.norm(before - after.pose[:, :3, 3], axis=1)
         band = radius(after.position, total.dof)
         cell = np.floor(place[inside][:, across] / side).astype(np.int64)

@@ -22,9 +22,7 @@ from numpy.typing import NDArray
 
 from robocal.calibrate.options import Options
 from robocal.errors import ModelError, nearest
-from robocal.estimate.kalman import kalman, stacked
 from robocal.estimate.least_squares import Reason, Solution, least_squares
-from robocal.estimate.particle import particles
 from robocal.estimate.problem import Problem
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -97,6 +95,8 @@ def _filter(problem: Problem, start: Array, options: Options, watch: Watch | Non
     on all of them (Bell and Cathey, 1993), damped so that it always descends (Skoglund, Hendeby and Axehill, 2015), and
     is computed as one. `max_iterations` counts all passes; one is the EKF.
     """
+    from robocal.estimate.kalman import kalman
+
     held, x = _held(problem, start)
     first = kalman(held, x, passes=LOCAL_PASSES, watch=watch)
     history = [problem.normal(start).cost, problem.normal(first.x).cost]
@@ -113,6 +113,8 @@ def _filter(problem: Problem, start: Array, options: Options, watch: Watch | Non
 
 def _particles(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
     """The filter's answer, refined by particles under the problem's own loss."""
+    from robocal.estimate.particle import particles
+
     before = _filter(problem, start, options, watch)
     held, _ = _held(problem, start)
     rng = np.random.default_rng(options.seed)
@@ -129,6 +131,8 @@ def _particles(problem: Problem, start: Array, options: Options, watch: Watch | 
 
 def _seed(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
     """Chapter 4 of the seed: P0 = Q = R, all rows at once; the innovation is what is measured less what the model says."""
+    from robocal.estimate.kalman import stacked
+
     p = np.diag([SEED.get(problem.table[n].unit, 1e-2) ** 2 for n in problem.free])
     weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
     noise = np.concatenate([_noise(t.scale, t.parts)[(weight[t.unit] > 0) & t.used].ravel() for t in problem.terms])

@@ -84,8 +84,9 @@ def places(configurations: Configurations, near: float = NEAR) -> Ints:
     # Encoders jitter: what is nearer than that is the same place.
     known = np.nan_to_num(place)
     some = _beside(known, near)
-    pairs = some[scipy.spatial.cKDTree(known[some]).query_pairs(near, p=np.inf, output_type="ndarray")]
-    label = np.arange(len(place))
+    label, pairs = np.arange(len(place)), some[:0]
+    if len(some):
+        pairs = some[scipy.spatial.cKDTree(known[some]).query_pairs(near, p=np.inf, output_type="ndarray")]
     if len(pairs):
         graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(place), len(place)))
         label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1].astype(np.int64)

@@ -39,7 +39,8 @@ class Region:
 
 @dataclass(frozen=True)
 class Predicted:
-    """Poses T_base_tool (m, 4, 4) and covariance (m, 6, 6) of position (m) and turn (rad), in base axes."""
+    """Poses T_base_tool (m, 4, 4) and covariance (m, 6, 6) of position (m) and turn (rad), in base axes; (m, 3, 3) where
+    the turn was not asked for."""
 
     pose: Array
     covariance: Array
@@ -91,22 +92,29 @@ def parameters_of(chain: Machine, total: Total) -> tuple[str, ...]:
 
 
 def predict(
-    chain: Machine, joints: Array, total: Total, conditions: Mapping[str, ArrayLike], motion: Array | None = None
-) -> Predicted:
+    chain: Machine, joints: Array, total: Total, conditions: Mapping[str, ArrayLike], motion: Array | None = None,
+    *, turn: bool = True,
+) -> Predicted:  # fmt: skip
     """The tool's pose at joint values (m, n) with its covariance; `conditions` are the other columns that the model
-    needs, `motion` (6, k) comes from `base_motion` for the arm's names of `total`."""
+    needs, `motion` (6, k) comes from `base_motion` for the arm's names of `total`. Without `turn` of the position alone, at
+    half the price."""
     joints, names = np.atleast_2d(joints), parameters_of(chain, total)
     at = [total.names.index(n) for n in names]
     hidden, known = total.hidden[at], total.noise[np.ix_(at, at)]
-    pose, covariance = np.empty((len(joints), 4, 4)), np.empty((len(joints), 6, 6))
+    high = 6 if turn else 3
+    pose, covariance = np.empty((len(joints), 4, 4)), np.empty((len(joints), high, high))
     for first in range(0, len(joints), CHUNK):
         some = slice(first, first + CHUNK)
         here = {k: np.broadcast_to(np.asarray(v, float), len(joints))[some] for k, v in conditions.items()}
-        pose[some], jac = reach(chain, joints[some], names, here)
+        pose[some], jac = reach(chain, joints[some], names, here, turn=turn)
         if motion is not None:
-            jac -= motion_field(pose[some, :3, 3]) @ motion
+            jac -= _times(motion_field(pose[some, :3, 3])[:, :high], motion)
         # Root by root, so that large errors that cancel leave no rounding below zero.
-        left = jac @ hidden
-        noise = np.einsum("mai,ij,mbj->mab", jac, known, jac, optimize=True)
-        covariance[some] = noise + left @ np.swapaxes(left, 1, 2)
+        left = _times(jac, hidden)
+        covariance[some] = _times(jac, known) @ np.swapaxes(jac, 1, 2) + left @ np.swapaxes(left, 1, 2)
     return Predicted(pose, covariance)
+
+
+def _times(many: Array, one: Array) -> Array:
+    """(m, r, k) times (k, l) as one product of matrices: numpy would make m small ones of it."""
+    return (many.reshape(-1, many.shape[-1]) @ one).reshape(*many.shape[:-1], -1)

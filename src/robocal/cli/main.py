@@ -26,4 +26,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:  # before the guard stands, or after it
         return 130
     finally:
+        gc.unfreeze()
         gc.enable()

@@ -161,7 +161,9 @@ class Bar:
     def __call__(self, event: dict[str, object]) -> None:
         if stopped():
             raise Cancelled("stopped")
-        gc.enable()
+        if not gc.isenabled():
+            gc.freeze()  # what was imported stays: the collector need not look through it again and again
+            gc.enable()
         if isinstance(told := event.get("sections"), list):
             self._tell(told)
         stage = str(event.get("stage", ""))

@@ -13,6 +13,7 @@ import os
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from robocal.files.digits import last_digits
 from robocal.files.names import SAID, harmless, meant, strange_character
 from robocal.files.text import MEGABYTE, read_text
 
-__all__ = ["CsvTable", "MissingCells", "csv_text", "read_csv"]
+__all__ = ["CsvTable", "MissingCells", "csv_columns", "csv_text", "read_csv"]
 
 Array = NDArray[np.float64]
 _COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
@@ -63,6 +64,10 @@ class CsvTable:
 
     def __len__(self) -> int:
         return len(self.cells)
+
+    @cached_property
+    def _columns(self) -> tuple[tuple[str, ...], ...]:
+        return tuple(zip(*self.cells, strict=True))
 
     def without(self, rows: NDArray[np.bool_], ids: Sequence[str] | None = None) -> CsvTable:
         """The table without some rows (k,); `ids` (k,) name them for those who look for them. Raises FormatError when none
@@ -152,19 +157,18 @@ class CsvTable:
         out = np.empty((len(self), len(columns)))
         for i, column in enumerate(columns):
             at = self.find(column)
-            cells: Iterable[str] = [row[at] for row in self.cells]
+            cells = self._columns[at]
             if self.skip:
                 lacking = [k for k, cell in enumerate(cells) if _missing(cell)]
                 if lacking:
                     raise MissingCells(np.array(lacking))
+            every = "".join(cells)
             try:
-                if self.decimal != ".":
-                    if any("." in cell for cell in cells):
-                        raise ValueError
-                    cells = [cell.replace(self.decimal, ".") for cell in cells]
-                elif any("_" in cell for cell in cells):
+                if ("." if self.decimal != "." else "_") in every:
                     raise ValueError
-                out[:, i] = [float(cell) for cell in cells]
+                if self.decimal in every and self.decimal != ".":
+                    cells = tuple(cell.replace(self.decimal, ".") for cell in cells)
+                out[:, i] = list(map(float, cells))
             except ValueError:
                 raise self._bad_cell(at) from None
             if not np.isfinite(out[:, i]).all():
@@ -176,7 +180,10 @@ class CsvTable:
         at = [self.find(c) for c in columns]
         if not at:
             return np.empty((len(self), 0))
-        return last_digits([[row[i].replace(self.decimal, ".") for row in self.cells] for i in at])
+        plain = self.decimal == "."
+        return last_digits(
+            [c if plain else [v.replace(self.decimal, ".") for v in c] for c in map(self._columns.__getitem__, at)]
+        )
 
     def _bad_cell(self, at: int) -> FormatError:
         """The error for the first cell of a column that is not a finite number."""
@@ -261,6 +268,15 @@ def csv_text(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow([harmless(cell) for cell in header])
     writer.writerows([harmless(cell) for cell in row] for row in rows)
+    return stream.getvalue()
+
+
+def csv_columns(header: Sequence[str], columns: Sequence[Sequence[str]]) -> str:
+    """The same of columns whose cells are `harmless` already."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(zip(*columns, strict=True))
     return stream.getvalue()
 
 

@@ -30,16 +30,20 @@ def last_digits(columns: Sequence[Sequence[str]]) -> Array:
 def _written(cells: Sequence[str]) -> tuple[Ints, Ints, NDArray[np.bool_]]:
     """Decimals and significant digits of each cell (n,), and whether it is zero."""
     # Numbers with exponents, few in most files, are read one by one.
-    odd = [k for k, cell in enumerate(cells) if "e" in cell or "E" in cell or not cell.isascii()]
+    every = "".join(cells)
+    odd = []
+    if "e" in every or "E" in every or not every.isascii():
+        odd = [k for k, cell in enumerate(cells) if "e" in cell or "E" in cell or not cell.isascii()]
     plain = list(cells)
     for k in odd:
         plain[k] = "0"
-    text = np.array([cell.encode() for cell in plain])
-    letters = text.view(np.uint8).reshape(len(cells), -1)
-    digit = (letters >= ord("0")) & (letters <= ord("9"))
-    behind = np.logical_or.accumulate(letters == ord("."), axis=1)
-    leading = np.logical_or.accumulate(digit & (letters > ord("0")), axis=1)
-    decimals, significant = (digit & behind).sum(axis=1), (digit & leading).sum(axis=1)
+    text = np.array(plain, dtype=np.bytes_)
+    # One row for each place in the text: what follows runs over all cells at once.
+    letters = np.ascontiguousarray(text.view(np.uint8).reshape(len(cells), -1).T)
+    digit = letters - ord("0") <= 9
+    behind = np.logical_or.accumulate(letters == ord("."), axis=0)
+    leading = np.logical_or.accumulate(digit & (letters > ord("0")), axis=0)
+    decimals, significant = (digit & behind).sum(axis=0), (digit & leading).sum(axis=0)
     zero = significant == 0
     significant = np.maximum(significant, 1)
     for k in odd:

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from pydantic import Field, FiniteFloat
 
-from robocal.calibrate.beyond.layer import Layer
 from robocal.errors import FormatError
 from robocal.files.names import SAID, strange_part
 from robocal.files.schema import Model, validate
 from robocal.files.text import read_text
 from robocal.files.yamlio import Document
+
+if TYPE_CHECKING:
+    from robocal.calibrate.beyond.layer import Layer
 
 __all__ = ["LAYER", "layer_text", "read_layer"]
 
@@ -57,6 +59,8 @@ def layer_text(layer: Layer) -> str:
 
 def read_layer(path: str | os.PathLike[str]) -> Layer:
     """Reads a layer.json. Raises FileError or FormatError."""
+    from robocal.calibrate.beyond.layer import Layer
+
     source = read_text(path)
     try:
         data = json.loads(source.text)

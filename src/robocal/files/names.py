@@ -21,6 +21,7 @@ __all__ = ["SAID", "harmless", "meant", "strange_character", "strange_part"]
 SAID = "a control character or line break inside a name or text"
 FREE_TEXT = ("source", "provenance")  # keys whose texts may have several lines
 _BUT_LINES = re.compile(CONTROL.pattern.replace(r"\x00-\x1f", r"\x00-\x08\x0b\x0c\x0e-\x1f"))
+_SUSPECT = frozenset("'=+@-")  # what a cell begins with that is worth a look
 _FORMULA = re.compile("'*[=+@-]")
 _MEANT = re.compile("'+[=+@-]")
 
@@ -49,7 +50,7 @@ def strange_part(data: Any) -> tuple[str, str] | None:
 
 def harmless(cell: object) -> object:
     """A cell as a spreadsheet takes it for what it is: before a text that it would run stands an apostrophe."""
-    if not isinstance(cell, str) or not _FORMULA.match(cell) or _is_number(cell):
+    if not isinstance(cell, str) or cell[:1] not in _SUSPECT or not _FORMULA.match(cell) or _is_number(cell):
         return cell
     return f"'{cell}"
 

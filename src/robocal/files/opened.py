@@ -89,11 +89,11 @@ def cable_file(name: str | os.PathLike[str]) -> CableFile | None:
 
 def rendered(file: Opened, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
     """The text of the file with other parameter values (SI, by name), and the names that it cannot hold."""
+    if isinstance(file, Robot):
+        return render_robot(file, dict(values))
     from robocal.files.cable.cablefile import CableFile
     from robocal.files.cable.write import render_cable
 
-    if isinstance(file, Robot):
-        return render_robot(file, dict(values))
     if isinstance(file, CableFile):
         return render_cable(file, {n: v for n, v in values.items() if n in file.robot.table})
     lines = [f"name: {quoted(file.machine.name)}", "parameters:"]

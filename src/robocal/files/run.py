@@ -4,14 +4,14 @@ none."""
 from __future__ import annotations
 
 import hashlib
-import math
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from robocal.errors import nearest
-from robocal.files.csvtable import csv_text
+from robocal.files.csvtable import csv_columns
+from robocal.files.names import harmless
 from robocal.files.result import Result
 from robocal.files.runfolder import PARTS, REPORT, RESIDUALS, RESULT, ROBOTS
 from robocal.files.writing import write_files
@@ -30,6 +30,9 @@ RESIDUAL_COLUMNS = (
 )  # fmt: skip
 
 
+INFINITE = float("inf")
+
+
 def residual_text(columns: Mapping[str, Sequence[Any]]) -> str:
     """residuals.csv: one row per observation; columns that are not given, None and NaN are empty cells."""
     for name in columns:
@@ -38,17 +41,18 @@ def residual_text(columns: Mapping[str, Sequence[Any]]) -> str:
     lengths = {len(values) for values in columns.values()}
     if len(lengths) > 1:
         raise ValueError(f"columns of different length: {sorted(lengths)}")
-    rows = (
-        [_cell(columns[name][i]) if name in columns else "" for name in RESIDUAL_COLUMNS]
-        for i in range(max(lengths, default=0))
+    count = max(lengths, default=0)
+    return csv_columns(
+        RESIDUAL_COLUMNS, [_cells(columns[name]) if name in columns else [""] * count for name in RESIDUAL_COLUMNS]
     )
-    return csv_text(RESIDUAL_COLUMNS, rows)
 
 
-def _cell(value: Any) -> str:
-    if value is None or (not isinstance(value, str) and not math.isfinite(value)):
-        return ""
-    return value if isinstance(value, str) else f"{float(value):.9g}"
+def _cells(values: Sequence[Any]) -> list[str]:
+    """A column as it is written: texts that a spreadsheet takes for texts, numbers with nine digits."""
+    return [
+        str(harmless(v)) if isinstance(v, str) else f"{v:.9g}" if v is not None and -INFINITE < v < INFINITE else ""
+        for v in values
+    ]
 
 
 def write_run(

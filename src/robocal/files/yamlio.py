@@ -10,6 +10,7 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -146,8 +147,10 @@ def _find(node: Any, path: Path_) -> tuple[Any, Any, Path_]:
     return key, node, ()
 
 
+@lru_cache(maxsize=8)  # a robot file is looked at, read, and written back with other numbers
 def _compose(text: str, path: object) -> Any:
-    """The node tree after the events were found harmless. Raises FormatError for whatever is not YAML."""
+    """The node tree after the events were found harmless, which nobody changes. Raises FormatError for whatever is not
+    YAML."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
     from ruamel.yaml.parser import Parser

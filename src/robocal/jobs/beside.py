@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robocal.arms.chain import Chain
-from robocal.calibrate import compare as solver
 from robocal.calibrate.estimators import ESTIMATORS, estimator
 from robocal.calibrate.evidence import Statistic
 from robocal.calibrate.identification import Identification
@@ -52,6 +51,8 @@ def methods_of(words: str | None, chosen: str) -> tuple[str, ...]:
     Raises ModelError for an unknown name."""
     if words is None:
         return ()
+    from robocal.calibrate import compare as solver
+
     named = solver.DEFAULT if words == "all" else tuple(w.strip() for w in words.split(",") if w.strip())
     if not named:
         raise ModelError("no method is named", key="--compare", found=words, expected=", ".join(ESTIMATORS))
@@ -64,6 +65,8 @@ def compared(
     chain: Chain, data: DataSet, methods: Sequence[str], options: Options, known: tuple[Identification[Chain], float], watch: Watch | None
 ) -> files.Comparison:  # fmt: skip
     """The methods side by side, in mm or deg; `known` is the identification that was done, with its seconds."""
+    from robocal.calibrate import compare as solver
+
     found = solver.compare(chain, data, methods, options, known=known, watch=watch)
     unit = SHOWN.get(found.unit, UNITS["1"])
 

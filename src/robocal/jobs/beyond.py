@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robocal.arms.chain import Chain
 from robocal.arms.groups import rule_of
-from robocal.calibrate.beyond.groups import Tried, choose_groups
-from robocal.calibrate.beyond.layered import Guarded, try_layer
 from robocal.calibrate.identification import Identification
 from robocal.calibrate.identify import FEW
 from robocal.calibrate.noise import apply_noise
@@ -23,6 +21,10 @@ from robocal.files.robot import Robot
 from robocal.jobs.inputs import Watch
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
+
+if TYPE_CHECKING:
+    from robocal.calibrate.beyond.groups import Tried
+    from robocal.calibrate.beyond.layered import Guarded
 
 __all__ = ["group_results", "guard_layer", "layer_result", "select_groups"]
 
@@ -38,6 +40,8 @@ def select_groups(
     extra: dict[str, dict[str, Any]] = {rule_of(n).name: {} for n in names if n not in there}
     if not extra and not there:
         return robot, ()
+    from robocal.calibrate.beyond.groups import choose_groups
+
     share = options.hold_out
     if share is None:
         many = len(np.unique(places(data.configurations)))
@@ -51,6 +55,8 @@ def select_groups(
 
 def guard_layer(found: Identification[Chain], data: DataSet, watch: Watch | None = None) -> Guarded:
     """Asks whether a residual layer helps on top of an identification to these data."""
+    from robocal.calibrate.beyond.layered import try_layer
+
     noisy = apply_noise(data, {(g.name, g.unit): g.tau for g in found.groups if g.tau > 0})
     made = build(found.nominal, noisy, free=found.correlation_names)
     return try_layer(found.nominal, noisy, made, made.with_table(found.table).start, watch)

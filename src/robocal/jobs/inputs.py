@@ -14,8 +14,7 @@ from robocal.arms.chain import Chain
 from robocal.errors import FileError, FormatError, InputError, ModelError, nearest
 from robocal.files.dataset import InputFile, Reading, read_datasets
 from robocal.files.groups import added
-from robocal.files.kinds.lengths import LENGTHS
-from robocal.files.kinds.registry import READERS
+from robocal.files.kinds.registry import READERS, reader_of
 from robocal.files.opened import Speaks
 from robocal.files.robot import Robot, open_robot, render_robot
 from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
@@ -287,7 +286,7 @@ def _frames(data: DataSet, fixed: set[str], loose: set[str]) -> DataSet:
     """The data with some frames held or freed; of a place, what its kind can see is freed."""
     out = []
     for obs in data.observations:
-        sees = (READERS | {LENGTHS.name: LENGTHS})[obs.kind].free
+        sees = reader_of(obs.kind).free
 
         def renewed(frame: Frame, flags: tuple[bool, ...] = (True,) * 6) -> Frame:
             if frame.name in loose:

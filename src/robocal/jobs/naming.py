@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robocal.calibrate.hypotheses.changes import Change, What, changes
 from robocal.calibrate.hypotheses.explain import Explanation, Trial, alike, doubted, explain
@@ -13,10 +14,12 @@ from robocal.errors import FormatError, ToWrite
 from robocal.files.dataset import Reading
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS
-from robocal.jobs.otherlinks import Other, Reread, option, other_links
 from robocal.jobs.telling import METRIC, SWAPPED, Told
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
+
+if TYPE_CHECKING:
+    from robocal.jobs.otherlinks import Other, Reread
 
 __all__ = ["refuse_wrong", "tried"]
 
@@ -50,6 +53,8 @@ def refuse_wrong(robot: Robot, reading: Reading, reread: Reread) -> tuple[Remark
     doubt = doubted(robot.chain, reading.dataset)
     if doubt is None:
         return _of_targets(robot, reading)
+    from robocal.jobs.otherlinks import other_links
+
     found = explain(robot.chain, reading.dataset, tried(robot, reading), doubt)
     others = other_links(robot, reading.dataset, doubt, reread)
     best = min([o.left for o in others] + ([found.left] if found else []), default=None)
@@ -69,6 +74,8 @@ def refuse_wrong(robot: Robot, reading: Reading, reread: Reread) -> tuple[Remark
 
 
 def _of_links(robot: Robot, other: Other) -> Told:
+    from robocal.jobs.otherlinks import option
+
     words = f"the chain that was measured is {other.robot.root} to {other.robot.tip}, not {robot.root} to {robot.tip}"
     return Told(words, option(robot, other.robot), str(robot.path), "")
 

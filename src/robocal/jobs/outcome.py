@@ -6,22 +6,20 @@ Parameters speak the units of the robot file; errors are in mm and deg, whatever
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal._version import __version__
 from robocal.calibrate import evidence
-from robocal.calibrate.beyond.layer import Layer
 from robocal.calibrate.bootstrap import Resampled
 from robocal.calibrate.estimators import ended, estimator
 from robocal.calibrate.evidence import Stages
-from robocal.calibrate.identification import Identification
+from robocal.calibrate.identification import Identification, RowTable
 from robocal.errors import MissingExtra
 from robocal.files import result as files
 from robocal.files.dataset import InputFile
@@ -38,6 +36,9 @@ from robocal.jobs.trusted import band_remarks, prediction_part, range_part, scal
 from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, documents, sentences
+
+if TYPE_CHECKING:
+    from robocal.calibrate.beyond.layer import Layer
 
 __all__ = ["Outcome", "provenance", "residual_columns", "save", "to_result"]
 
@@ -254,48 +255,56 @@ def _fit(found: Identification[Machine]) -> files.Fit:
 def residual_columns(found: Identification[Machine]) -> dict[str, list[Any]]:
     """The columns of residuals.csv; None where a row has no such number."""
     rows = found.rows
-    out: dict[str, list[Any]] = {name: [] for name in RESIDUAL_COLUMNS}
+    numbers = {name: np.full(len(rows.parts), None, dtype=object) for name in RESIDUAL_COLUMNS}
+    kinds: dict[tuple[tuple[int, int, str], ...], list[int]] = {}
     for i, parts in enumerate(rows.parts):
-        metric = next(((a, b) for a, b, unit in parts if unit == "m"), None)
-        turn = next(((a, b) for a, b, unit in parts if unit == "rad"), None)
-        held = bool(rows.held[i])
-        row: dict[str, Any] = {
-            "configuration": rows.configuration[i],
-            "set": "held_out" if held else "fit",
-            "set_aside": "yes" if rows.aside[i] else "",
-            "group": rows.group[i],
-            "kind": rows.kind[i],
-            "target": rows.target[i],
-            "fingerprint": f"{int(rows.mark[i]):016x}",
-        }
-        if metric:
-            row |= _metric(rows.before[i], rows.after[i], rows.unseen[i], rows.place[i], metric)
-        if turn:
-            before, after = (
-                math.degrees(float(np.linalg.norm(v[turn[0] : turn[1]]))) for v in (rows.before[i], rows.after[i])
-            )
-            row |= {"angle_before_deg": before, "angle_after_deg": after, "angle_held_out_deg": after if held else None}
-        seen = next(((a, b) for a, b, unit in parts if unit == "px"), None)
-        if seen:
-            before, after = (float(np.linalg.norm(v[seen[0] : seen[1]])) for v in (rows.before[i], rows.after[i]))
-            row |= {"before_px": before, "after_px": after, "held_out_px": float(rows.unseen[i])}
-        for name, column in out.items():
-            column.append(row.get(name))
+        kinds.setdefault(parts, []).append(i)
+    with np.errstate(over="ignore", invalid="ignore"):  # an infinite error is none that could be told
+        for parts, at in kinds.items():
+            for name, values in _told(rows, parts, np.array(at)).items():
+                numbers[name][at] = values
+    words: dict[str, list[Any]] = {
+        "configuration": list(rows.configuration),
+        "set": ["held_out" if held else "fit" for held in rows.held.tolist()],
+        "set_aside": ["yes" if aside else "" for aside in rows.aside.tolist()],
+        "group": list(rows.group),
+        "kind": list(rows.kind),
+        "target": list(rows.target),
+        "fingerprint": [f"{mark:016x}" for mark in rows.mark.tolist()],
+    }
+    return {name: words[name] if name in words else numbers[name].tolist() for name in RESIDUAL_COLUMNS}
+
+
+def _told(rows: RowTable, parts: tuple[tuple[int, int, str], ...], at: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
+    """The numbers of rows (m,) that tell these parts, by column, (m,)."""
+    before, after, unseen, place = (v[at] for v in (rows.before, rows.after, rows.unseen, rows.place))
+    part = {unit: slice(a, b) for a, b, unit in reversed(parts)}  # the first of a unit
+    size = {u: [np.sqrt(np.sum(v[:, own] ** 2, axis=1)) for v in (before, after)] for u, own in part.items()}
+    out: dict[str, NDArray[Any]] = {}
+    if "m" in part:
+        first, last = part["m"].start, part["m"].stop
+        out |= {"before_mm": size["m"][0] * 1e3, "after_mm": size["m"][1] * 1e3, "held_out_mm": _known(unseen * 1e3)}
+        for i, axis in enumerate("xyz"):
+            out[f"{axis}_mm"] = _known(place[:, i] * 1e3)
+            if last - first == 3:
+                out |= {
+                    f"d{axis}_before_mm": before[:, first + i] * 1e3,
+                    f"d{axis}_after_mm": after[:, first + i] * 1e3,
+                }
+    if "rad" in part:
+        told, left = (np.degrees(v) for v in size["rad"])
+        held = np.where(rows.held[at], left, np.nan)
+        out |= {"angle_before_deg": told, "angle_after_deg": left, "angle_held_out_deg": _known(held)}
+    if "px" in part:
+        out |= {"before_px": size["px"][0], "after_px": size["px"][1], "held_out_px": unseen}
     return out
 
 
-def _metric(before: Array, after: Array, unseen: float, place: Array, part: tuple[int, int]) -> dict[str, Any]:
-    a, b = part
-    row: dict[str, Any] = {
-        "before_mm": float(np.linalg.norm(before[a:b])) * 1e3,
-        "after_mm": float(np.linalg.norm(after[a:b])) * 1e3,
-        "held_out_mm": float(unseen) * 1e3 if math.isfinite(unseen) else None,
-    }
-    for i, axis in enumerate("xyz"):
-        row[f"{axis}_mm"] = float(place[i]) * 1e3 if math.isfinite(place[i]) else None
-        if b - a == 3:
-            row[f"d{axis}_before_mm"], row[f"d{axis}_after_mm"] = float(before[a + i]) * 1e3, float(after[a + i]) * 1e3
-    return row
+def _known(values: Array) -> NDArray[Any]:
+    """None where there is no number, (m,)."""
+    out = values.astype(object)
+    out[~np.isfinite(values)] = None
+    return out
 
 
 def save(outcome: Outcome, folder: Path) -> Outcome:

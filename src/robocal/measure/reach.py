@@ -20,23 +20,24 @@ CHUNK = 2048  # configurations whose columns are held at once
 
 
 def reach(
-    machine: Machine, joints: Array, names: Sequence[str] = (), columns: Mapping[str, ArrayLike] | None = None
-) -> tuple[Array, Array]:
-    """T_base_tool (m, 4, 4) at joint values (m, n), and how named parameters move it, J (m, 6, k): (v, w) in base axes.
-    `columns` are whatever else the model reads, numbers or (m,)."""
+    machine: Machine, joints: Array, names: Sequence[str] = (), columns: Mapping[str, ArrayLike] | None = None,
+    *, turn: bool = True,
+) -> tuple[Array, Array]:  # fmt: skip
+    """T_base_tool (m, 4, 4) at joint values (m, n), and how named parameters move it, J (m, 6, k): (v, w) in base axes,
+    without `turn` (m, 3, k) of v alone. `columns` are whatever else the model reads, numbers or (m,)."""
     q, m = np.asarray(joints, float), len(joints)
     recorded = {k: np.broadcast_to(np.asarray(v, float), (m,)) for k, v in (columns or {}).items()}
     column_of = np.full(len(machine.table), -1, dtype=np.int64)
     for i, name in enumerate(names):
         column_of[machine.table.index[name]] = i
-    poses, jacobians = np.zeros((m, 4, 4)), np.zeros((m, 6, len(names)))
+    poses, jacobians = np.empty((m, 4, 4)), np.zeros((m, 6 if turn else 3, len(names)))
     for first in range(0, m, CHUNK):
         some = slice(first, min(first + CHUNK, m))
         count = some.stop - first
         ids = tuple(map(str, range(first, some.stop)))
         where = Configurations(ids, q[some], {k: v[some] for k, v in recorded.items()})
         carrier = Builder(machine, machine.table, where).tool(np.arange(count)).bind(column_of)
-        pose, jacobian, _ = carrier.pose(machine.table.values[None], 0, count)
+        pose, jacobian, _ = carrier.pose(machine.table.values[None], 0, count, turn)
         poses[some] = pose[0]
         jacobians[some, :, carrier.columns] = jacobian[0]
     return poses, jacobians

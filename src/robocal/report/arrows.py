@@ -10,12 +10,16 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from robocal.report.numbers import finite, fixed, plain, significant
-from robocal.report.series import column, is_aside, is_held_out
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.report.numbers import fixed, plain, significant
+from robocal.report.series import is_aside, is_held_out, numbers
 from robocal.report.svg import drawing, label, num
 
 __all__ = ["Arrows", "arrows"]
@@ -26,7 +30,10 @@ FAR = 1e9  # mm; beyond this it is no position
 AZIMUTH, ELEVATION = -55.0, 24.0
 MOST = 2000  # arrows of a picture
 LONG = 34.0  # the 90th percentile of arrows is drawn this long
+Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
+BARBED = "M%.1f %.1fL%.1f %.1fM%.1f %.1fL%.1f %.1fL%.1f %.1f"
+WHOLE = re.compile(r"\.0(?![0-9])")  # as `svg.num` leaves it out
 
 
 @dataclass(frozen=True)
@@ -44,36 +51,26 @@ class Arrows:
 def arrows(residuals: Mapping[str, Sequence[object]]) -> Arrows | None:
     """Draws all rows that have a position and an error before and after, but those set aside, whose arrows would leave the
     others no length; None when there are none."""
-    names = (
-        "x_mm",
-        "y_mm",
-        "z_mm",
-        "dx_before_mm",
-        "dy_before_mm",
-        "dz_before_mm",
-        "dx_after_mm",
-        "dy_after_mm",
-        "dz_after_mm",
-    )
-    table = zip(*(column(residuals, name) for name in names), is_held_out(residuals), strict=True)
-    rows: list[tuple[list[float], bool]] = []
-    for (*cells, out), aside in zip(table, is_aside(residuals), strict=True):
-        numbers = [v for v in map(finite, cells) if v is not None and abs(v) < FAR]
-        if len(numbers) == len(names) and not aside:
-            rows.append((numbers, out))
-    if not rows:
+    names = [f"{axis}_mm" for axis in "xyz"] + [f"d{axis}_{k}_mm" for k in ("before", "after") for axis in "xyz"]
+    table = np.stack([numbers(residuals, name) for name in names], axis=1)
+    table[~(np.abs(table) < FAR)] = np.nan
+    used = ~np.isnan(table).any(axis=1) & ~is_aside(residuals)
+    if not used.any():
         return None
-    low = [min(r[i] for r, _ in rows) for i in range(3)]
-    high = [max(r[i] for r, _ in rows) for i in range(3)]
-    every, step = len(rows), -(-len(rows) // MOST)
-    rows = rows[::step]  # more would be one black cloud
+    table, held = table[used], is_held_out(residuals)[used]
+    low, high = table[:, :3].min(axis=0).tolist(), table[:, :3].max(axis=0).tolist()
+    every, step = len(table), -(-len(table) // MOST)
+    drawn = np.arange(every) % step == 0  # more would be one black cloud
+    for k in (3, 6):  # but the largest error before and after is to be seen
+        drawn[np.linalg.norm(table[:, k : k + 3], axis=1).argmax()] = True
+    rows = table[drawn].tolist()
     middle = [(a + b) / 2 for a, b in zip(low, high, strict=True)]
     radius = math.dist(low, high) / 2
     scale = HALF / radius if radius > 0 else 1.0
     bounds = [[_short((v - m) * scale) for v, m in zip(end, middle, strict=True)] for end in (low, high)]
-    at = [[_short((v - m) * scale) for v, m in zip(r[:3], middle, strict=True)] for r, _ in rows]
-    errors = [[[_short(v, 5) for v in r[3 + 3 * k : 6 + 3 * k]] for r, _ in rows] for k in (0, 1)]
-    out = [int(o) for _, o in rows]
+    at = [[_short((v - m) * scale) for v, m in zip(r[:3], middle, strict=True)] for r in rows]
+    errors = [[[_short(v, 5) for v in r[3 + 3 * k : 6 + 3 * k]] for r in rows] for k in (0, 1)]
+    out = held[drawn].astype(int).tolist()
     magnification = (_magnify(errors[0], scale), _magnify(errors[1], scale))
     data = {
         "at": at,
@@ -88,7 +85,7 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Arrows | None:
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     pictures = [_panel(k, at, errors[k], out, bounds, scale, magnification[k]) for k in (0, 1)]
     box = ", ".join(f"{a} from {fixed(u, 0)} to {fixed(v, 0)}" for a, u, v in zip("xyz", low, high, strict=True))
-    share = f"Of {every} rows one in {step} is drawn." if step > 1 else ""
+    share = f"Of {every} rows one in {step} is drawn, and those with the largest errors." if step > 1 else ""
     return Arrows(pictures[0], pictures[1], text, f"{box} mm", share)
 
 
@@ -114,26 +111,29 @@ def _axes() -> tuple[Vector, Vector]:
 
 
 def _project(point: Sequence[float]) -> tuple[float, float]:
-    (x, y, z), (right, up) = point, _axes()
-    return (
-        WIDE / 2 + (x * right[0] + y * right[1] + z * right[2]),
-        HIGH / 2 - 14 - (x * up[0] + y * up[1] + z * up[2]),
-    )
+    ((x, y),) = _flat(np.array([point])).tolist()
+    return x, y
 
 
-def _arrow(point: Sequence[float], error: Sequence[float], factor: float) -> str:
-    """A shaft with two barbs, or a dot where the arrow would be shorter than a pixel."""
-    x, y = _project(point)
-    x2, y2 = _project([p + factor * e for p, e in zip(point, error, strict=True)])
-    dx, dy = x2 - x, y2 - y
-    long = math.hypot(dx, dy)
-    if long < 1:
-        return f"M{num(x)} {num(y)}h0"
-    h = min(5.0, long * 0.45) / long
-    bx, by = x2 - dx * h, y2 - dy * h
-    wx, wy = dy * h * 0.5, -dx * h * 0.5
-    tip = f"{num(x2)} {num(y2)}"
-    return f"M{num(x)} {num(y)}L{tip}M{num(bx + wx)} {num(by + wy)}L{tip}L{num(bx - wx)} {num(by - wy)}"
+def _flat(points: Array) -> Array:
+    """Points (n, 3) on the page, (n, 2)."""
+    right, up = np.array(_axes())
+    return np.stack([WIDE / 2 + points @ right, HIGH / 2 - 14 - points @ up], axis=1)
+
+
+def _arrows(points: Array, errors: Array, factor: float) -> list[str]:
+    """For each point (n, 3) and error a shaft with two barbs, or a dot where the arrow would be shorter than a pixel."""
+    start, tip = _flat(points), _flat(points + factor * errors)
+    shaft = tip - start
+    long = np.hypot(*shaft.T)
+    share = np.minimum(5.0, long * 0.45) / np.maximum(long, 1e-300)
+    foot = tip - shaft * share[:, None]
+    out = shaft[:, ::-1] * share[:, None] * [0.5, -0.5]
+    rows = np.concatenate([start, tip, foot + out, foot - out], axis=1).tolist()
+    return [
+        f"M{num(x)} {num(y)}h0" if dot else BARBED % (x, y, u, v, a, b, u, v, c, d)
+        for (x, y, u, v, a, b, c, d), dot in zip(rows, (long < 1).tolist(), strict=True)
+    ]
 
 
 def _box(bounds: Sequence[Sequence[float]]) -> tuple[str, list[tuple[str, float, float]]]:
@@ -179,9 +179,8 @@ def _panel(
     factor = scale * magnification
     edges, names = _box(bounds)
     classes = (key, "held" if k else key)
-    bodies = [
-        "".join(_arrow(p, e, factor) for p, e, o in zip(at, errors, out, strict=True) if o == which) for which in (0, 1)
-    ]
+    shapes = _arrows(np.array(at), np.array(errors), factor)
+    bodies = [WHOLE.sub("", "".join(d for d, o in zip(shapes, out, strict=True) if o == which)) for which in (0, 1)]
     value, drawn = _bar(factor)
     foot = HIGH - 14
     parts = [f'<path class="box" data-part="box" d="{edges}"/>']

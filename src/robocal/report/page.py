@@ -130,8 +130,8 @@ def _errors(result: Result, residuals: Columns) -> dict[str, Any]:
     # What the verdict is told in comes first: angles and pixels where no lengths were measured.
     unit = str(distances.get("unit") or "mm")
     main = ("angle_" if unit == "deg" else "", unit)
-    has_angle = unit != "deg" and bool(three(residuals, "angle_", "deg"))
-    drawn = arrows(residuals)
+    turns = three(residuals, "angle_", "deg") if unit != "deg" else []
+    drawn, series = arrows(residuals), three(residuals, *main)
     split = section(result, "split")
     held = next((key for key in UNSEEN if section(distances, key)), "")
     return {
@@ -142,11 +142,12 @@ def _errors(result: Result, residuals: Columns) -> dict[str, Any]:
         "angle_rounds": tables.rounds(angle),
         "angle_unit": unit_text(angle.get("unit")),
         "angle_statistics": tables.statistics(angle),
-        "series": three(residuals, *main),
-        "histogram": pictures.histogram(residuals, *main),
-        "per_pose": pictures.per_pose(residuals, *main),
-        "angle_histogram": pictures.histogram(residuals, "angle_", "deg") if has_angle else "",
-        "angle_per_pose": pictures.per_pose(residuals, "angle_", "deg") if has_angle else "",
+        "series": series,
+        "share": pictures.drawn_of(series)[1],
+        "histogram": pictures.histogram(series, *main),
+        "per_pose": pictures.per_pose(series, *main),
+        "angle_histogram": pictures.histogram(turns, "angle_", "deg"),
+        "angle_per_pose": pictures.per_pose(turns, "angle_", "deg"),
         "arrows": drawn,
         "worst": tables.worst(residuals, *main),
         "held": held,

@@ -5,12 +5,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from robocal.report.numbers import significant, unit_text, with_unit
-from robocal.report.series import ASIDE, Series, pairs, three
+from robocal.report.series import ASIDE, Series, pairs
 from robocal.report.svg import Scale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
 from robocal.report.words import times_smaller
 
-__all__ = ["before_after", "convergence", "histogram", "per_pose"]
+__all__ = ["before_after", "convergence", "drawn_of", "histogram", "per_pose"]
+
+MOST = 2000  # marks of a picture: more would be one black cloud
+LARGEST = 20  # of each series, drawn in any case
 
 # The colours of style.css, for a picture that stands alone.
 STYLE = """
@@ -36,11 +41,10 @@ def _spoken(series: Sequence[Series], unit: str) -> str:
     )
 
 
-def histogram(residuals: Mapping[str, Sequence[object]], quantity: str = "", unit: str = "mm") -> str:
+def histogram(series: Sequence[Series], quantity: str = "", unit: str = "mm") -> str:
     """How many errors of each size there are, one row per series over one logarithmic axis; empty text when there are
     no numbers."""
-    series = three(residuals, quantity, unit)
-    around = span(v for s in series for v in s.values)
+    around = _around(series)
     if around is None:
         return ""
     width, left, right, row, bins = 460.0, 8.0, 452.0, 78.0, 44
@@ -49,9 +53,8 @@ def histogram(residuals: Mapping[str, Sequence[object]], quantity: str = "", uni
     parts = [bottom_axis(x, height - 44, 10, f"error, {unit_text(unit)}, logarithmic")]
     for k, s in enumerate(series):
         foot = 14 + row * (k + 1)
-        counts = [0] * bins
-        for v in s.values:
-            counts[min(int((x(v) - left) / (right - left) * bins) if v > 0 else 0, bins - 1)] += 1
+        place = ((x.many(s.values) - left) / (right - left) * bins).astype(np.int64)
+        counts = np.bincount(np.clip(place, 0, bins - 1), minlength=bins).tolist()
         step, most = (right - left) / bins, max(counts)
         bars = [
             f"M{num(left + i * step + 0.7)} {num(foot)}v{num(-(row - 42) * c / most)}h{num(step - 1.4)}V{num(foot)}z"
@@ -75,10 +78,9 @@ def histogram(residuals: Mapping[str, Sequence[object]], quantity: str = "", uni
     return drawing(width, height, parts, title="Histogram of errors", text=said, key=key)
 
 
-def per_pose(residuals: Mapping[str, Sequence[object]], quantity: str = "", unit: str = "mm") -> str:
-    """Every error over its configuration's place in the file."""
-    series = three(residuals, quantity, unit)
-    if span(v for s in series for v in s.values) is None:
+def per_pose(series: Sequence[Series], quantity: str = "", unit: str = "mm") -> str:
+    """Every error over its configuration's place in the file; of very many some, as `drawn_of` says."""
+    if _around(series) is None:
         return ""
     parts, said = _scatter(
         series, unit, (940.0, 330.0), (52.0, 922.0, 284.0, 34.0), "configuration, in the order of the file"
@@ -94,6 +96,28 @@ def per_pose(residuals: Mapping[str, Sequence[object]], quantity: str = "", unit
     )
 
 
+def drawn_of(series: Sequence[Series]) -> tuple[list[Series], str]:
+    """What `per_pose` draws of series, and in words which share it is, where it is not all: of very many errors at even
+    steps, with the largest of each series and whatever was set aside."""
+    count = sum(len(s.values) for s in series if s.key != ASIDE)
+    step = -(-count // MOST)
+    if step <= 1:
+        return list(series), ""
+    out = []
+    for s in series:
+        kept = np.arange(len(s.values)) % (1 if s.key == ASIDE else step) == 0
+        kept[np.argsort(s.values)[-LARGEST:]] = True
+        out.append(Series(s.key, s.name, s.at[kept], s.values[kept]))
+    return out, f"Of {count} errors one in {step} is drawn, and the {LARGEST} largest of each series."
+
+
+def _around(series: Sequence[Series]) -> tuple[float, float] | None:
+    """The range of all series on a logarithmic axis, as `span`."""
+    values = np.concatenate([s.values for s in series]) if series else np.zeros(0)
+    positive = values[values > 0]
+    return span([float(positive.min()), float(positive.max())]) if len(positive) else None
+
+
 def _scatter(
     series: Sequence[Series],
     unit: str,
@@ -105,8 +129,8 @@ def _scatter(
     """Points over ordinals between (left, right, bottom, top) with mean lines; `named` writes the means and joins two
     series."""
     left, right, bottom, top = box
-    low, high = span(v for s in series for v in s.values) or (0.1, 1.0)
-    last = max(max(s.at) for s in series)
+    low, high = _around(series) or (0.1, 1.0)
+    last = max(int(s.at.max()) for s in series)
     x = Scale(0.5, last + 0.5, left, right)
     y = Scale(low, high, bottom, top, log=True)
     whole = [t for t in Scale(1, max(last, 2), left, right).ticks if 1 <= t <= last and t == int(t)]
@@ -117,7 +141,7 @@ def _scatter(
     parts += [label(x(t), bottom + 16, str(int(t)), "tick", "middle") for t in whole]
     parts.append(label((left + right) / 2, min(bottom + 36, size[1] - 8), what, "axis-title", "middle"))
     if named and len(series) == 2:
-        joined = zip(series[0].at, *(s.values for s in series), strict=True)
+        joined = zip(series[0].at.tolist(), *(s.values.tolist() for s in series), strict=True)
         parts.append(
             path(
                 "".join(
@@ -127,8 +151,10 @@ def _scatter(
                 "join",
             )
         )
-    for s in series:
-        parts.append(points([x(i) for i in s.at], [y(v) if v > 0 else bottom for v in s.values], s.key))
+    shown, share = (list(series), "") if named else drawn_of(series)
+    for s in shown:
+        up = np.where(s.values > 0, y.many(s.values), bottom)
+        parts.append(points(x.many(s.at).tolist(), up.tolist(), s.key))
     for s in series:
         if s.key == ASIDE:
             continue
@@ -139,9 +165,10 @@ def _scatter(
                 label(right + 12, at - 3, with_unit(significant(s.mean), unit), "big"),
                 label(right + 12, at + 14, s.name, "strong" if s.key == "held" else ""),
             ]
-    return parts, "Errors on a logarithmic axis over configurations, with dashed lines at their means. " + _spoken(
+    said = "Errors on a logarithmic axis over configurations, with dashed lines at their means. " + _spoken(
         series, unit
     )
+    return parts, f"{said} {share}".strip()
 
 
 def convergence(costs: Sequence[float]) -> str:
@@ -178,11 +205,8 @@ def before_after(residuals: Mapping[str, Sequence[object]]) -> str:
     name, found = pairs(residuals)
     if span(v for pair in found for v in pair) is None:
         raise ValueError("the residuals hold no errors to draw")
-    at = tuple(range(1, len(found) + 1))
-    shown = [
-        Series("before", "before", at, tuple(b for b, _ in found)),
-        Series("held", name, at, tuple(a for _, a in found)),
-    ]
+    at, values = np.arange(1, len(found) + 1), np.array(found)
+    shown = [Series("before", "before", at, values[:, 0]), Series("held", name, at, values[:, 1])]
     factor = times_smaller(shown[0].mean, shown[1].mean)
     title = f"Position error: {factor}" if factor else "Position error"
     title += " on measurements that the identification never saw" if name == "held out" else ""

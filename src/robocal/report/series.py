@@ -6,28 +6,33 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from robocal.report.numbers import finite
 
-__all__ = ["ASIDE", "Series", "column", "is_aside", "is_held_out", "ordinals", "pairs", "three"]
+__all__ = ["ASIDE", "Series", "column", "is_aside", "is_held_out", "numbers", "ordinals", "pairs", "three"]
 
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 Columns = Mapping[str, Sequence[object]]
 ASIDE = "aside"  # the key of the series that has no mean: gross rows
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Series:
-    """One series: its class in the style sheet, its name, and for each point the configuration's ordinal (from 1) and
-    the error."""
+    """One series: its class in the style sheet, its name, and for each of its points the configuration's ordinal (from 1)
+    and the error, (n,) each."""
 
     key: str
     name: str
-    at: tuple[int, ...]
-    values: tuple[float, ...]
+    at: NDArray[np.int64]
+    values: Array
 
     @property
     def mean(self) -> float:
         """The mean error."""
-        return sum(self.values) / len(self.values)
+        return float(self.values.mean())
 
 
 def column(residuals: Columns, name: str) -> list[object]:
@@ -37,38 +42,53 @@ def column(residuals: Columns, name: str) -> list[object]:
     return found + [None] * (rows - len(found))
 
 
-def is_held_out(residuals: Columns) -> list[bool]:
-    """For each row, whether the identification never saw it."""
-    return [s == "held_out" for s in column(residuals, "set")]
+def numbers(residuals: Columns, name: str) -> Array:
+    """A column as numbers (rows,), NaN wherever there is no usable one (`numbers.finite`)."""
+    cells = column(residuals, name)
+    found = np.array([v if type(v) is float else _number(v) for v in cells], dtype=float)
+    found[~np.isfinite(found)] = np.nan
+    return found
 
 
-def is_aside(residuals: Columns) -> list[bool]:
-    """For each row, whether it was set aside as gross: it is in no mean."""
-    return [s == "yes" for s in column(residuals, "set_aside")]
+def _number(cell: object) -> float:
+    number = finite(cell)
+    return np.nan if number is None else number
 
 
-def ordinals(residuals: Columns) -> list[int]:
-    """For each row, the place of its configuration in the order of the file, from 1."""
-    seen: dict[str, int] = {}
-    names = [f"row {i}" if c is None else f"named {c}" for i, c in enumerate(column(residuals, "configuration"))]
-    return [seen.setdefault(name, len(seen) + 1) for name in names]
+def _is(residuals: Columns, name: str, word: str) -> Flags:
+    return np.array([cell == word for cell in column(residuals, name)], dtype=bool)
+
+
+def is_held_out(residuals: Columns) -> Flags:
+    """For each row, whether the identification never saw it, (rows,)."""
+    return _is(residuals, "set", "held_out")
+
+
+def is_aside(residuals: Columns) -> Flags:
+    """For each row, whether it was set aside as gross: it is in no mean; (rows,)."""
+    return _is(residuals, "set_aside", "yes")
+
+
+def ordinals(residuals: Columns) -> NDArray[np.int64]:
+    """For each row, the place of its configuration in the order of the file, from 1; (rows,)."""
+    seen: dict[tuple[bool, str], int] = {}
+    names = [(c is None, str(i if c is None else c)) for i, c in enumerate(column(residuals, "configuration"))]
+    return np.array([seen.setdefault(name, len(seen) + 1) for name in names], dtype=np.int64)
 
 
 def three(residuals: Columns, quantity: str = "", unit: str = "mm") -> list[Series]:
     """Before, after and held out, and what was set aside, without those that have no point; `quantity` is "" for distances
     or "angle_" for angles."""
-    at = ordinals(residuals)
-    out = is_held_out(residuals)
-    aside = is_aside(residuals)
-    before, after, held = (
-        [finite(v) for v in column(residuals, f"{quantity}{stage}_{unit}")] for stage in ("before", "after", "held_out")
-    )
-    gross = [a if s else None for a, s in zip(after, aside, strict=True)]
-    before, after, held = ([None if s else v for v, s in zip(c, aside, strict=True)] for c in (before, after, held))
-    if not any(v is not None for v in held):
-        held = [a if o else None for a, o in zip(after, out, strict=True)]
-    after = [None if o else a for a, o in zip(after, out, strict=True)]
-    last = "held out" if any(out) else "held out in turn"
+    before, after, held = (numbers(residuals, f"{quantity}{s}_{unit}") for s in ("before", "after", "held_out"))
+    if np.isnan(before).all() and np.isnan(after).all() and np.isnan(held).all():
+        return []
+    out, aside = is_held_out(residuals), is_aside(residuals)
+    gross = np.where(aside, after, np.nan)
+    before, after, held = (np.where(aside, np.nan, v) for v in (before, after, held))
+    if np.isnan(held).all():
+        held = np.where(out, after, np.nan)
+    after = np.where(out, np.nan, after)
+    at, last = ordinals(residuals), "held out" if out.any() else "held out in turn"
     found = []
     for key, name, values in (
         ("before", "before", before),
@@ -76,26 +96,25 @@ def three(residuals: Columns, quantity: str = "", unit: str = "mm") -> list[Seri
         ("held", last, held),
         (ASIDE, "set aside", gross),
     ):
-        pairs = [(i, v) for i, v in zip(at, values, strict=True) if v is not None]
-        if pairs:
-            found.append(Series(key, name, tuple(i for i, _ in pairs), tuple(v for _, v in pairs)))
+        known = ~np.isnan(values)
+        if known.any():
+            found.append(Series(key, name, at[known], values[known]))
     return found
 
 
 def pairs(residuals: Columns) -> tuple[str, list[tuple[float, float]]]:
     """The errors before and after of the same measurements: of those held out, or held out in turn, or else of
     the fit; and which."""
-    aside = is_aside(residuals)
-    before = [None if a else finite(v) for v, a in zip(column(residuals, "before_mm"), aside, strict=True)]
+    before = np.where(is_aside(residuals), np.nan, numbers(residuals, "before_mm"))
     out = is_held_out(residuals)
-    for name, after, rows in (
-        ("held out", column(residuals, "held_out_mm"), out),
-        ("held out", column(residuals, "after_mm"), out),
-        ("held out in turn", column(residuals, "held_out_mm"), [not o for o in out]),
-        ("seen by the fit", column(residuals, "after_mm"), [not o for o in out]),
+    held, after = numbers(residuals, "held_out_mm"), numbers(residuals, "after_mm")
+    for name, values, rows in (
+        ("held out", held, out),
+        ("held out", after, out),
+        ("held out in turn", held, ~out),
+        ("seen by the fit", after, ~out),
     ):
-        numbers = [finite(v) if use else None for v, use in zip(after, rows, strict=True)]
-        found = [(b, a) for b, a in zip(before, numbers, strict=True) if b is not None and a is not None]
-        if found:
-            return name, found
+        known = rows & ~np.isnan(values) & ~np.isnan(before)
+        if known.any():
+            return name, list(zip(before[known].tolist(), values[known].tolist(), strict=True))
     return "", []

@@ -7,6 +7,10 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from robocal.report.numbers import plain, scientific
 
@@ -119,6 +123,14 @@ class Scale:
         share = (value - low) / (high - low) if high > low else 0.5
         return self.start + share * (self.end - self.start)
 
+    def many(self, values: NDArray[Any]) -> NDArray[np.float64]:
+        """The same of values (n,)."""
+        low, high = self.low, self.high
+        if self.log:
+            low, high, values = math.log10(low), math.log10(high), np.log10(np.clip(values, low, high))
+        share = (values - low) / (high - low) if high > low else np.full(len(values), 0.5)
+        return np.asarray(self.start + share * (self.end - self.start))
+
     @property
     def ticks(self) -> list[float]:
         """Round values inside."""
@@ -146,10 +158,11 @@ def log_ticks(low: float, high: float) -> list[float]:
 
 def span(values: Iterable[float]) -> tuple[float, float] | None:
     """A range on a logarithmic axis that holds all positive values with some air; never narrower than half a decade."""
-    positive = [min(max(v, 1e-200), 1e200) for v in values if v > 0]
+    positive = [v for v in values if v > 0]
     if not positive:
         return None
-    low, high = max(min(positive), max(positive) * 1e-9) / 1.25, max(positive) * 1.25
+    least, most = (min(max(v, 1e-200), 1e200) for v in (min(positive), max(positive)))
+    low, high = max(least, most * 1e-9) / 1.25, most * 1.25
     if high / low < 3.2:
         middle = math.sqrt(low * high)
         low, high = middle / 1.8, middle * 1.8

@@ -6,6 +6,8 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from robocal.report.numbers import (
     MISSING,
     align,
@@ -18,7 +20,7 @@ from robocal.report.numbers import (
     significant,
     unit_text,
 )
-from robocal.report.series import column
+from robocal.report.series import column, is_aside, is_held_out, numbers
 from robocal.report.svg import num
 from robocal.report.words import chi2_word
 
@@ -202,27 +204,18 @@ def _option(value: object) -> str:
 def worst(residuals: Mapping[str, Sequence[object]], quantity: str = "", unit: str = "mm", most: int = 8) -> list[Row]:
     """The rows with the largest error after calibration, told as `series.three` does: where to look for a slipped
     target."""
-    names = (
-        "configuration",
-        "group",
-        "target",
-        "set",
-        "set_aside",
-        f"{quantity}before_{unit}",
-        f"{quantity}after_{unit}",
-    )
-    columns = (column(residuals, k) for k in names)
-    rows = []
-    for configuration, group, target, which, gross, before, after in zip(*columns, strict=True):
-        size = finite(after)
-        if size is not None:
-            told = "set aside" if gross == "yes" else "held out" if which == "held_out" else "fit"
-            rows.append((size, configuration, group, target, told, finite(before)))
-    rows.sort(key=lambda r: -r[0])
-    shown = rows[:most]
+    before, after = (numbers(residuals, f"{quantity}{stage}_{unit}") for stage in ("before", "after"))
+    known, aside, out = ~np.isnan(after), is_aside(residuals), is_held_out(residuals)
+    first = np.flatnonzero(known)[np.argsort(-after[known], kind="stable")][:most]
+    told = [column(residuals, k) for k in ("configuration", "group", "target")]
+    shown = [
+        (float(after[i]), *(c[i] for c in told), "set aside" if aside[i] else "held out" if out[i] else "fit",
+         None if np.isnan(before[i]) else float(before[i]))
+        for i in first
+    ]  # fmt: skip
     places = decimals(shown[-1][0], 3) if shown and shown[-1][0] > 0 else 3
-    counted = [r[0] for r in rows if r[4] != "set aside"]
-    mean = math.fsum(counted) / len(counted) if counted else 0.0
+    counted = after[known & ~aside]
+    mean = math.fsum(counted) / len(counted) if len(counted) else 0.0
     return [
         {
             "configuration": str(c),

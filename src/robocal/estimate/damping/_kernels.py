@@ -122,6 +122,7 @@ COST, GRADIENT, STEP, SINGULAR = 1, 2, 3, 5
 LOST = -1  # a step that failed and cannot be followed
 SHORTER = 0.1  # squared length, in the solver's metric, of a step back to the floor of a valley
 SHARE = 1e-4  # of the cost, for an expected error of a column: below, its damping does not follow its length
+EPS = float(np.finfo(np.float64).eps)  # not asked for in a kernel: numba's answer brings half of its library with it
 ROUNDING = 1e-15  # a smaller decrease cannot be told from rounding
 
 
@@ -142,7 +143,7 @@ def propose(
     s = np.empty((n, n))
     v = np.empty(n)
     held = np.zeros(n, np.bool_)
-    tiny = np.finfo(np.float64).eps ** 2
+    tiny = EPS**2
     for b in range(batch):
         if reason[b] != 0:
             continue

@@ -1,40 +1,61 @@
-"""The kinds of measurement that files can hold, by name: one import and one line each."""
+"""The kinds of measurement that files can hold, by name: one line each. The module of a kind is loaded when the kind is met."""
 
 from __future__ import annotations
 
-from robocal.files.kinds.angular import BEARING, SPHERICAL
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+
 from robocal.files.kinds.base import KindFile
-from robocal.files.kinds.contact import PLANE, POINT, SPHERE
-from robocal.files.kinds.distance import DISTANCE
-from robocal.files.kinds.lengths import LENGTHS
-from robocal.files.kinds.pixels import PIXELS
-from robocal.files.kinds.pose import POSE
-from robocal.files.kinds.position import POSITION
-from robocal.files.kinds.range import RANGE
-from robocal.files.kinds.relative import DISPLACEMENT, RELATIVE_POSE
 from robocal.measure.machine import Machine
 
-__all__ = ["READERS", "readers_of"]
+__all__ = ["READERS", "reader_of", "readers_of"]
 
-READERS: dict[str, KindFile] = {
-    kind.name: kind
-    for kind in (
-        POSITION,
-        POSE,
-        SPHERICAL,
-        BEARING,
-        RANGE,
-        DISTANCE,
-        DISPLACEMENT,
-        RELATIVE_POSE,
-        POINT,
-        PLANE,
-        SPHERE,
-        PIXELS,
-    )
+# The module in this package that reads and writes each kind; the name of the kind in capitals is its KindFile.
+MODULES = {
+    "position": "position",
+    "pose": "pose",
+    "spherical": "angular",
+    "bearing": "angular",
+    "range": "range",
+    "distance": "distance",
+    "displacement": "relative",
+    "relative_pose": "relative",
+    "point": "contact",
+    "plane": "contact",
+    "sphere": "contact",
+    "pixels": "pixels",
 }
+LENGTHS = {"lengths": "lengths"}  # of cables
 
 
-def readers_of(machine: Machine) -> dict[str, KindFile]:
+class Readers(Mapping[str, KindFile]):
+    """Kinds by name, from the names of their modules."""
+
+    def __init__(self, modules: Mapping[str, str]) -> None:
+        self._modules = modules
+
+    def __getitem__(self, name: str) -> KindFile:
+        found: KindFile = getattr(import_module(f"robocal.files.kinds.{self._modules[name]}"), name.upper())
+        return found
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._modules
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._modules)
+
+    def __len__(self) -> int:
+        return len(self._modules)
+
+
+READERS = Readers(MODULES)
+
+
+def reader_of(name: str) -> KindFile:
+    """Any kind by its name, lengths of cables too."""
+    return Readers(MODULES | LENGTHS)[name]
+
+
+def readers_of(machine: Machine) -> Readers:
     """The kinds by which a machine can be measured: lengths of cables are those of a robot that has some."""
-    return READERS | ({LENGTHS.name: LENGTHS} if getattr(machine, "cables", ()) else {})
+    return Readers(MODULES | LENGTHS) if getattr(machine, "cables", ()) else READERS
