@@ -14,18 +14,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.calibrate.estimators import estimator
-from robocal.calibrate.noise import Group, apply_noise, assess, under
+from robocal.calibrate.noise import Group, apply_noise, assess, noise_dof, under
 from robocal.calibrate.options import Options
+from robocal.calibrate.split import places
 from robocal.errors import ModelError
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
-from robocal.estimate.uncertainty import effective_columns
+from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, total, uncertainty, uneven
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
@@ -64,6 +66,22 @@ class Fit:
     restarted: int = 0
     covariance: Array | None = None  # of the free columns, where the estimator has one of its own
     notes: tuple[Remark, ...] = ()
+
+    @cached_property
+    def uncertainty(self) -> Uncertainty:
+        """Of the fitted columns, linearised at the solution."""
+        return uncertainty(self.problem, self.solution.x, estimated=any(g.stated is None for g in self.groups))
+
+    @cached_property
+    def total(self) -> Total:
+        """What the parameters may be off by, hidden partners included."""
+        every = self.problem.with_free(self.identifiability.names)
+        dof = noise_dof(self.groups, self.uncertainty.dof)
+        # Noise that was stated and stands is even; what a model leaves need not be.
+        visits = places(self.data.configurations)
+        more = np.sqrt(uneven(self.problem, self.solution.x, visits)) if np.isfinite(dof) else 1.0
+        factor = self.uncertainty.factor * float(more)
+        return total(every, self.problem.free, self.solution.x, factor=factor, dof=dof)
 
 
 def unit_weights(count: int, units: Ints) -> Array:

@@ -32,6 +32,7 @@ from robocal.calibrate.digits import rounded
 from robocal.calibrate.farness import FAR, Farness, far_from, farness
 from robocal.calibrate.fit import NEAR, Fit, softly, unit_weights
 from robocal.calibrate.noise import apply_noise, assess, owners, under
+from robocal.calibrate.thin import thinned
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import effective_columns
@@ -98,10 +99,16 @@ def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None)
     if watch:
         watch({"stage": "gross"})
     search = _Search(model, data, units)
-    start, tau, used = _nominal(search, tuple(np.ones(len(o), dtype=bool) for o in data.observations))
+    few = replace(search, data=thinned(model, data, units))
+    start, tau, near = _nominal(few)
     x = start
     for loss, tuning in (("huber", None), ("tukey", FAR)):
-        x, tau = _settled(search, start, x, tau, used, loss, tuning)
+        x, tau = _settled(few, start, x, tau, near, loss, tuning)
+    used = near
+    if few.data is not data:
+        # A part of many rows says about where the fit ends. All of them say where it does, and are judged by that.
+        used = tuple(np.ones(len(o), dtype=bool) for o in data.observations)
+        x, tau = _settled(search, start, x, tau, used, "tukey", FAR)
     # No row is gross for being rounded more coarsely than the others.
     data = rounded(model, data, search.posed(tau, used, "none"), x)
     search = replace(search, data=data)
@@ -117,8 +124,9 @@ def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None)
     return Sifted(marked(data, used), soft, there, away)
 
 
-def _nominal(search: _Search, every: tuple[Bools, ...]) -> tuple[Array, Tau, tuple[Bools, ...]]:
+def _nominal(search: _Search) -> tuple[Array, Tau, tuple[Bools, ...]]:
     """Where frames stand when gross rows do not pull, the robust noise there, and the rows that are near."""
+    every = tuple(np.ones(len(o), dtype=bool) for o in search.data.observations)
     made, x = baseline(search.model, search.data, search.units)
     frames = frame_names(search.model, made)
     tau: Tau = {}

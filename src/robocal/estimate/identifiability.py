@@ -102,6 +102,8 @@ class Identifiability:
 def eliminate(lin: Linear, size: int) -> Array:
     """J (N', n) with local blocks projected out: rows of Q2^T J, where Q2 spans what the blocks' columns, their priors
     included, leave free."""
+    if not size or (lin.local < 0).all():
+        return lin.j
     parts = [lin.j[lin.local < 0]]
     for _, rows, jl in _blocks(lin, size):
         u, s, _ = np.linalg.svd(jl, full_matrices=True)
@@ -110,7 +112,7 @@ def eliminate(lin: Linear, size: int) -> Array:
         # Nothing shared is in the rows of a prior.
         left = np.swapaxes(u[:, : rows.shape[1]], 1, 2) @ lin.j[rows]
         parts.append(left[~spans])
-    return np.concatenate(parts) if len(parts) > 1 else lin.j
+    return np.concatenate(parts)
 
 
 def block_columns(lin: Linear, size: int) -> int:
@@ -164,7 +166,7 @@ def _blocks(lin: Linear, size: int) -> Iterator[tuple[Ints, Ints, Array]]:
         yield own, rows, jl if lin.hold is None else np.concatenate([jl, lin.hold[own]], axis=1)
 
 
-def triangle(j: Array, chunk: int = 20_000) -> Array:
+def triangle(j: Array, chunk: int = 2000) -> Array:
     """R (n, n) with R^T R = J^T J, by QR in chunks of rows: rank decisions are taken on R, never on J^T J."""
     r: Array = np.zeros((0, j.shape[1]))
     for first in range(0, max(len(j), 1), chunk):

@@ -54,6 +54,8 @@ class Configurations:
     start: Array | None = None  # frame vectors (m, 6) from which free poses start
     groups: tuple[str, ...] | None = None
     digits: Array | None = None
+    # What was worked out of these configurations once; a copy with anything else begins with nothing.
+    memo: dict[object, Ints] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.ids)

@@ -1,0 +1,52 @@
+"""A part of many rows, for what is only a beginning: where frames stand about, how large the noise about is.
+
+Everything that is told, decided or proven is asked of all rows afterwards, from there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.measure.data import DataSet, Observations
+from robocal.measure.machine import Machine
+
+__all__ = ["ENOUGH", "thinned"]
+
+Ints = NDArray[np.int64]
+ENOUGH = 2000  # rows of one instrument and target
+GOLDEN = 0.6180339887498949
+
+
+def thinned(machine: Machine, data: DataSet, units: Ints) -> DataSet:
+    """The data with at most ENOUGH of the used rows of some units for each instrument and target, spread over all of them; the
+    same data where none has more, and where configurations have poses of their own, each of which needs its rows."""
+    if machine.freedom or all(len(o) <= ENOUGH for o in data.observations):
+        return data
+    chosen = np.zeros(len(data.configurations), dtype=bool)
+    chosen[units] = True
+    rows = [_rows(o, chosen) for o in data.observations]
+    if all(len(r) <= ENOUGH for own in rows for r in own):
+        return data
+    kept = tuple(o.take(_some(own)) for o, own in zip(data.observations, rows, strict=True))
+    return replace(data, observations=kept)
+
+
+def _rows(obs: Observations, chosen: NDArray[np.bool_]) -> list[Ints]:
+    """The rows of each target that count, in their order."""
+    counts = chosen[obs.configuration] if obs.used is None else chosen[obs.configuration] & obs.used
+    if obs.target is None:
+        return [np.flatnonzero(counts)]
+    return [np.flatnonzero(counts & (obs.target == t)) for t in np.unique(obs.target)]
+
+
+def _some(rows: list[Ints]) -> Ints:
+    """Up to ENOUGH of the rows of each target. Who measures grids measures like places at equal distances: steps along the
+    golden section fall in with no period."""
+    out = []
+    for own in rows:
+        k = np.arange(min(len(own), ENOUGH))
+        out.append(own if len(own) <= ENOUGH else own[((k + k * GOLDEN % 1.0) * len(own) / ENOUGH).astype(np.int64)])
+    return np.sort(np.concatenate(out))
