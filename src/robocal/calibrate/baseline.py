@@ -105,8 +105,8 @@ def renoised(
     """The baseline once more, of `data` with another sigma than those of `before`: where it is no other, nothing is done
     again."""
     stated, found = before
-    pairs = zip(stated.observations, data.observations, strict=True)
-    if all(a.sigma is b.sigma or (a.sigma is not None and np.array_equal(a.sigma, b.sigma)) for a, b in pairs):
+    pairs = [(a.sigma, b.sigma) for a, b in zip(stated.observations, data.observations, strict=True)]
+    if all(a is b or (a is not None and b is not None and np.array_equal(a, b)) for a, b in pairs):
         return found
     return known_baseline(model, data, units, loss, tuning, near=found.x)
 

@@ -27,7 +27,16 @@ from robocal.errors import ModelError
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
-from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, total, uncertainty, uneven
+from robocal.estimate.uncertainty import (
+    Squares,
+    Total,
+    Uncertainty,
+    effective_columns,
+    squares,
+    total,
+    uncertainty,
+    uneven,
+)
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
@@ -67,21 +76,34 @@ class Fit:
     covariance: Array | None = None  # of the free columns, where the estimator has one of its own
     notes: tuple[Remark, ...] = ()
 
-    @cached_property
+    @property
     def uncertainty(self) -> Uncertainty:
         """Of the fitted columns, linearised at the solution."""
-        return uncertainty(self.problem, self.solution.x, estimated=any(g.stated is None for g in self.groups))
+        return self._told[0]
 
-    @cached_property
+    @property
     def total(self) -> Total:
         """What the parameters may be off by, hidden partners included."""
-        every = self.problem.with_free(self.identifiability.names)
-        dof = noise_dof(self.groups, self.uncertainty.dof)
+        return self._told[1]
+
+    @cached_property
+    def _told(self) -> tuple[Uncertainty, Total]:
+        problem, x = self.problem, self.solution.x
+        every, lin = problem.with_free(self.identifiability.names), None
+        if problem.loss == "none" and not problem.blocks and np.array_equal(self.identifiability.x, x):
+            # Linearised there already.
+            r = problem.with_free(()).linearize(x).r
+            known = Squares(every.free, self.identifiability.root, float(r @ r), len(r))
+        else:
+            lin = every.linearize(x)
+            known = squares(every, x, lin)
+        u = uncertainty(problem, x, estimated=any(g.stated is None for g in self.groups), known=known)
+        dof = noise_dof(self.groups, u.dof)
         # Noise that was stated and stands is even; what a model leaves need not be.
         visits = places(self.data.configurations)
-        more = np.sqrt(uneven(self.problem, self.solution.x, visits)) if np.isfinite(dof) else 1.0
-        factor = self.uncertainty.factor * float(more)
-        return total(every, self.problem.free, self.solution.x, factor=factor, dof=dof)
+        own = None if lin is None else lin.columns(every.column_of[problem.index])
+        more = np.sqrt(uneven(problem, x, visits, own)) if np.isfinite(dof) else 1.0
+        return u, total(every, problem.free, x, factor=u.factor * float(more), dof=dof, known=known)
 
 
 def unit_weights(count: int, units: Ints) -> Array:

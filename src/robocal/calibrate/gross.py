@@ -110,7 +110,7 @@ def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None)
         used = tuple(np.ones(len(o), dtype=bool) for o in data.observations)
         x, tau = _settled(search, start, x, tau, used, "tukey", FAR)
     # No row is gross for being rounded more coarsely than the others.
-    data = rounded(model, data, search.posed(tau, used, "none"), x)
+    data = rounded(model, data, search.posed(tau, used, "none"), x, None if few.data is data else few.data)
     search = replace(search, data=data)
     for _ in range(ROUNDS):
         soft = softly(search.posed(tau, used, "none"), start)

@@ -277,7 +277,7 @@ def stratified(configurations: Configurations, fraction: float, seed: int) -> tu
         return everyone, everyone[:0]
     rng = np.random.default_rng(seed)
     cells, label = _cells(configurations, rng, many, 0)
-    chosen = [int(rng.choice(cell)) for cell in cells if len(cell)]
+    chosen = [int(cell[rng.integers(len(cell))]) for cell in cells if len(cell)]
     held = everyone[np.isin(label, chosen)]
     return np.setdiff1d(everyone, held), held
 

@@ -16,19 +16,20 @@ from robocal.measure.machine import Machine
 __all__ = ["ENOUGH", "thinned"]
 
 Ints = NDArray[np.int64]
-ENOUGH = 2000  # rows of one instrument and target
+MANY = 2000  # rows of one instrument and target: up to here all of them are taken at once
+ENOUGH = 1000  # and so many of more
 GOLDEN = 0.6180339887498949
 
 
 def thinned(machine: Machine, data: DataSet, units: Ints) -> DataSet:
-    """The data with at most ENOUGH of the used rows of some units for each instrument and target, spread over all of them; the
-    same data where none has more, and where configurations have poses of their own, each of which needs its rows."""
-    if machine.freedom or all(len(o) <= ENOUGH for o in data.observations):
+    """The data with ENOUGH of the used rows of some units where an instrument has MANY of a target, spread over all of them; the
+    same data where none has, and where configurations have poses of their own, each of which needs its rows."""
+    if machine.freedom or all(len(o) <= MANY for o in data.observations):
         return data
     chosen = np.zeros(len(data.configurations), dtype=bool)
     chosen[units] = True
     rows = [_rows(o, chosen) for o in data.observations]
-    if all(len(r) <= ENOUGH for own in rows for r in own):
+    if all(len(r) <= MANY for own in rows for r in own):
         return data
     kept = tuple(o.take(_some(own)) for o, own in zip(data.observations, rows, strict=True))
     return replace(data, observations=kept)
@@ -43,10 +44,10 @@ def _rows(obs: Observations, chosen: NDArray[np.bool_]) -> list[Ints]:
 
 
 def _some(rows: list[Ints]) -> Ints:
-    """Up to ENOUGH of the rows of each target. Who measures grids measures like places at equal distances: steps along the
-    golden section fall in with no period."""
-    out = []
-    for own in rows:
-        k = np.arange(min(len(own), ENOUGH))
-        out.append(own if len(own) <= ENOUGH else own[((k + k * GOLDEN % 1.0) * len(own) / ENOUGH).astype(np.int64)])
-    return np.sort(np.concatenate(out))
+    """All rows of targets that have few, ENOUGH of the others. Who measures grids measures like places at equal distances:
+    steps along the golden section fall in with no period."""
+    k = np.arange(ENOUGH)
+    step = (k + k * GOLDEN % 1.0) / ENOUGH
+    return np.sort(
+        np.concatenate([own if len(own) <= MANY else own[(step * len(own)).astype(np.int64)] for own in rows])
+    )

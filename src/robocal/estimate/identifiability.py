@@ -78,7 +78,8 @@ class Identifiability:
     O1 to O5.
 
     `share` (n,) is the part of each parameter's knowledge that comes from data: 1 - (posterior / expected sigma)^2,
-    all the others being unknown too. `posterior` (n, n) is that posterior covariance in SI.
+    all the others being unknown too. `posterior` (n, n) is that posterior covariance in SI. `root` (n, n) is R with R^T R =
+    J^T J, at x (1, P), of the problem as it was given.
     """
 
     names: tuple[str, ...]
@@ -92,6 +93,8 @@ class Identifiability:
     indices: dict[str, float]
     share: Array
     posterior: Array
+    root: Array
+    x: Array
 
     @property
     def identified(self) -> tuple[str, ...]:
@@ -244,17 +247,24 @@ def observability(values: Array, poses: int) -> dict[str, float]:
 
 
 def analyse(
-    problem: Problem, x: Array, *, noise: float = 1.0, always: Sequence[str] = (), seen: float = SEEN
+    problem: Problem,
+    x: Array,
+    *,
+    noise: float = 1.0,
+    always: Sequence[str] = (),
+    seen: float = SEEN,
+    lin: Linear | None = None,
 ) -> Identifiability:
     """What the free columns of a problem mean at x; `noise` multiplies the stated sigma (sqrt(chi2 / dof) when the
     model leaves more).
 
     Rank, singular values, indices and shares speak of the data in units of what is expected; what is kept is seen by data and
     stated priors together. So what has a prior is always kept, unless that is so wide that it says nothing
-    (`Parameter.believed`), and so are the names in `always`.
+    (`Parameter.believed`), and so are the names in `always`. `lin` is the problem linearised at x, where somebody has it.
     """
-    lin = problem.linearize(x)
-    r = triangle(eliminate(lin, problem.block_size)) / noise
+    lin = problem.linearize(x) if lin is None else lin
+    root = triangle(eliminate(lin, problem.block_size))
+    r = root / noise
     names, scale = problem.free, problem.scales
     n = len(names)
     scaled = r * scale
@@ -282,6 +292,8 @@ def analyse(
         observability(final, len(np.unique(lin.unit))),
         1.0 - np.diag(posterior) / scale**2,
         posterior,
+        root,
+        np.atleast_2d(x),
     )
 
 
