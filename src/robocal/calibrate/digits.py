@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 FINE = 1e-5  # m: no arm repeats better, so what is left below is rounding, or numbers that were computed
 WITHIN = 3.0  # times what the digits carry: still nothing but rounding
-MARGIN = 30.0
+MARGIN = 10.0
 STEP = 1e-6  # rad or m
 EPS = float(np.finfo(float).eps)
 

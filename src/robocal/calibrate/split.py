@@ -78,7 +78,7 @@ class Split:
 def places(configurations: Configurations, near: float = NEAR) -> Ints:
     """A number for every configuration, equal where the machine stood at the same place, no joint further than `near`
     (rad, m) away: repeats are held out together, or the fit would have seen them."""
-    known = configurations.memo.get(("places", near))
+    known: Ints | None = configurations.memo.get(("places", near))
     if known is None:
         known = configurations.memo["places", near] = _labels(configurations, near)
     return known.copy()

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,7 @@ class Configurations:
     groups: tuple[str, ...] | None = None
     digits: Array | None = None
     # What was worked out of these configurations once; a copy with anything else begins with nothing.
-    memo: dict[object, Ints] = field(init=False, repr=False, compare=False, default_factory=dict)
+    memo: dict[object, Any] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.ids)
