@@ -44,21 +44,36 @@ def used(found):
 def test_a_part_is_spread_over_all_rows_and_over_every_target(many):
     everyone = np.arange(M)
     few = measured(MANY)
-    assert thinned(arm(), few, np.arange(MANY)) is few
-    obs = thinned(arm(), many, everyone).observations[0]
-    assert len(obs) == len(np.unique(obs.configuration)) == ENOUGH
-    assert np.diff(obs.configuration).max() < 3 * M / ENOUGH
+    assert thinned(arm(), few, np.arange(MANY))[0] is few
+    made, units = thinned(arm(), many, everyone)
+    assert len(made.observations[0]) == len(made.configurations) == len(units) == ENOUGH
+    row = np.array([int(name[1:]) for name in made.configurations.ids])
+    np.testing.assert_array_equal(made.observations[0].value, many.observations[0].value[row])
+    assert np.diff(row).max() < 3 * M / ENOUGH
     # No period of a grid is fallen in with: of every so many rows, each phase has its share.
     for period in range(2, 31):
-        count = np.bincount(obs.configuration % period, minlength=period)
+        count = np.bincount(row % period, minlength=period)
         assert count.min() > 0.5 * ENOUGH / period, period
     target = (np.arange(M) % 50 == 0).astype(np.int64)
     two = measured(M, targets=(Frame("a", mount="tool"), Frame("b", (0, 0, 0.1, 0, 0, 0), mount="tool")), target=target)
-    kept = thinned(arm(), two, everyone).observations[0]
+    kept = thinned(arm(), two, everyone)[0].observations[0]
     assert np.bincount(kept.target).tolist() == [ENOUGH, M // 50]
     half = np.arange(0, M, 2)
-    assert thinned(arm(), many, half) is many
-    assert set(thinned(arm(), many, np.arange(2500)).observations[0].configuration) <= set(range(2500))
+    assert thinned(arm(), many, half)[0] is many
+    # Who has no row among the units would be without any.
+    other = replace(many.observations[0], frame=Frame("other"), group="other").take(np.arange(2500, M))
+    both = DataSet(many.configurations, (*many.observations, other))
+    assert thinned(arm(), both, np.arange(2500))[0] is both
+
+
+def test_a_part_keeps_both_ends_of_its_rows(many):
+    """A row that compares two configurations keeps the other one, whether that is fitted or not."""
+    obs = replace(many.observations[0], kind="displacement", second=np.roll(np.arange(M), 1))
+    made, units = thinned(arm(), DataSet(many.configurations, (obs,)), np.arange(2500))
+    name = np.array([int(n[1:]) for n in made.configurations.ids])
+    first, second = name[made.observations[0].configuration], name[made.observations[0].second]
+    assert (second == (first - 1) % M).all() and first.max() < 2500 and len(first) == ENOUGH
+    assert set(name[units]) == {n for n in name if n < 2500}
 
 
 @pytest.mark.parametrize("share", [0.0, 0.002, 0.15])

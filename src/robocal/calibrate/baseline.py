@@ -63,9 +63,9 @@ def known_baseline(
     if watch:
         watch({"stage": "start"})
     frames = frame_names(model, made)
-    few = thinned(model, data, units)
-    some = made if few is data else build(model, few).with_weights(made.weights)
-    candidates = starts.combined(model, few, units, some.with_free(frames))
+    few, own = thinned(model, data, units)
+    some = made if few is data else build(model, few).with_weights(unit_weights(len(few.configurations), own))
+    candidates = starts.combined(model, few, own, some.with_free(frames))
     # What can be seen of the frames is asked where they are believed to stand, not at the table's zeros.
     there = made.with_table(made.table.with_values({n: v for n, v in candidates[0].items() if n in frames}))
     seen = analyse(there.with_free(frames), there.start).kept if frames else ()

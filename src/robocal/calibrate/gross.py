@@ -6,6 +6,7 @@
                 every row is then compared with a fit without it (`farness`), and those that are far by the robust sigma of their sensor
                 group and unit are set aside; the fit is repeated without them until the same rows stay out
 
+Of many rows both stages begin on a part (`thin`); the last robust fit, and what is said of every row, are of all of them.
 A row that was set aside at one stage comes back at the next one where it fits. Constraints (a known distance between sockets)
 are never gross: nothing read them. Rows stay in the data, unused: they weigh nothing, and are predicted like all others.
 
@@ -99,7 +100,7 @@ def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None)
     if watch:
         watch({"stage": "gross"})
     search = _Search(model, data, units)
-    few = replace(search, data=thinned(model, data, units))
+    few = _Search(model, *thinned(model, data, units))
     start, tau, near = _nominal(few)
     x = start
     for loss, tuning in (("huber", None), ("tukey", FAR)):

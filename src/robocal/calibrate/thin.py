@@ -21,18 +21,26 @@ ENOUGH = 1000  # and so many of more
 GOLDEN = 0.6180339887498949
 
 
-def thinned(machine: Machine, data: DataSet, units: Ints) -> DataSet:
-    """The data with ENOUGH of the used rows of some units where an instrument has MANY of a target, spread over all of them; the
-    same data where none has, and where configurations have poses of their own, each of which needs its rows."""
+def thinned(machine: Machine, data: DataSet, units: Ints) -> tuple[DataSet, Ints]:
+    """The data with ENOUGH of the used rows of some units where an instrument has MANY of a target, spread over all of them,
+    and only the configurations that these rows touch; and which of those are of the units.
+
+    The same data where no instrument has so many or one has no row there, and where configurations have poses of their own, each
+    of which needs its rows.
+    """
     if machine.freedom or all(len(o) <= MANY for o in data.observations):
-        return data
+        return data, units
     chosen = np.zeros(len(data.configurations), dtype=bool)
     chosen[units] = True
     rows = [_rows(o, chosen) for o in data.observations]
-    if all(len(r) <= MANY for own in rows for r in own):
-        return data
-    kept = tuple(o.take(_some(own)) for o, own in zip(data.observations, rows, strict=True))
-    return replace(data, observations=kept)
+    if all(len(r) <= MANY for own in rows for r in own) or not all(any(len(r) for r in own) for own in rows):
+        return data, units
+    kept = [o.take(_some(own)) for o, own in zip(data.observations, rows, strict=True)]
+    ends = [e for o in kept for e in (o.configuration, o.second) if e is not None]
+    touched, new = np.unique(np.concatenate(ends), return_inverse=True)
+    parts = iter(np.split(new, np.cumsum([len(e) for e in ends])[:-1]))
+    moved = (replace(o, configuration=next(parts), second=None if o.second is None else next(parts)) for o in kept)
+    return DataSet(data.configurations.take(touched), tuple(moved)), np.flatnonzero(chosen[touched])
 
 
 def _rows(obs: Observations, chosen: NDArray[np.bool_]) -> list[Ints]:
