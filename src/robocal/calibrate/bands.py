@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal.calibrate.noise import Group, apply_noise
-from robocal.calibrate.split import places
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term, spread
-from robocal.estimate.uncertainty import LEVEL, Total, quantile, total, uncertainty, uneven
+from robocal.estimate.uncertainty import LEVEL, Total, quantile
 from robocal.measure.base import Machine
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
@@ -42,7 +41,6 @@ __all__ = [
     "mean_conditions",
     "measured_bands",
     "measured_range",
-    "noise_dof",
     "row_bands",
     "total_of",
     "unmet",
@@ -90,11 +88,6 @@ class Coverage:
     components: float
     whole: float
     n: int
-
-
-def noise_dof(groups: Iterable[Group], dof: float) -> float:
-    """Degrees of freedom of the noise: infinite where every sigma is stated and stands."""
-    return np.inf if all(g.stated is not None and g.tau == 0 for g in groups) else max(float(dof), 1.0)
 
 
 def measured_range(configurations: Configurations) -> Array | None:
@@ -168,13 +161,7 @@ def coverage(bands: Iterable[Bands], dof: float = np.inf, level: float = LEVEL) 
 
 def total_of(found: Fit) -> Total:
     """What the parameters of a fit may be off by, hidden partners included."""
-    u = uncertainty(found.problem, found.solution.x, estimated=any(g.stated is None for g in found.groups))
-    every = found.problem.with_free(found.identifiability.names)
-    dof = noise_dof(found.groups, u.dof)
-    # Noise that was stated and stands is even; what a model leaves need not be.
-    visits = places(found.data.configurations)
-    more = np.sqrt(uneven(found.problem, found.solution.x, visits)) if np.isfinite(dof) else 1.0
-    return total(every, found.problem.free, found.solution.x, factor=u.factor * float(more), dof=dof)
+    return found.total
 
 
 def claimed(found: Fit, off: Total) -> frozenset[str]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from robocal.calibrate.fit import unit_weights
 from robocal.calibrate.noise import apply_noise, assess
 from robocal.calibrate.starts import search as starts
+from robocal.calibrate.thin import thinned
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -23,7 +24,7 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["Baseline", "baseline", "frame_names", "known_baseline"]
+__all__ = ["Baseline", "baseline", "frame_names", "known_baseline", "renoised"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -54,17 +55,26 @@ def known_baseline(
     loss: str = "none",
     tuning: float | None = None,
     watch: Watch | None = None,
+    near: Array | None = None,
 ) -> Baseline:
-    """The nominal model with frames and tool fitted to some units, by a loss."""
+    """The nominal model with frames and tool fitted to some units, by a loss. Many rows are fitted from `near` (1, P), or from
+    where a part of them says that frames stand."""
     made = build(model, data).with_weights(unit_weights(len(data.configurations), units))
     if watch:
         watch({"stage": "start"})
     frames = frame_names(model, made)
-    candidates = starts.combined(model, data, units, made.with_free(frames))
+    few, own = thinned(model, data, units)
+    some = made if few is data else build(model, few).with_weights(unit_weights(len(few.configurations), own))
+    candidates = starts.combined(model, few, own, some.with_free(frames))
     # What can be seen of the frames is asked where they are believed to stand, not at the table's zeros.
     there = made.with_table(made.table.with_values({n: v for n, v in candidates[0].items() if n in frames}))
     seen = analyse(there.with_free(frames), there.start).kept if frames else ()
-    x, converged = starts.refine(made, seen, [c for c in candidates if c])
+    if few is data or not seen:
+        x, converged = starts.refine(made, seen, [c for c in candidates if c])
+    else:
+        near = starts.refine(some, seen, [c for c in candidates if c])[0] if near is None else near
+        ended = least_squares(made.with_free(seen), near)
+        x, converged = ended.x, ended.reasons[0].converged
     if loss == "none":
         return Baseline(made, x, converged)
     first = made
@@ -82,6 +92,23 @@ def known_baseline(
             solution = least_squares(made.with_loss(loss, tuning).with_free(seen), near)
             x, converged = solution.x, solution.reasons[0].converged
     return Baseline(made.with_loss(loss, tuning), x, converged)
+
+
+def renoised(
+    model: Machine,
+    before: tuple[DataSet, Baseline],
+    data: DataSet,
+    units: Ints,
+    loss: str = "none",
+    tuning: float | None = None,
+) -> Baseline:
+    """The baseline once more, of `data` with another sigma than those of `before`: where it is no other, nothing is done
+    again."""
+    stated, found = before
+    pairs = [(a.sigma, b.sigma) for a, b in zip(stated.observations, data.observations, strict=True)]
+    if all(a is b or (a is not None and b is not None and np.array_equal(a, b)) for a, b in pairs):
+        return found
+    return known_baseline(model, data, units, loss, tuning, near=found.x)
 
 
 def baseline(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:

@@ -36,14 +36,17 @@ Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 FINE = 1e-5  # m: no arm repeats better, so what is left below is rounding, or numbers that were computed
 WITHIN = 3.0  # times what the digits carry: still nothing but rounding
+MARGIN = 10.0
 STEP = 1e-6  # rad or m
 EPS = float(np.finfo(float).eps)
 
 
-def rounded(model: Machine, data: DataSet, problem: Problem, x: Array) -> DataSet:
+def rounded(model: Machine, data: DataSet, problem: Problem, x: Array, few: DataSet | None = None) -> DataSet:
     """The data with what rounding leaves in every component of every row, at x (1, P) of their problem; unchanged where the
-    digits are not known."""
+    digits are not known, and where a few of many rows say already that it is nothing beside the noise."""
     if data.configurations.digits is None and all(o.digits is None for o in data.observations):
+        return data
+    if few is not None and _nothing(model, data, few, problem, x):
         return data
     square = _square(model, data, problem, x)
     out = [np.zeros((len(o), kind_of(o).size)) for o in data.observations]
@@ -52,6 +55,24 @@ def rounded(model: Machine, data: DataSet, problem: Problem, x: Array) -> DataSe
     return replace(
         data, observations=tuple(replace(o, rounding=r) for o, r in zip(data.observations, out, strict=True))
     )
+
+
+def _nothing(model: Machine, data: DataSet, few: DataSet, problem: Problem, x: Array) -> bool:
+    """Whether rounding would stay below the noise of every row, were each MARGIN times as sensitive as the worst of few and
+    written as coarsely as the worst of all."""
+    digits = data.configurations.digits
+    coarse = None if digits is None else np.broadcast_to(digits.max(axis=0, initial=0.0), digits.shape)
+    where = replace(few.configurations, digits=coarse)
+    worst = [
+        replace(o, digits=None if a.digits is None else np.broadcast_to(a.digits.max(axis=0), o.value.shape))
+        for a, o in zip(data.observations, few.observations, strict=True)
+    ]
+    some = build(model, few)
+    square = _square(model, DataSet(where, tuple(worst)), some, x)
+    most = [np.zeros(kind_of(o).size) for o in few.observations]
+    for (own, _), v in zip(owners(few, some), square, strict=True):
+        most[own] = np.maximum(most[own], v.max(axis=0, initial=0.0))
+    return all(bool((MARGIN * np.sqrt(most[own]) < t.sigma).all()) for own, t in owners(data, problem))
 
 
 def carried(model: Machine, data: DataSet, found: Fit, told: Bools) -> float | None:

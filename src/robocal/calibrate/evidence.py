@@ -41,6 +41,8 @@ FAR = 3.0
 # A bootstrap of n gains that all have one sign never doubts them; by chance that happens once in 2^n.
 PROOF = 5
 DRAWN = 1 << 17  # numbers of a bootstrap at once: more would leave the cache
+MANY = 1000  # configurations: four thousand draws know the ends of their mean less well than its expansion
+RULED = 0.2  # skewness and excess kurtosis of a mean: beyond, its expansion is no better than draws
 ROUNDING = 1e-12  # of the largest error, or of a metre, a radian, a pixel
 
 
@@ -137,13 +139,26 @@ def bootstrap_gain(
 
     Of n draws the percentiles are too narrow twice over: resampling divides by n where n - 1 is unbiased, and they are those
     of a normal mean where t with n - 1 degrees of freedom holds. Both ends are moved out by t_975(n-1) / z_975 sqrt(n / (n - 1)).
+    Of MANY configurations the percentiles are not drawn but expanded, unless a few rule the mean.
     Source: Hesterberg, What teachers should know about the bootstrap (2015), section 5.3.
     """
     gain = before - after
     labels, inverse = np.unique(units, return_inverse=True)
-    total = np.bincount(inverse, weights=gain)
+    total: Array = np.bincount(inverse, weights=gain).astype(np.float64)
     count = np.bincount(inverse).astype(float)
-    rng, n = np.random.default_rng(seed), len(labels)
+    n = len(labels)
+    ends = _expanded(total) if n >= MANY and bool((count == 1).all()) else None
+    low, high = _drawn(total, count, seed, draws) if ends is None else ends
+    mean = float(gain.mean())
+    if n < 2:
+        return mean, -np.inf, np.inf
+    wide = float(special.stdtrit(n - 1, 0.975) / special.ndtri(0.975) * np.sqrt(n / (n - 1)))
+    return mean, mean - wide * float(mean - low), mean + wide * float(high - mean)
+
+
+def _drawn(total: Array, count: Array, seed: int, draws: int) -> tuple[float, float]:
+    """The 2.5 and 97.5 % points of resampled means, by so many draws."""
+    rng, n = np.random.default_rng(seed), len(total)
     means, even, each = np.empty(draws), bool((count == 1).all()), max(1, DRAWN // max(n, 1))
     for first in range(0, draws, each):
         some = slice(first, min(first + each, draws))
@@ -151,11 +166,23 @@ def bootstrap_gain(
         drawn = float(n) if even else count[draw].sum(axis=1)
         means[some] = total[draw].sum(axis=1) / drawn
     low, high = np.percentile(means, [2.5, 97.5])
-    mean = float(gain.mean())
-    if n < 2:
-        return mean, -np.inf, np.inf
-    wide = float(special.stdtrit(n - 1, 0.975) / special.ndtri(0.975) * np.sqrt(n / (n - 1)))
-    return mean, mean - wide * float(mean - low), mean + wide * float(high - mean)
+    return float(low), float(high)
+
+
+def _expanded(values: Array) -> tuple[float, float] | None:
+    """The points to which those draws tend, from the first four cumulants of the values (Cornish and Fisher 1938); None where
+    the last term kept is no longer small: a few values rule the mean."""
+    n, away = len(values), values - values.mean()
+    spread = float(np.sqrt(np.mean(away**2)))
+    if not 0 < spread < np.inf:
+        return None
+    skew, tail = float(np.mean(away**3)) / spread**3 / np.sqrt(n), (float(np.mean(away**4)) / spread**4 - 3) / n
+    if abs(skew) > RULED or abs(tail) > RULED:
+        return None
+    z = special.ndtri(np.array([0.025, 0.975]))
+    points = z + skew * (z**2 - 1) / 6 + tail * (z**3 - 3 * z) / 24 - skew**2 * (2 * z**3 - 5 * z) / 36
+    low, high = values.mean() + spread / np.sqrt(n) * points
+    return float(low), float(high)
 
 
 def judge(

@@ -23,10 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.calibrate.bands import dense
 from robocal.calibrate.digits import WITHIN
 from robocal.calibrate.noise import apply_noise, assess, under
 from robocal.estimate.problem import Problem
+from robocal.estimate.rows import Term, spread
 from robocal.measure.base import Rows
 from robocal.measure.data import DataSet
 
@@ -39,6 +39,7 @@ FAR = 6.0  # robust standard deviations
 TAILS = 2.0  # times that, where the scale is what a model leaves
 EFFICIENCY = 0.37  # of the median as a scale: so much of the degrees of freedom it knows
 ALONE = 1e-4  # 1 - leverage: a prediction from the others would be a hundred times less certain than the row
+LONELY = 0.1  # the same, far from that
 CHUNK = 2000
 # Of the largest number measured, or of one: what a file's digits and a converged iteration resolve; less is no gross error.
 RESOLUTION = 1e-7
@@ -74,12 +75,13 @@ def farness(problem: Problem, x: Array, modelled: Collection[tuple[str, str]] = 
     the sensor groups and units whose noise is what a model leaves."""
     x = np.atleast_2d(x)
     groups: dict[tuple[str, str], list[_Part]] = {}
-    inverse = _inverse(problem, x)
     weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
-    for number, term in enumerate(problem.bound_terms):
+    rows = [_white(term, x, problem.n) for term in problem.bound_terms]
+    inverse = _inverse(problem, [np.where(t.used, weight[t.unit], 0.0) for t in problem.terms], [j for _, j in rows])
+    for number, (term, (r, j)) in enumerate(zip(problem.terms, rows, strict=True)):
         assert isinstance(term, Rows)
         inside = term.used & (weight[term.unit] > 0)
-        for part in _parts(problem, term, number, x, inverse, inside):
+        for part in _parts(term, number, r, j, inverse, inside):
             groups.setdefault((term.group, part[1]), []).append(part[0])
     shape = [len(t.unit) for t in problem.terms]
     distance, leverage = [np.zeros(m) for m in shape], [np.zeros(m) for m in shape]
@@ -117,10 +119,22 @@ def far_from(data: DataSet, problem: Problem, x: Array, units: Ints) -> Farness:
     return farness(under(problem, data, noisy), x, tau)
 
 
-def _inverse(problem: Problem, x: Array) -> Array:
-    """(J^T J + P)^-1 over the free columns."""
-    lin = problem.linearize(x)
-    a = lin.j.T @ lin.j + problem.prior_root.T @ problem.prior_root
+def _white(term: Term, x: Array, n: int) -> tuple[Array, Array]:
+    """Residuals (m, d) of a term, and its whitened Jacobian over all columns (m, d, n); rows that were set aside too."""
+    assert isinstance(term, Rows)
+    r, narrow, _ = term.evaluate(x, np.zeros(1, dtype=np.int64), 0, len(term.unit))
+    j = spread(narrow[0], term.columns, n)
+    j /= term.sigma[..., None]
+    return r[0], j
+
+
+def _inverse(problem: Problem, weight: list[Array], rows: list[Array]) -> Array:
+    """(J^T J + P)^-1 over the free columns, by the rows of every term, (m, d, n), and what they weigh, (m,)."""
+    a = problem.prior_root.T @ problem.prior_root
+    for w, j in zip(weight, rows, strict=True):
+        some = j if (w == 1).all() else j[w > 0] * np.sqrt(w[w > 0])[:, None, None]
+        some = some.reshape(some.shape[0] * some.shape[1], problem.n)
+        a = a + some.T @ some
     # Columns differ by orders of magnitude: unit diagonal before the inverse.
     size = np.sqrt(np.where(np.diag(a) > 0, np.diag(a), 1.0))
     both = np.outer(size, size)
@@ -128,33 +142,40 @@ def _inverse(problem: Problem, x: Array) -> Array:
 
 
 def _parts(
-    problem: Problem, term: Rows, number: int, x: Array, inverse: Array, inside: Bools
+    term: Rows, number: int, r: Array, jacobian: Array, inverse: Array, inside: Bools
 ) -> list[tuple[_Part, str]]:
     m = len(term.unit)
-    r = term.bind(np.full(x.shape[1], -1, dtype=np.int64)).evaluate(x, np.zeros(1, dtype=np.int64), 0, m)[0][0]
     span = RESOLUTION * float(np.abs(term.value).max(initial=1.0))
     squares = {p: np.empty(m) for p in range(len(term.parts))}
     levers = {p: np.empty(m) for p in range(len(term.parts))}
     for first in range(0, m, CHUNK):
         last = min(first + CHUNK, m)
-        j = dense(term, x, first, last, problem.n) / term.sigma[first:last, :, None]
+        j = jacobian[first:last]
         white = r[first:last] / term.sigma[first:last]
         sign = np.where(inside[first:last], -1.0, 1.0)[:, None, None]
         for p, (start, stop, _) in enumerate(term.parts):
             own = j[:, start:stop]
             hat = np.einsum("mai,mbi->mab", own @ inverse, own, optimize=True)
-            values, vectors = np.linalg.eigh(np.eye(stop - start) + sign * hat)
-            turned = np.einsum("mab,ma->mb", vectors, white[:, start:stop])
-            # A row that alone decides a direction has no residual there, and says nothing about itself.
-            sees = values > ALONE
-            squares[p][first:last] = np.sum(np.where(sees, turned**2 / np.where(sees, values, 1.0), 0.0), axis=1)
-            levers[p][first:last] = np.einsum("maa->m", hat) / (stop - start)
+            trace = np.einsum("maa->m", hat)
+            squares[p][first:last] = _square(np.eye(stop - start) + sign * hat, white[:, start:stop], trace)
+            levers[p][first:last] = trace / (stop - start)
     out = []
     for p, (start, stop, unit) in enumerate(term.parts):
         error = np.linalg.norm(r[:, start:stop], axis=1) > span
         least = _rounding(term, start, stop)
         out.append((_Part(number, stop - start, inside, squares[p], levers[p], error, least), unit))
     return out
+
+
+def _square(matrix: Array, white: Array, trace: Array) -> Array:
+    """D^2 = r^T M^-1 r, (m,); a row that alone decides a direction has no residual there, and says nothing about itself. No
+    eigenvalue of M = I -+ H lies below 1 less the trace of H."""
+    if (trace < 1 - LONELY).all():
+        return np.asarray(np.einsum("ma,ma->m", white, np.linalg.solve(matrix, white[..., None])[..., 0]))
+    values, vectors = np.linalg.eigh(matrix)
+    turned = np.einsum("mab,ma->mb", vectors, white)
+    sees = values > ALONE
+    return np.asarray(np.sum(np.where(sees, turned**2 / np.where(sees, values, 1.0), 0.0), axis=1))
 
 
 def _rounding(term: Rows, start: int, stop: int) -> Array:

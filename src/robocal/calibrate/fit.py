@@ -14,18 +14,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.calibrate.estimators import estimator
-from robocal.calibrate.noise import Group, apply_noise, assess, under
+from robocal.calibrate.noise import Group, apply_noise, assess, noise_dof, under
 from robocal.calibrate.options import Options
+from robocal.calibrate.split import places
 from robocal.errors import ModelError
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
-from robocal.estimate.uncertainty import effective_columns
+from robocal.estimate.uncertainty import (
+    Squares,
+    Total,
+    Uncertainty,
+    effective_columns,
+    squares,
+    total,
+    uncertainty,
+    uneven,
+)
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
@@ -64,6 +75,35 @@ class Fit:
     restarted: int = 0
     covariance: Array | None = None  # of the free columns, where the estimator has one of its own
     notes: tuple[Remark, ...] = ()
+
+    @property
+    def uncertainty(self) -> Uncertainty:
+        """Of the fitted columns, linearised at the solution."""
+        return self._told[0]
+
+    @property
+    def total(self) -> Total:
+        """What the parameters may be off by, hidden partners included."""
+        return self._told[1]
+
+    @cached_property
+    def _told(self) -> tuple[Uncertainty, Total]:
+        problem, x = self.problem, self.solution.x
+        every, lin = problem.with_free(self.identifiability.names), None
+        if problem.loss == "none" and not problem.blocks and np.array_equal(self.identifiability.x, x):
+            # Linearised there already.
+            r = problem.with_free(()).linearize(x).r
+            known = Squares(every.free, self.identifiability.root, float(r @ r), len(r))
+        else:
+            lin = every.linearize(x)
+            known = squares(every, x, lin)
+        u = uncertainty(problem, x, estimated=any(g.stated is None for g in self.groups), known=known)
+        dof = noise_dof(self.groups, u.dof)
+        # Noise that was stated and stands is even; what a model leaves need not be.
+        visits = places(self.data.configurations)
+        own = None if lin is None else lin.columns(every.column_of[problem.index])
+        more = np.sqrt(uneven(problem, x, visits, own)) if np.isfinite(dof) else 1.0
+        return u, total(every, problem.free, x, factor=u.factor * float(more), dof=dof, known=known)
 
 
 def unit_weights(count: int, units: Ints) -> Array:

@@ -25,6 +25,7 @@ LEAST = 20  # pairs
 MOST = 1000
 NEAR = 4  # rows that are just before or after
 APART = 0.1  # of the rows: quite another time
+WIDE = 1 << 17  # distances at once: more would leave the cache
 ALIKE = 1.25  # how much farther in joint space the pair may be that is compared with
 
 
@@ -51,12 +52,12 @@ def _excess(w: Array, place: Array) -> tuple[float, float] | None:
         return None
     some = np.unique(np.linspace(0, m - 1 - NEAR, min(m - NEAR, MOST)).astype(np.int64))
     t, compared = np.zeros(len(some)), np.zeros(len(some))
+    like = _like(place, some, max(5, int(APART * m)))
     for h in range(1, NEAR + 1):
-        step = np.linalg.norm(place[some + h] - place[some], axis=1)
-        like = _like(place, some, step, max(5, int(APART * m)))
-        more = np.einsum("kd,kd->k", w[some], w[some + h] - w[like])
-        t += np.where(like >= 0, more, 0.0)
-        compared += like >= 0
+        told = like[h - 1] >= 0
+        more = np.einsum("kd,kd->k", w[some], w[some + h] - w[like[h - 1]])
+        t += np.where(told, more, 0.0)
+        compared += told
     kept = compared > 0
     if kept.sum() < LEAST:
         return None
@@ -65,19 +66,24 @@ def _excess(w: Array, place: Array) -> tuple[float, float] | None:
     return (float(t.sum()) / np.sqrt(square), float(t.sum()) / own) if square > 0 and own > 0 else None
 
 
-def _like(place: Array, some: Ints, step: Array, far: int) -> Ints:
-    """For each of some rows the row of another time whose distance in joint space is nearest to that of its successor; -1
-    where all are farther."""
-    out = np.full(len(some), -1, dtype=np.int64)
+def _like(place: Array, some: Ints, far: int) -> Ints:
+    """For each of some rows and its successors 1 to NEAR, the row of another time whose distance in joint space is nearest to
+    that of the successor, (NEAR, k); -1 where all are farther."""
+    out = np.full((NEAR, len(some)), -1, dtype=np.int64)
     size = np.einsum("kn,kn->k", place, place)
-    for first in range(0, len(some), 256):
-        mine = some[first : first + 256]
+    each = max(1, WIDE // len(place))
+    for first in range(0, len(some), each):
+        mine = some[first : first + each]
+        row = np.arange(len(mine))
         square = size[mine][:, None] + size - 2 * place[mine] @ place.T
-        away = np.sqrt(np.maximum(square, 0.0))
-        reach = step[first : first + 256]
-        gap = np.abs(away - reach[:, None])
-        gap[np.abs(np.arange(len(place)) - mine[:, None]) < far] = np.inf
-        best = np.argmin(gap, axis=1)
-        ok = np.isfinite(gap[np.arange(len(mine)), best]) & (away[np.arange(len(mine)), best] <= ALIKE * reach + 1e-9)
-        out[first : first + 256] = np.where(ok, best, -1)
+        away = np.sqrt(np.maximum(square, 0.0, out=square), out=square)
+        for k, i in enumerate(mine):
+            away[k, max(i - far + 1, 0) : i + far] = np.inf
+        gap = np.empty_like(away)
+        for h in range(1, NEAR + 1):
+            reach = np.linalg.norm(place[mine + h] - place[mine], axis=1)
+            np.abs(np.subtract(away, reach[:, None], out=gap), out=gap)
+            best = np.argmin(gap, axis=1)
+            ok = away[row, best] <= ALIKE * reach + 1e-9
+            out[h - 1, first : first + each] = np.where(ok, best, -1)
     return out

@@ -6,6 +6,7 @@
                 every row is then compared with a fit without it (`farness`), and those that are far by the robust sigma of their sensor
                 group and unit are set aside; the fit is repeated without them until the same rows stay out
 
+Of many rows both stages begin on a part (`thin`); the last robust fit, and what is said of every row, are of all of them.
 A row that was set aside at one stage comes back at the next one where it fits. Constraints (a known distance between sockets)
 are never gross: nothing read them. Rows stay in the data, unused: they weigh nothing, and are predicted like all others.
 
@@ -32,6 +33,7 @@ from robocal.calibrate.digits import rounded
 from robocal.calibrate.farness import FAR, Farness, far_from, farness
 from robocal.calibrate.fit import NEAR, Fit, softly, unit_weights
 from robocal.calibrate.noise import apply_noise, assess, owners, under
+from robocal.calibrate.thin import thinned
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import effective_columns
@@ -98,12 +100,18 @@ def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None)
     if watch:
         watch({"stage": "gross"})
     search = _Search(model, data, units)
-    start, tau, used = _nominal(search, tuple(np.ones(len(o), dtype=bool) for o in data.observations))
+    few = _Search(model, *thinned(model, data, units))
+    start, tau, near = _nominal(few)
     x = start
     for loss, tuning in (("huber", None), ("tukey", FAR)):
-        x, tau = _settled(search, start, x, tau, used, loss, tuning)
+        x, tau = _settled(few, start, x, tau, near, loss, tuning)
+    used = near
+    if few.data is not data:
+        # A part of many rows says about where the fit ends. All of them say where it does, and are judged by that.
+        used = tuple(np.ones(len(o), dtype=bool) for o in data.observations)
+        x, tau = _settled(search, start, x, tau, used, "tukey", FAR)
     # No row is gross for being rounded more coarsely than the others.
-    data = rounded(model, data, search.posed(tau, used, "none"), x)
+    data = rounded(model, data, search.posed(tau, used, "none"), x, None if few.data is data else few.data)
     search = replace(search, data=data)
     for _ in range(ROUNDS):
         soft = softly(search.posed(tau, used, "none"), start)
@@ -117,8 +125,9 @@ def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None)
     return Sifted(marked(data, used), soft, there, away)
 
 
-def _nominal(search: _Search, every: tuple[Bools, ...]) -> tuple[Array, Tau, tuple[Bools, ...]]:
+def _nominal(search: _Search) -> tuple[Array, Tau, tuple[Bools, ...]]:
     """Where frames stand when gross rows do not pull, the robust noise there, and the rows that are near."""
+    every = tuple(np.ones(len(o), dtype=bool) for o in search.data.observations)
     made, x = baseline(search.model, search.data, search.units)
     frames = frame_names(search.model, made)
     tau: Tau = {}

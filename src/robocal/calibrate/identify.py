@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.calibrate.bands import coverage_of, coverage_remarks, mean_conditions, measured_range, total_of
-from robocal.calibrate.baseline import baseline, frame_names, known_baseline
+from robocal.calibrate.baseline import baseline, frame_names, known_baseline, renoised
 from robocal.calibrate.bootstrap import bootstrap_words, resample
 from robocal.calibrate.estimators import batched, estimator
 from robocal.calibrate.fit import Fit, fit
@@ -72,12 +72,13 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
     split = make_split(data, options.hold_out, folds=options.folds, blocks=options.blocks, seed=options.seed)
     everyone = np.arange(len(data.configurations))
     clean, by = set_aside(model, data, everyone, watch), (options.loss, options.tuning)
-    start = known_baseline(model, clean, everyone, *by, watch).x
+    begun = known_baseline(model, clean, everyone, *by, watch)
+    start = begun.x
     whole = fit(model, clean, everyone, options, start, watch)
     if (likelier := with_zeros(model, whole)) is not None:
         return identify(likelier, data, options, watch)
     # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
-    base = known_baseline(model, whole.data, everyone, *by)
+    base = renoised(model, (clean, begun), whole.data, everyone, *by)
     proven = prove(model, data, clean, split, options, base, whole, watch)
     found: Identification[M] = _handed_back(model, clean, options, start, whole, proven, base.converged, watch)
     return replace(found, offsets=offsets_alone(model, base.x, whole, proven, options.seed))
@@ -96,7 +97,7 @@ def _handed_back(
     """Everything that is told of a fit to all measurements but gross rows, which `data` marks, and of what was proven."""
     base, base_x, part, held = proven.base, proven.base_x, proven.part, proven.held
     told, best = units_of(base), proven.best
-    u = uncertainty(whole.problem, whole.solution.x, estimated=any(g.stated is None for g in whole.groups))
+    u = whole.uncertainty
     if whole.covariance is not None:
         u = replace(u, covariance=whole.covariance)
     values = whole.solution.x[0]

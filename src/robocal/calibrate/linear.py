@@ -50,10 +50,13 @@ def linearity(fit: Fit, start: Array, u: Uncertainty, units: tuple[str, ...]) ->
     loose = replace(fit.problem, priors=False).with_free(fit.problem.table.free)
     # What overflows or cannot be factored tells nothing; the verdict says what is wrong with such numbers.
     with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
-        fitted = one_step(fit.problem, start, units[0])
+        if fit.problem.blocks:
+            return None
+        lin = loose.with_weights(None).linearize(start)
+        fitted = one_step(fit.problem, start, units[0], lin.columns(loose.column_of[fit.problem.index]))
         if fitted is not None:
             bend = curvature(fit.problem, fit.solution.x, u.covariance * u.factor**2)
-            return Linearity(fitted, one_step(loose, start, units[0]), bend)
+            return Linearity(fitted, one_step(loose, start, units[0], lin), bend)
     return None
 
 

@@ -10,7 +10,7 @@ and Paule (1970), Birge (1932) for the ratio.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +22,7 @@ from robocal.estimate.uncertainty import leverages
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet
 
-__all__ = ["Group", "apply_noise", "assess", "owners", "under"]
+__all__ = ["Group", "apply_noise", "assess", "noise_dof", "owners", "under"]
 
 Array = NDArray[np.float64]
 Key = tuple[str, str]  # (sensor group, SI unit)
@@ -58,6 +58,11 @@ class Group:
         if self.stated is None:
             return "estimated"
         return "stated" if self.tau == 0 else "stated, with model error added"
+
+
+def noise_dof(groups: Iterable[Group], dof: float) -> float:
+    """Degrees of freedom of the noise: infinite where every sigma is stated and stands."""
+    return np.inf if all(g.stated is not None and g.tau == 0 for g in groups) else max(float(dof), 1.0)
 
 
 def apply_noise(data: DataSet, tau: Mapping[Key, float]) -> DataSet:
@@ -162,7 +167,10 @@ def _exceeds(whitened: Array, dof: float, level: float, resistant: bool) -> bool
 
 
 def _solve(value: Array, sigma: Array, dof: float, resistant: bool) -> float:
-    """tau with r / sqrt(s^2 + tau^2) of spread one, by bisection on a falling function."""
+    """tau with r / sqrt(s^2 + tau^2) of spread one; where sigma differs by row, by bisection on a falling function."""
+    if sigma.min() == sigma.max():
+        # One sigma for all rows: nothing is to be searched.
+        return float(np.sqrt(max(_spread(value, dof, resistant) ** 2 - float(sigma[0]) ** 2, 0.0)))
     low, high = 0.0, _spread(value, dof, resistant) + float(sigma.max())
     for _ in range(60):
         middle = 0.5 * (low + high)

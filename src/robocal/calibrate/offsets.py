@@ -27,7 +27,7 @@ from robocal.calibrate.split import places
 from robocal.estimate.identifiability import Combination, analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
-from robocal.estimate.uncertainty import Total, quantile, total, uncertainty, uneven
+from robocal.estimate.uncertainty import Total, quantile, squares, total, uncertainty, uneven
 from robocal.geometry.path.joints import Zero
 from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
@@ -106,8 +106,9 @@ def _fitted(model: Machine, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Found
     visits = places(fit.data.configurations)
     start, noise = x, 1.0
     kept: tuple[str, ...] | None = None
+    lin = every.linearize(start)
     for _ in range(ROUNDS):
-        seen = analyse(every, start, noise=noise)
+        seen = analyse(every, start, noise=noise, lin=lin)
         if seen.kept == kept:
             break
         kept = seen.kept
@@ -116,10 +117,12 @@ def _fitted(model: Machine, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Found
         near = least_squares(chosen.with_loss("huber"), x).x if chosen.loss == "tukey" else x
         solution = least_squares(chosen, near)
         start = solution.x
-        u = uncertainty(chosen, start)
+        lin = every.linearize(start)
+        known = squares(every, start, lin)
+        u = uncertainty(chosen, start, known=known)
         noise = u.factor
-    more = float(np.sqrt(uneven(chosen, start, visits)))
-    off = total(every, chosen.free, start, factor=u.factor * more, dof=max(float(u.dof), 1.0))
+    more = float(np.sqrt(uneven(chosen, start, visits, lin.columns(every.column_of[chosen.index]))))
+    off = total(every, chosen.free, start, factor=u.factor * more, dof=max(float(u.dof), 1.0), known=known)
     converged = solution.reasons[0].converged and bool(np.isfinite(solution.cost[0]))
     return _Found(chosen, start, converged, {c.name: _note(c) for c in seen.combinations}, off)
 

@@ -22,7 +22,7 @@ import scipy
 from numpy.typing import NDArray
 
 from robocal.calibrate.split import NEAR, places
-from robocal.estimate.uncertainty import Total, reweighted, uncertainty
+from robocal.estimate.uncertainty import Total, reweighted
 
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
@@ -73,7 +73,7 @@ def kept_rows(fit: Fit, total: Total) -> Kept | None:
     if where.joints is None or not problem.n or problem.block_size:
         return None
     lin = reweighted(problem.linearize(x), problem)
-    seen = uncertainty(problem, x, estimated=any(g.stated is None for g in fit.groups))
+    seen = fit.uncertainty
     at = [total.names.index(n) for n in problem.free]
     size = problem.scales**2
     enlarged = float(np.sum(np.diag(total.noise)[at] / size) / np.sum(np.diag(seen.covariance) / size))
@@ -83,7 +83,7 @@ def kept_rows(fit: Fit, total: Total) -> Kept | None:
     step = max(1.0, count / MOST_PLACES)
     chosen = np.unique((np.arange(min(count, MOST_PLACES)) * step).astype(np.int64))
     keep = np.flatnonzero((stood & np.isin(label, chosen))[lin.unit])
-    first = np.array([np.flatnonzero(label == p)[0] for p in chosen])
+    first = np.unique(label, return_index=True)[1][chosen]
     known = np.isfinite(where.joints[first]).all(axis=1)
     chosen, first = chosen[known], first[known]
     if not len(keep) or seen.dof <= 0:

@@ -78,6 +78,13 @@ class Split:
 def places(configurations: Configurations, near: float = NEAR) -> Ints:
     """A number for every configuration, equal where the machine stood at the same place, no joint further than `near`
     (rad, m) away: repeats are held out together, or the fit would have seen them."""
+    known: Ints | None = configurations.memo.get(("places", near))
+    if known is None:
+        known = configurations.memo["places", near] = _labels(configurations, near)
+    return known.copy()
+
+
+def _labels(configurations: Configurations, near: float) -> Ints:
     place = configurations.joints if configurations.joints is not None else configurations.start
     if place is None or not len(place):
         return np.arange(len(configurations))
@@ -245,9 +252,10 @@ def _cells(configurations: Configurations, rng: np.random.Generator, stop: int, 
         if -heap[0][0] <= size:
             break
         cell = cells.pop(heapq.heappop(heap)[1])
-        widest = int(np.argmax(np.ptp(place[cell], axis=0)))
+        here = place[cell]
+        widest = int(np.argmax(here.max(axis=0) - here.min(axis=0)))
         # Equal values keep a random order, so that no file order leaks into the split.
-        order = np.lexsort((rng.random(len(cell)), place[cell, widest]))
+        order = np.lexsort((rng.random(len(cell)), here[:, widest]))
         half = len(cell) // 2
         for part in (cell[order[:half]], cell[order[half:]]):
             cells[made] = part
@@ -270,7 +278,7 @@ def stratified(configurations: Configurations, fraction: float, seed: int) -> tu
         return everyone, everyone[:0]
     rng = np.random.default_rng(seed)
     cells, label = _cells(configurations, rng, many, 0)
-    chosen = [int(rng.choice(cell)) for cell in cells if len(cell)]
+    chosen = [int(cell[rng.integers(len(cell))]) for cell in cells if len(cell)]
     held = everyone[np.isin(label, chosen)]
     return np.setdiff1d(everyone, held), held
 

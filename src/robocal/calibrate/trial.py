@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.baseline import known_baseline
+from robocal.calibrate.baseline import known_baseline, renoised
 from robocal.calibrate.fit import Fit, fit
 from robocal.calibrate.folds import Unseen, alike, collect, empty, local_names, profile, proves_nothing, terms_of
 from robocal.calibrate.gross import neither, set_aside
@@ -55,9 +55,10 @@ def trial(
     # Gross rows are looked for among the rows that are fitted: the others are not known here.
     clean = set_aside(model, data, fit_units, watch)
     by = (options.loss, options.tuning)
-    part = fit(model, clean, fit_units, options, known_baseline(model, clean, fit_units, *by, watch).x, watch)
+    begun = known_baseline(model, clean, fit_units, *by, watch)
+    part = fit(model, clean, fit_units, options, begun.x, watch)
     # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
-    known = known_baseline(model, part.data, fit_units, *by)
+    known = renoised(model, (clean, begun), part.data, fit_units, *by)
     if known.problem.blocks:
         # What nobody fitted has no place yet: it is placed by its own rows before anything is said of them.
         known = replace(known, x=own_poses(known.problem, known.x, one.held)[0])

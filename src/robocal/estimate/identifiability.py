@@ -78,7 +78,8 @@ class Identifiability:
     O1 to O5.
 
     `share` (n,) is the part of each parameter's knowledge that comes from data: 1 - (posterior / expected sigma)^2,
-    all the others being unknown too. `posterior` (n, n) is that posterior covariance in SI.
+    all the others being unknown too. `posterior` (n, n) is that posterior covariance in SI. `root` (n, n) is R with R^T R =
+    J^T J, at x (1, P), of the problem as it was given.
     """
 
     names: tuple[str, ...]
@@ -92,6 +93,8 @@ class Identifiability:
     indices: dict[str, float]
     share: Array
     posterior: Array
+    root: Array
+    x: Array
 
     @property
     def identified(self) -> tuple[str, ...]:
@@ -102,6 +105,8 @@ class Identifiability:
 def eliminate(lin: Linear, size: int) -> Array:
     """J (N', n) with local blocks projected out: rows of Q2^T J, where Q2 spans what the blocks' columns, their priors
     included, leave free."""
+    if not size or (lin.local < 0).all():
+        return lin.j
     parts = [lin.j[lin.local < 0]]
     for _, rows, jl in _blocks(lin, size):
         u, s, _ = np.linalg.svd(jl, full_matrices=True)
@@ -110,7 +115,7 @@ def eliminate(lin: Linear, size: int) -> Array:
         # Nothing shared is in the rows of a prior.
         left = np.swapaxes(u[:, : rows.shape[1]], 1, 2) @ lin.j[rows]
         parts.append(left[~spans])
-    return np.concatenate(parts) if len(parts) > 1 else lin.j
+    return np.concatenate(parts)
 
 
 def block_columns(lin: Linear, size: int) -> int:
@@ -164,7 +169,7 @@ def _blocks(lin: Linear, size: int) -> Iterator[tuple[Ints, Ints, Array]]:
         yield own, rows, jl if lin.hold is None else np.concatenate([jl, lin.hold[own]], axis=1)
 
 
-def triangle(j: Array, chunk: int = 20_000) -> Array:
+def triangle(j: Array, chunk: int = 2000) -> Array:
     """R (n, n) with R^T R = J^T J, by QR in chunks of rows: rank decisions are taken on R, never on J^T J."""
     r: Array = np.zeros((0, j.shape[1]))
     for first in range(0, max(len(j), 1), chunk):
@@ -242,17 +247,24 @@ def observability(values: Array, poses: int) -> dict[str, float]:
 
 
 def analyse(
-    problem: Problem, x: Array, *, noise: float = 1.0, always: Sequence[str] = (), seen: float = SEEN
+    problem: Problem,
+    x: Array,
+    *,
+    noise: float = 1.0,
+    always: Sequence[str] = (),
+    seen: float = SEEN,
+    lin: Linear | None = None,
 ) -> Identifiability:
     """What the free columns of a problem mean at x; `noise` multiplies the stated sigma (sqrt(chi2 / dof) when the
     model leaves more).
 
     Rank, singular values, indices and shares speak of the data in units of what is expected; what is kept is seen by data and
     stated priors together. So what has a prior is always kept, unless that is so wide that it says nothing
-    (`Parameter.believed`), and so are the names in `always`.
+    (`Parameter.believed`), and so are the names in `always`. `lin` is the problem linearised at x, where somebody has it.
     """
-    lin = problem.linearize(x)
-    r = triangle(eliminate(lin, problem.block_size)) / noise
+    lin = problem.linearize(x) if lin is None else lin
+    root = triangle(eliminate(lin, problem.block_size))
+    r = root / noise
     names, scale = problem.free, problem.scales
     n = len(names)
     scaled = r * scale
@@ -280,6 +292,8 @@ def analyse(
         observability(final, len(np.unique(lin.unit))),
         1.0 - np.diag(posterior) / scale**2,
         posterior,
+        root,
+        np.atleast_2d(x),
     )
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from robocal.estimate.identifiability import triangle
 from robocal.estimate.problem import Problem
+from robocal.estimate.rows import Linear
 
 __all__ = ["Curvature", "Step", "curvature", "one_step"]
 
@@ -51,13 +52,13 @@ class Curvature:
     parameter: str
 
 
-def one_step(problem: Problem, x: Array, unit: str = "m") -> Step | None:
+def one_step(problem: Problem, x: Array, unit: str = "m", lin: Linear | None = None) -> Step | None:
     """The linear step of a problem from x (1, P), its priors included where they are on; None with local blocks, without
-    free columns, or where nothing is measured in this unit."""
+    free columns, or where nothing is measured in this unit. `lin` is all of its rows linearised there, where somebody has it."""
     mine = np.concatenate([_rows(t.scale[t.used], t.parts, unit).ravel() for t in problem.terms])
     if problem.blocks or not problem.n:
         return None
-    lin = problem.with_weights(None).linearize(x)
+    lin = problem.with_weights(None).linearize(x) if lin is None else lin
     weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
     used = weight[lin.unit] > 0
     mine &= used
@@ -66,8 +67,9 @@ def one_step(problem: Problem, x: Array, unit: str = "m") -> Step | None:
     root = problem.prior_root
     away = problem.difference(np.atleast_2d(x))[0]
     scales = problem.scales
-    stack = np.column_stack([np.vstack([lin.j[used], root]) * scales, np.append(lin.r[used], root @ away)])
-    r = triangle(stack)
+    every = slice(None) if used.all() else used
+    r = triangle(np.column_stack([lin.j[every], lin.r[every]]))
+    r = triangle(np.vstack([r, np.column_stack([root, root @ away])]) * np.append(scales, 1.0))
     d = -scales * (np.linalg.pinv(r[:-1, :-1], rcond=STRUCTURAL) @ r[:-1, -1])
     sigma = 1.0 / np.concatenate([t.scale[t.used].ravel() for t in problem.terms])
     first = lin.r * sigma

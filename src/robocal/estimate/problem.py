@@ -319,8 +319,10 @@ class Problem:
             first, last = (np.flatnonzero(keep)[[0, -1]] + [0, 1]) if keep.any() else (0, min(1, len(keep)))
             r, jac, jloc = term.evaluate(x, np.zeros(1, dtype=np.int64), int(first), int(last - first))
             scale = term.scale[keep] * np.sqrt(weight[term.unit[keep]])[:, None]
-            inside = keep[first:last]
-            dense = spread(jac[0][inside] * scale[..., None], term.columns, self.n)
+            # Of many rows every copy of the Jacobian costs as much as the Jacobian: where all count, none is made.
+            inside = slice(None) if keep[first:last].all() else keep[first:last]
+            dense = spread(jac[0][inside], term.columns, self.n)
+            dense *= scale[..., None]
             wide = np.zeros((len(dense), d, self.block_size))
             if jloc.shape[-1]:
                 wide[:] = jloc[0][inside] * scale[..., None]
@@ -338,7 +340,7 @@ class Problem:
                     np.full(len(dense) * d, term.reading),
                 )
             )
-        lin = Linear(*(np.concatenate(p) for p in zip(*parts, strict=True)))
+        lin = Linear(*(parts[0] if len(parts) == 1 else (np.concatenate(p) for p in zip(*parts, strict=True))))
         return lin if self.local_prior is None else replace(lin, hold=self.local_prior.rows(x)[1][0])
 
 

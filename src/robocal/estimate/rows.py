@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -106,6 +106,10 @@ class Linear:
     group: Ints
     reading: Bools
     hold: Array | None = None
+
+    def columns(self, index: Ints) -> Linear:
+        """The same rows over some of the columns."""
+        return replace(self, j=self.j[:, index])
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ from robocal.estimate.rows import Linear
 
 __all__ = [
     "LEVEL",
+    "Squares",
     "Total",
     "Uncertainty",
     "band",
@@ -39,6 +40,7 @@ __all__ = [
     "quantile",
     "radius",
     "reweighted",
+    "squares",
     "total",
     "uncertainty",
     "uneven",
@@ -49,6 +51,7 @@ Ints = NDArray[np.int64]
 # Singular values below this share of the largest are rounding.
 RESOLUTION = 1e-13
 EPS = float(np.finfo(float).eps)
+SHARP = 1e-10  # of the rows: so much the number of columns may be wrong by
 LEVEL = 0.95  # of every interval and band
 
 
@@ -79,22 +82,44 @@ class Uncertainty:
         return np.asarray(self.covariance / np.outer(s, s))
 
 
-def uncertainty(problem: Problem, x: Array, *, estimated: bool = False) -> Uncertainty:
+@dataclass(frozen=True)
+class Squares:
+    """What the rows of a problem say of some columns at one x: R (n, n) with R^T R = J^T J, the sum of squared residuals, how
+    many numbers that is, and how many of them local blocks take; robust weights applied."""
+
+    names: tuple[str, ...]
+    root: Array
+    square: float
+    rows: int
+    taken: int = 0
+
+    def of(self, names: tuple[str, ...]) -> Array:
+        """R of some of the columns."""
+        return self.root if names == self.names else triangle(self.root[:, [self.names.index(n) for n in names]])
+
+
+def squares(problem: Problem, x: Array, lin: Linear | None = None) -> Squares:
+    """Of the free columns at x (1, P); `lin` is the problem linearised there, where somebody has it."""
+    lin = reweighted(problem.linearize(x) if lin is None else lin, problem)
+    taken = block_columns(lin, problem.block_size)
+    root = triangle(eliminate(lin, problem.block_size))
+    return Squares(problem.free, root, float(lin.r @ lin.r), len(lin.r), taken)
+
+
+def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: Squares | None = None) -> Uncertainty:
     """Of the free columns at a solution x; `estimated` says that sigma was not stated, so chi2 / dof also scales bars
-    down."""
-    lin = reweighted(problem.linearize(x), problem)
+    down; `known` are the squares of these columns there, and maybe of more."""
+    rows = squares(problem, x) if known is None else known
     n = problem.n
-    r = triangle(eliminate(lin, problem.block_size))
     # Scaled as in `identifiability`, so that a singular value means the same in both.
-    scaled = triangle(np.vstack([r, problem.prior_root])) * problem.scales
+    scaled = triangle(np.vstack([rows.of(problem.free), problem.prior_root])) * problem.scales
     _, values, vt = np.linalg.svd(scaled) if n else (None, np.zeros(0), np.zeros((0, 0)))
-    known = values > RESOLUTION * values.max(initial=0.0)
-    inverse = problem.scales[:, None] * vt.T / np.where(known, values, 1.0)
+    resolved = values > RESOLUTION * values.max(initial=0.0)
+    inverse = problem.scales[:, None] * vt.T / np.where(resolved, values, 1.0)
     x = np.atleast_2d(x)
-    chi2 = float(lin.r @ lin.r + np.sum((problem.prior_root @ problem.difference(x)[0]) ** 2))
+    chi2 = rows.square + float(np.sum((problem.prior_root @ problem.difference(x)[0]) ** 2))
     chi2 += 0.0 if problem.local_prior is None else float(np.sum(problem.local_prior.rows(x)[0] ** 2))
-    used = block_columns(lin, problem.block_size)
-    dof = len(lin.r) + int(problem.stated.sum()) - int(known.sum()) - used
+    dof = rows.rows + int(problem.stated.sum()) - int(resolved.sum()) - rows.taken
     factor = np.sqrt(chi2 / dof) if dof > 0 else 1.0
     # Downweighted residuals are too small to tell that the noise is: they may only enlarge.
     free_scale = estimated and problem.loss == "none"
@@ -118,10 +143,29 @@ def effective_columns(problem: Problem, x: Array) -> float:
     n = problem.n
     if not problem.stated.any():
         return float(n)
-    lin = problem.linearize(x)
+    left = eliminate(problem.linearize(x), problem.block_size)
     hold = problem.prior_root * problem.scales
-    full = triangle(np.vstack([triangle(eliminate(lin, problem.block_size)) * problem.scales, hold]))
-    return n - float(np.linalg.norm(np.linalg.lstsq(full.T, hold.T, rcond=None)[0]) ** 2)
+    held = _held(left, problem)
+    if held is None:
+        full = triangle(np.vstack([triangle(left) * problem.scales, hold]))
+        held = float(np.linalg.norm(np.linalg.lstsq(full.T, hold.T, rcond=None)[0]) ** 2)
+    return n - held
+
+
+def _held(j: Array, problem: Problem) -> float | None:
+    """Trace of (J^T J + P)^-1 P by Cholesky, a few times faster than QR, J (N, n); None where rounding could be seen in it:
+    with every column held, it errs by eps over the smallest pivot, and it is compared with the number of rows."""
+    a = j.T @ j + problem.prior_root.T @ problem.prior_root
+    size = np.sqrt(np.diag(a))
+    if not (size > 0).all():
+        return None
+    try:
+        root = np.linalg.cholesky(a / np.outer(size, size))
+    except np.linalg.LinAlgError:
+        return None
+    if not np.diag(root).min() ** 2 * max(len(j), 1) > EPS / SHARP:
+        return None
+    return float(np.linalg.norm(np.linalg.solve(root, problem.prior_root.T / size[:, None])) ** 2)
 
 
 def leverages(problem: Problem, x: Array, units: Ints) -> tuple[Array, Array]:
@@ -177,24 +221,32 @@ class Total:
         return np.sqrt(np.diag(self.covariance))
 
 
-def total(problem: Problem, kept: tuple[str, ...], x: Array, *, factor: float = 1.0, dof: float = np.inf) -> Total:
+def total(
+    problem: Problem,
+    kept: tuple[str, ...],
+    x: Array,
+    *,
+    factor: float = 1.0,
+    dof: float = np.inf,
+    known: Squares | None = None,
+) -> Total:
     """What the fit of the `kept` columns may be off by, at its solution x (1, P); the problem has all columns free.
 
-    `factor` multiplies the bars of the noise (`Uncertainty.factor`), `dof` are the degrees of freedom of its estimate.
+    `factor` multiplies the bars of the noise (`Uncertainty.factor`), `dof` are the degrees of freedom of its estimate, `known`
+    the squares of all columns there.
     """
-    lin = reweighted(problem.linearize(x), problem)
     n, scale = problem.n, problem.scales
-    scaled = triangle(eliminate(lin, problem.block_size)) * scale
+    scaled = (squares(problem, x) if known is None else known).of(problem.free) * scale
     chosen = np.isin(problem.free, kept)
     k, d = np.flatnonzero(chosen), np.flatnonzero(~chosen)
     # What the prior says of the kept ones alone, as in their fit.
     hold = problem.with_free(kept).prior_root * scale[k]
     stacked = np.vstack([scaled[:, k], hold])
     u, values, vt = np.linalg.svd(stacked, full_matrices=False)
-    known = values > RESOLUTION * values.max(initial=0.0)
-    root = vt.T / np.where(known, values, 1.0)
+    told = values > RESOLUTION * values.max(initial=0.0)
+    root = vt.T / np.where(told, values, 1.0)
     # What is not known at all answers to nothing, and is as uncertain as expected.
-    gain = np.where(known, root, 0.0) @ u.T
+    gain = np.where(told, root, 0.0) @ u.T
     noise, response = np.zeros((n, n)), np.zeros((n, n))
     noise[np.ix_(k, k)] = factor**2 * (root @ root.T)
     response[np.ix_(k, d)] = gain[:, :n] @ scaled[:, d]
@@ -202,7 +254,7 @@ def total(problem: Problem, kept: tuple[str, ...], x: Array, *, factor: float = 
     response[d, d] = -1.0
     # The prior is part of H already: H = H J^T J H + H P H, and the second part is what the truth contributes.
     if hold.any():
-        noise[np.ix_(k, k)] = factor**2 * (gain[:, :n] @ gain[:, :n].T) + _unknown(root, known)
+        noise[np.ix_(k, k)] = factor**2 * (gain[:, :n] @ gain[:, :n].T) + _unknown(root, told)
     both = np.outer(scale, scale)
     shared = None if not np.count_nonzero(problem.expected_root - np.diag(scale)) else problem.expected_root
     return Total(problem.free, noise * both, response * scale[:, None] / scale, np.array(scale), float(dof), shared)
@@ -212,7 +264,7 @@ def _unknown(root: Array, known: NDArray[np.bool_]) -> Array:
     return np.asarray(root[:, ~known] @ root[:, ~known].T)
 
 
-def uneven(problem: Problem, x: Array, label: Ints | None = None) -> float:
+def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | None = None) -> float:
     """How much larger the covariance of the estimate is than even noise would make it: 1 unless significantly more.
 
     Where a model leaves errors of its own, they may be largest at the poses that decide the fit, and they are the same at
@@ -223,9 +275,10 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None) -> float:
         E[1/n sum_u |Q_u^T (I - H_u)^(-1/2) r_u|^2] = 1
 
     When that is exceeded by three standard deviations, the jackknife's variance (exponent -1) over its value for even
-    noise is returned. Sources: Bell and McCaffrey, Bias reduction in standard errors (2002); MacKinnon and White (1985).
+    noise is returned; `lin` is the problem linearised there, where somebody has it. Sources: Bell and McCaffrey, Bias
+    reduction in standard errors (2002); MacKinnon and White (1985).
     """
-    lin = reweighted(problem.linearize(x), problem)
+    lin = reweighted(problem.linearize(x) if lin is None else lin, problem)
     if not problem.n or problem.block_size or len(lin.r) <= problem.n:
         return 1.0
     scaled = lin.j * problem.scales

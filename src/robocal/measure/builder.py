@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robocal.errors import ModelError
 from robocal.geometry import se3
-from robocal.geometry.path.program import Element, compile_path, frame_element
+from robocal.geometry.path.program import Element, Program, compile_path, frame_element
 from robocal.measure.carriers import Carrier, Inverse, KnownPose, LocalPose, Path, Product
 from robocal.measure.data import Configurations, Frame, Observations
 from robocal.measure.machine import Machine
@@ -38,23 +38,34 @@ class Builder:
     def path(self, elements: Sequence[Element], configuration: Ints) -> Path:
         """A path of elements at some configurations."""
         program = compile_path(elements, self.table)
-        phi = np.zeros((len(configuration), 0))
-        if program.columns:
-            c = self.configurations
+        if not program.columns:
+            phi = np.zeros((1, len(configuration), 0))
+            return Path(program, phi, program.cosines(phi))
+        phi, trig = self._driven(program)
+        if len(configuration) != phi.shape[1] or (configuration != np.arange(len(configuration))).any():
+            phi, trig = (np.ascontiguousarray(a[:, configuration]) for a in (phi, trig))
+        if np.isnan(phi).any():
+            _, row, column = np.argwhere(np.isnan(phi))[0]
+            place = self.configurations.ids[configuration[row]]
+            raise ModelError(
+                "a configuration lacks a value that the model needs", key=program.columns[column], found=place
+            )
+        return Path(program, phi, trig)
+
+    def _driven(self, program: Program) -> tuple[Array, Array]:
+        """What the configurations drive a program with, (1, U, C), and its cosines (1, U, D, 2): the same in every problem of
+        one machine and its configurations."""
+        c, what = self.configurations, (program.columns, *program.turning[0].tolist())
+        known = c.memo.get("driven")
+        if known is None or known[0] is not self.machine or known[1] != what:
             if c.joints is None:
                 raise ModelError(
                     "the model needs joint values that the data lack",
                     expected=", ".join(j.name for j in self.machine.joints),
                 )
-            phi = self.machine.phi(c.joints, c.columns, program)[configuration]
-            if np.isnan(phi).any():
-                row, column = np.argwhere(np.isnan(phi))[0]
-                place = self.configurations.ids[configuration[row]]
-                raise ModelError(
-                    "a configuration lacks a value that the model needs", key=program.columns[column], found=place
-                )
-        phi = np.ascontiguousarray(phi[None])
-        return Path(program, phi, program.cosines(phi))
+            phi = np.ascontiguousarray(self.machine.phi(c.joints, c.columns, program)[None])
+            known = c.memo["driven"] = self.machine, what, phi, program.cosines(phi)
+        return known[2], known[3]
 
     def tool(self, configuration: Ints, before: Sequence[Element] = (), after: Sequence[Element] = ()) -> Carrier:
         """The machine's tool or platform frame, with frames before and behind it."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +55,8 @@ class Configurations:
     start: Array | None = None  # frame vectors (m, 6) from which free poses start
     groups: tuple[str, ...] | None = None
     digits: Array | None = None
+    # What was worked out of these configurations once; a copy with anything else begins with nothing.
+    memo: dict[object, Any] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.ids)
