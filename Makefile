@@ -11,12 +11,12 @@ unexport PYTHONHOME PYTHONPATH
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test quick lint bench coverage clean remake
+.PHONY: help demo test test-all quick lint bench coverage clean remake
 
 help:
 	@echo "make demo      calibrate real and simulated robots and write a report (the first run installs into .venv)"
-	@echo "make test      everything that CI runs: lint, types, floors, all tests"
-	@echo "make quick     the tests without the long statistics"
+	@echo "make test      lint, types, layers and the tests, without the long statistics"
+	@echo "make test-all  everything, as CI runs it"
 	@echo "make lint      ruff, mypy and import-linter only"
 	@echo "make bench     robocal against its peers, in environments of their own"
 	@echo "make coverage  which lines the quick tests reach (kernels as plain Python)"
@@ -25,12 +25,14 @@ help:
 demo: $(VENV)/.has-report
 	@$(BIN)/robocal demo
 
-test: lint
+test: lint quick
+
+test-all: lint
 	@printf '\n== pytest: all tests ==\n'
 	@$(PYTEST)
 
 quick: $(VENV)/.has-dev
-	@printf '\n== pytest: quick tests ==\n'
+	@printf '\n== pytest: all tests but the long statistics ==\n'
 	@$(PYTEST) -m "not slow"
 
 lint: $(VENV)/.has-dev
@@ -40,7 +42,7 @@ lint: $(VENV)/.has-dev
 	@$(BIN)/python -m ruff format --check
 	@printf '\n== mypy --strict ==\n'
 	@$(BIN)/python -m mypy
-	@printf '\n== import-linter: floors and doors ==\n'
+	@printf '\n== import-linter: layers and boundaries ==\n'
 	@$(BIN)/lint-imports --no-logo
 
 bench: $(VENV)/.has-dev
