@@ -13,6 +13,7 @@ from cli.runs import files, robocal
 
 from robocal.cables.workspace import Demand, holds
 from robocal.files.cable.robot import read_cable
+from robocal.report.sections import figure
 
 PUBLISHED = Path(__file__).parents[2] / "examples" / "cable-published"
 ROBOT = (PUBLISHED / "ipanema-1.yaml").read_text()
@@ -75,7 +76,8 @@ def test_the_files_say_one_thing(robot, tmp_path):
     assert set(names) == {"xy", "xz", "yz"} == set(found["sections"])
     page = (out / "report.html").read_text()
     assert (
-        "Volume by rays" in page
+        figure(rays["volume_m3"]) in page
+        and figure(found["grid"]["volume_m3"]) in page
         and "Section yz" in page
         and page.count("<svg") == 4
         and "nan" not in page.lower().split("<svg")[0]

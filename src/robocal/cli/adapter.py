@@ -1,6 +1,6 @@
 """From the options of a verb to a command of typer, and from what it hands back to terminal and exit status.
 
-    verbs/NAME.py: Options, run(options, watch, command) -> Outcome, sections(outcome)
+    verbs/NAME.py: Options, run(options, watch, command) -> Outcome, sections(outcome), and details(outcome) for pages
 
 This is the only place that knows how a verb is called; a verb knows nothing of terminals.
 """

@@ -77,7 +77,8 @@ class Found:
         return text(self.sections)
 
     def _repr_html_(self) -> str:
-        return html(self.sections)
+        more = getattr(self._verb, "details", None)
+        return html((*self.sections, *(more(self._outcome) if more else ())))
 
     def __repr__(self) -> str:
         listed = self.text is not None and not self.written

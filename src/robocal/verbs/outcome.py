@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,3 +27,9 @@ class Outcome:
     text: str | None = None
     note: str = ""
     written: tuple[Path, ...] = ()
+
+    def kept(self, written: tuple[Path, ...]) -> Outcome:
+        """The same with the files that were written, which the document lists too."""
+        return replace(
+            self, written=written, document=lambda: {**self.document(), "written": [str(p) for p in written]}
+        )

@@ -16,7 +16,7 @@ from robocal.cables.inverse import inverse
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.geometry import se3
-from robocal.report.cable.page import Block, page
+from robocal.report.cable.page import page, part
 from robocal.report.cable.ropes import courses, wheels
 from robocal.report.cable.scene import scene
 from robocal.report.cable.solids import hull_loops, thinned
@@ -137,7 +137,7 @@ def test_nothing_in_a_robot_file_becomes_markup() -> None:
     drawn = scene(robot, robot.home, tension=[30, 40, np.nan, 5, 60], caption="<b>&")
     root = parsed(drawn)
     assert any("".join(e.itertext()).startswith("b&c") for e in root.iter() if "data-w" in e.attrib)
-    text = page("<i>title</i>", [Block("<u>", "<q>&", drawn, [["<td>", "<th>"], ["<tr>", "<em>"]])])
+    text = page("<i>title</i>", [part("<u>", "<q>&", drawn, [["<td>", "<th>"], ["<tr>", "<em>"]])])
     for bad in (
         "<script>alert",
         '" onload="',
@@ -223,16 +223,16 @@ def test_a_page_needs_nothing_from_outside() -> None:
     table = [["cable", "tension", "note"], ["c1", "30.0 N", "held"], ["c2", "–", ""]]
     text = page(
         "Two poses",
-        [*(Block(f"Pose {i}", "One.\n\nTwo.", d) for i, d in enumerate(drawn)), Block("Table", table=table)],
+        [*(part(f"Pose {i}", "One.\n\nTwo.", d) for i, d in enumerate(drawn)), part("Table", table=table)],
     )
     assert text.count("<p>One.</p>") == 2 and text.count("<script>") == 1 and "script-src 'sha256-" in text
     assert not re.search(r"(src|href)=\"(?!data:)", text) and "@import" not in text and "url(" not in text
     keys = re.findall(r'\sid="([^"]*)"', text)
     assert len(keys) == len(set(keys))
     assert '<td class="n">30.0 N</td><td>held</td>' in text
-    bare = page("Bare", [Block("Numbers", table=[["", ""], ["mass", "5 kg"]])])
+    bare = page("Bare", [part("Numbers", table=[["", ""], ["mass", "5 kg"]])])
     assert "<thead>" not in bare and '<td class="n">5 kg</td>' in bare
-    assert "<script" not in page("Plane", [Block("Plane", figure=flat)])
+    assert "<script" not in page("Plane", [part("Plane", figure=flat)])
 
 
 def test_a_turned_scene_starts_where_the_still_one_stands() -> None:

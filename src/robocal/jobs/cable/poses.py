@@ -93,16 +93,13 @@ def doubts(
 
 
 def texts(made: Listed) -> dict[str, str | bytes]:
-    """The list, the program (of the chosen poses where some were chosen), the document and the page."""
-    from robocal.jobs.cable.poses_page import poses_page
-
+    """The list, the program (of the chosen poses where some were chosen), and the document."""
     units, choice = made.units, made.choice
     order = np.arange(len(made.names)) if choice is None else choice.chosen
     out: dict[str, str | bytes] = {
         "poses.csv": made.text,
         "program.csv": program_text(made.robot, made.names, made.program, order, units),
         "list.json": json_text(made.document),
-        "report.html": poses_page(made),
     }
     if choice is not None:
         out["chosen.csv"] = list_text(made.robot, made.names, made.listing, made.program, units, only=order)

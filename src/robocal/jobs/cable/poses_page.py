@@ -16,28 +16,29 @@ from robocal.jobs.cable.poses_result import EXPECTED_OF, STOPPED_BY, Listed
 from robocal.jobs.plain import plain
 from robocal.remarks.remark import spoken
 from robocal.report.cable.lists import reached
-from robocal.report.cable.page import Block, page
+from robocal.report.cable.page import part
 from robocal.report.cable.scene import scene
 from robocal.report.cable.series import tensions
 from robocal.report.numbers import significant
+from robocal.report.sections import Section
 
-__all__ = ["poses_page"]
+__all__ = ["poses_details"]
 
 Array = NDArray[np.float64]
 MOST = 500  # rows of the table
 
 
-def poses_page(made: Listed) -> str:
-    """The page of a list of poses."""
+def poses_details(made: Listed) -> list[Section]:
+    """What a page has room for: pictures, every pose, how it was worked out."""
     found = plain(made.document)
     robot, listing, n = made.robot, made.listing, len(made.names)
     shown = np.arange(n) if made.choice is None else np.sort(made.choice.chosen)
     some = "the list" if made.choice is None else "the choice"
     caption = f"X_0 and {len(shown)} poses of {some}: margin {significant(made.start.margin)} N at X_0"
     blocks = [
-        Block("What is reached", _summary(made), table=_stopped(made)),
+        part("What is reached", _summary(made), table=_stopped(made)),
         *[_picture(made, axes) for axes in _planes(made)],
-        Block(
+        part(
             "The robot at its start",
             _start(made),
             scene(
@@ -48,7 +49,7 @@ def poses_page(made: Listed) -> str:
                 caption=caption,
             ),
         ),
-        Block(
+        part(
             "What the cables bear",
             f"Tensions at the poses of {some} ({made.method}); at every waypoint they are within the limits too.",
             tensions(
@@ -57,10 +58,10 @@ def poses_page(made: Listed) -> str:
         ),
     ]
     if made.choice is not None:
-        blocks.append(Block("Poses to measure", _choice(made), table=_gain(made)))
-    blocks += [Block("Pose by pose", _said(made, shown), table=_table(made, shown))]
-    blocks += [Block("How it was worked out", _how(made, found))]
-    return page(f"{robot.name}: poses that can be reached", blocks)
+        blocks.append(part("Poses to measure", _choice(made), table=_gain(made)))
+    blocks += [part("Pose by pose", _said(made, shown), table=_table(made, shown))]
+    blocks += [part("How it was worked out", _how(made, found))]
+    return blocks
 
 
 def _summary(made: Listed) -> str:
@@ -83,7 +84,7 @@ def _planes(made: Listed) -> list[tuple[int, int]]:
     return [(moves[0], moves[1])] if len(moves) == 2 else [(0, 1), (0, 2)]
 
 
-def _picture(made: Listed, axes: tuple[int, int]) -> Block:
+def _picture(made: Listed, axes: tuple[int, int]) -> Section:
     letters = "".join("xyz"[i] for i in axes)
     planar = made.robot.degrees != "3R3T"
     text = f"Plane {letters}. " + (
@@ -92,7 +93,7 @@ def _picture(made: Listed, axes: tuple[int, int]) -> Block:
         else "The outline is the workspace in this plane through X_0"
         + (" at its orientation." if planar else " at its orientation; poses lie before and behind it and are turned.")
     )
-    return Block(
+    return part(
         f"Wished for and found, {letters}", text, reached(_outline(made, axes), made.listing, axes, box=made.box)
     )
 

@@ -11,12 +11,13 @@ from robocal.jobs.cable.document import how_made, limits_text
 from robocal.jobs.cable.tension_result import Tensions
 from robocal.jobs.plain import plain
 from robocal.remarks.remark import spoken
-from robocal.report.cable.page import Block, page
+from robocal.report.cable.page import part
 from robocal.report.cable.scene import scene
 from robocal.report.cable.series import tensions
 from robocal.report.numbers import significant
+from robocal.report.sections import Section
 
-__all__ = ["tension_page"]
+__all__ = ["tension_details"]
 
 MOST = 500  # rows of the table
 METHODS = {
@@ -28,22 +29,19 @@ METHODS = {
 }
 
 
-def tension_page(made: Tensions) -> str:
-    """The page of tensions at poses."""
+def tension_details(made: Tensions) -> list[Section]:
+    """What a page has room for: pictures, every pose, how it was worked out."""
     found = plain(made.document)
     shown = tensions(made.names, made.spread.tension, made.spread.limits, made.robot.cables)
-    return page(
-        f"{made.robot.name}: tensions",
-        [
-            Block("What the cables bear", _summary(found), shown),
-            *_places(made),
-            Block("Pose by pose", _said(found), table=_table(found)),
-            Block("How it was worked out", _how(made, found)),
-        ],
-    )
+    return [
+        part("What the cables bear", _summary(found), shown),
+        *_places(made),
+        part("Pose by pose", _said(found), table=_table(found)),
+        part("How it was worked out", _how(made, found)),
+    ]
 
 
-def _places(made: Tensions) -> Iterator[Block]:
+def _places(made: Tensions) -> Iterator[Section]:
     """The pose with the least to spare, and the one at which most is missing."""
     spread, margin = made.spread, made.margin
     for chosen, heading, words in (
@@ -64,7 +62,7 @@ def _places(made: Tensions) -> Iterator[Block]:
             drawn = scene(
                 made.robot, made.poses[worst], tension=spread.tension[worst], poses=made.poses, caption=caption
             )
-            yield Block(heading, f"{caption}. {words}", drawn)
+            yield part(heading, f"{caption}. {words}", drawn)
 
 
 def _summary(found: Mapping[str, Any]) -> str:

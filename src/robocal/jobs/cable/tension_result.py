@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -40,7 +39,6 @@ class Tensions:
     doubts: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
-    written: tuple[Path, ...] = ()
 
     @property
     def document(self) -> dict[str, Any]:

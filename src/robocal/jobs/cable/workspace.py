@@ -167,16 +167,10 @@ def doubts(robot: CableRobot, made: Grid, start: RayStart | None, file: CableFil
 
 
 def texts(made: Workspace) -> dict[str, str | bytes]:
-    """The files of the folder."""
-    from robocal.jobs.cable.workspace_page import workspace_page
-
-    sheets = {
-        name: grid(made.robot, made.demand, *_sheet(made, PLANES[name]), with_margins=True) for name in made.sections
-    }
+    """The files of the folder, but its page."""
     out: dict[str, str | bytes] = {
         "workspace.json": json_text(made.document),
         "workspace.csv": cells_text(made.grid, made.room, made.units),
-        "report.html": workspace_page(made, sheets),
     }
     if made.sections:
         out["outlines.csv"] = outlines_text(made.sections, made.units)
@@ -184,13 +178,3 @@ def texts(made: Workspace) -> dict[str, str | bytes]:
         out["surface.ply"] = ply_text(made.boundary.vertices, made.boundary.faces)
         out["surface.stl"] = stl_bytes(made.boundary.vertices, made.boundary.faces)
     return out
-
-
-def _sheet(made: Workspace, axes: tuple[int, int]) -> tuple[Array, tuple[int, int, int]]:
-    """The box without thickness, and its cells, in which a section through the start is filled."""
-    sides, across = made.box.copy(), 3 - sum(axes)
-    assert made.start is not None
-    sides[across] = made.start.at[across]
-    counts = [max(n, 61) for n in made.grid.inside.shape]
-    counts[across] = 1
-    return sides, (counts[0], counts[1], counts[2])

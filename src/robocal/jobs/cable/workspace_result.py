@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -59,7 +58,6 @@ class Workspace:
     doubts: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
-    written: tuple[Path, ...] = ()
 
     @property
     def size(self) -> float | None:

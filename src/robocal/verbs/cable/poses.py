@@ -12,7 +12,7 @@ from robocal.verbs import words as w
 from robocal.verbs.option import Opt, Told
 from robocal.verbs.outcome import Outcome, Watch
 
-__all__ = ["Options", "run", "sections"]
+__all__ = ["Options", "details", "run", "sections"]
 
 FILES = ("poses.csv", "program.csv", "chosen.csv", "list.json", "report.html")
 
@@ -96,6 +96,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs.cable.start import box_of, clearance_of, started
     from robocal.jobs.inputs import computable
     from robocal.planning.cable import choose
+    from robocal.report.cable.page import page
 
     if o.output is not None:
         refuse_existing(o.output, FILES, o.force)
@@ -125,13 +126,20 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         file.units, able, names, begin, z, clearance, listing, made, o.method, o.margin, o.seed, choice,
         (*file.warnings, *warnings, *doubts), (robot_input(file, o.robot),), command,
     )  # fmt: skip
-    if o.output is not None:
-        tell({"stage": "report"})
-        out = replace(out, written=write_files(o.output, found.texts(out)))
     note = _summary(out) if o.output is None else ""
-    return Outcome(
-        out, lambda: {**out.document, "written": [str(p) for p in out.written]}, True, out.warnings, out.text, note, out.written
-    )  # fmt: skip
+    outcome = Outcome(out, lambda: out.document, True, out.warnings, out.text, note)
+    if o.output is None:
+        return outcome.kept(())
+    tell({"stage": "report"})
+    shown = page(f"{able.name}: poses that can be reached", (*sections(outcome), *details(outcome)))
+    return outcome.kept(write_files(o.output, {**found.texts(out), "report.html": shown}))
+
+
+def details(made: Outcome) -> Iterator[Section]:
+    """Pictures, every pose, how it was worked out."""
+    from robocal.jobs.cable.poses_page import poses_details
+
+    yield from poses_details(made.result)
 
 
 def _summary(made: Any) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -12,7 +12,7 @@ from robocal.verbs import words as w
 from robocal.verbs.option import Opt, Told
 from robocal.verbs.outcome import Outcome, Watch
 
-__all__ = ["Options", "run", "sections"]
+__all__ = ["Options", "details", "run", "sections"]
 
 FILES = ("tensions.csv", "tension.json", "report.html")
 POWER = 4.0  # of a p-norm that says none
@@ -63,6 +63,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs.cable.tension import bare, doubts, leaning, listed, structures
     from robocal.jobs.cable.tension_result import Tensions
     from robocal.jobs.plain import json_text
+    from robocal.report.cable.page import page
 
     if o.output is not None:
         refuse_existing(o.output, FILES, o.force)
@@ -87,15 +88,19 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         doubts(able, rows.names, spread, missing),
         (robot_input(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command,
     )  # fmt: skip
-    if o.output is not None:
-        from robocal.jobs.cable.tension_page import tension_page
+    outcome = Outcome(made, lambda: made.document, not made.doubts, (*made.warnings, *made.doubts), made.text)
+    if o.output is None:
+        return outcome.kept(())
+    shown = page(f"{able.name}: tensions", (*sections(outcome), *details(outcome)))
+    texts = dict(zip(FILES, (made.text, json_text(made.document), shown), strict=True))
+    return outcome.kept(write_files(o.output, texts))
 
-        texts = dict(zip(FILES, (made.text, json_text(made.document), tension_page(made)), strict=True))
-        made = replace(made, written=write_files(o.output, texts))
-    document = {**made.document, "written": [str(p) for p in made.written]}
-    return Outcome(
-        made, lambda: document, not made.doubts, (*made.warnings, *made.doubts), made.text, written=made.written
-    )
+
+def details(made: Outcome) -> Iterator[Section]:
+    """Pictures, every pose, how it was worked out."""
+    from robocal.jobs.cable.tension_page import tension_details
+
+    yield from tension_details(made.result)
 
 
 def sections(made: Outcome) -> Iterator[Section]:

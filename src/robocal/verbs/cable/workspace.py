@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,7 +12,7 @@ from robocal.verbs import words as w
 from robocal.verbs.option import Opt, Told
 from robocal.verbs.outcome import Outcome, Watch
 
-__all__ = ["Options", "run", "sections"]
+__all__ = ["Options", "details", "run", "sections"]
 
 FILES = ("workspace.json", "workspace.csv", "outlines.csv", "report.html")
 MESHES = ("surface.ply", "surface.stl")  # of a spatial robot
@@ -96,6 +96,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs.cable.demand import demand_of
     from robocal.jobs.cable.load import held_robot, robot_input
     from robocal.jobs.cable.workspace_result import Workspace
+    from robocal.report.cable.page import page
 
     if o.output is not None:
         refuse_existing(o.output, (*FILES, *MESHES), o.force)
@@ -118,13 +119,21 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *remarks),
         found.doubts(able, made, begin, file), (robot_input(file, o.robot),), command,
     )  # fmt: skip
-    if o.output is not None:
-        if watch is not None:
-            watch({"stage": "write"})
-        result = replace(result, written=write_files(o.output, found.texts(result)))
-    document = {**result.document, "written": [str(p) for p in result.written]}
     said = (*result.warnings, *result.doubts)
-    return Outcome(result, lambda: document, not result.doubts, said, written=result.written)
+    outcome = Outcome(result, lambda: result.document, not result.doubts, said)
+    if o.output is None:
+        return outcome.kept(())
+    if watch is not None:
+        watch({"stage": "write"})
+    shown = page(f"{able.name}: workspace", (*sections(outcome), *details(outcome)))
+    return outcome.kept(write_files(o.output, {**found.texts(result), "report.html": shown}))
+
+
+def details(made: Outcome) -> Iterator[Section]:
+    """The robot, sections with margins, what was demanded, how it was worked out."""
+    from robocal.jobs.cable.workspace_page import workspace_details
+
+    yield from workspace_details(made.result)
 
 
 def sections(made: Outcome) -> Iterator[Section]:
