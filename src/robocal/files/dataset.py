@@ -30,6 +30,7 @@ from robocal.files.outside import discreet
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
 from robocal.files.spoken import Spoken, spoken
+from robocal.files.text import InputFile
 from robocal.files.units import UNITS, Unit, Units
 from robocal.files.unread import Unread, left_over, unread_remarks
 from robocal.files.yamlio import Document, load
@@ -37,19 +38,10 @@ from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Machine
 from robocal.remarks.remark import Remark
 
-__all__ = ["InputFile", "Reading", "read_dataset", "read_datasets"]
+__all__ = ["Reading", "read_dataset", "read_datasets"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class InputFile:
-    """A file that was read, and the hash of its bytes."""
-
-    file: Path
-    sha256: str
-    remarks: tuple[Remark, ...] = field(default=(), compare=False)  # what its reader says of it
 
 
 @dataclass(frozen=True)

@@ -22,9 +22,9 @@ from robocal.files.headers import CONFIGURATION, PER_JOINT
 from robocal.files.kinds.base import KindFile, words
 from robocal.files.kinds.places import frame_line, frame_words
 from robocal.files.kinds.registry import READERS
-from robocal.files.rows import quoted
 from robocal.files.units import UNITS, Unit, Units, number
 from robocal.files.writing import write_files
+from robocal.files.yamlio import quoted
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
 __all__ = ["data_text", "table_text", "write_dataset"]

@@ -14,12 +14,11 @@ from xml.sax.saxutils import quoteattr
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError, nearest
 from robocal.files.csvtable import csv_text, read_csv
-from robocal.files.rows import quoted
 from robocal.files.text import Source, read_text
 from robocal.files.units import Unit, number, parse_unit
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.urdftree import parse_tree
-from robocal.files.yamlio import parse
+from robocal.files.yamlio import parse, quoted
 from robocal.geometry.path.joints import Joint
 from robocal.remarks.remark import Remark
 

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from robocal.errors import InputError
 from robocal.files.robot import Robot, render_robot
-from robocal.files.rows import quoted
 from robocal.files.runfolder import ROBOTS, find_run
 from robocal.files.units import Unit, Units, number
-from robocal.files.yamlio import load
+from robocal.files.yamlio import load, quoted
 from robocal.measure.machine import Machine
 from robocal.remarks.remark import Remark
 

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.files.csvtable import csv_text, read_csv
-from robocal.files.dataset import InputFile, read_dataset
+from robocal.files.dataset import read_dataset
 from robocal.files.headers import IDS, joint_columns, vocabulary
 from robocal.files.kinds.base import column_units
+from robocal.files.text import InputFile
 from robocal.files.units import Units, number
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import Document

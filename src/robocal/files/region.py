@@ -19,10 +19,10 @@ from pydantic import BeforeValidator, Field
 
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError, nearest
-from robocal.files.dataset import InputFile
 from robocal.files.poses import read_poses
 from robocal.files.robot import read_units
 from robocal.files.schema import Model, UnitsModel, Version, refuse, validate
+from robocal.files.text import InputFile
 from robocal.files.yamlio import load
 
 __all__ = ["RegionFile", "read_region"]

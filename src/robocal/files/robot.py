@@ -23,13 +23,13 @@ from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.frames import frame_changes, frame_vector
 from robocal.files.groups import group_changes, group_lines, read_groups
-from robocal.files.rows import changes, quoted, read_row, same, show_row
+from robocal.files.rows import changes, read_row, show_row
 from robocal.files.schema import FrameModel, Model, UnitsModel, Version, validate
 from robocal.files.text import ROBOT_LIMIT, Source, read_text
-from robocal.files.units import UNITS, Unit, Units, number, parse_unit
+from robocal.files.units import UNITS, Unit, Units, number, parse_unit, same
 from robocal.files.unstated import completed, unstated_remarks
 from robocal.files.writing import write_text
-from robocal.files.yamlio import Document, Path_, edit, parse
+from robocal.files.yamlio import Document, Path_, edit, parse, quoted
 from robocal.parameters import Table
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark

@@ -12,8 +12,8 @@ from typing import Any
 
 from robocal.arms.conventions import QUANTITIES, Convention
 from robocal.errors import nearest
-from robocal.files.units import UNITS, Unit, Units, number
-from robocal.files.yamlio import Document, Path_
+from robocal.files.units import UNITS, Unit, Units, number, same
+from robocal.files.yamlio import Document, Path_, quoted
 
 __all__ = ["changes", "leaves", "read_row", "show_row"]
 
@@ -142,11 +142,6 @@ def changes(
     return out
 
 
-def same(a: float, b: float) -> bool:
-    """Equal but for the rounding of a conversion there and back."""
-    return abs(a - b) <= 2e-15 * max(1.0, abs(a))
-
-
 def show_row(row: Mapping[str, object], rule: Convention, units: Units) -> str:
     """A row in SI as one line of YAML in the file's units; zeros that are the default are left out unless they are all
     there is."""
@@ -178,13 +173,3 @@ def _show_step(entry: Mapping[str, object], value: str) -> str:
     if entry.get("driven"):
         words.append(f"driven: {entry['driven']}")
     return "{" + ", ".join(words) + "}"
-
-
-def quoted(text: str) -> str:
-    """A text as a YAML scalar: plain when it is one harmless word or phrase, else in double quotes."""
-    import json
-
-    plain = text.strip() == text and text and all(c.isalnum() or c in " _-./" for c in text) and text[0].isalpha()
-    if plain and text.lower() not in ("true", "false", "null", "yes", "no", "on", "off"):
-        return text
-    return json.dumps(text, ensure_ascii=False)

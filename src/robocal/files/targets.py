@@ -23,12 +23,12 @@ from robocal.files import orientation
 from robocal.files.configurations import carried, joint_values, recorded
 from robocal.files.csvtable import CsvTable, csv_text, read_csv
 from robocal.files.datamodel import OrientationModel
-from robocal.files.dataset import InputFile
 from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns, vocabulary
 from robocal.files.kinds.pose import PoseModel, read_pose
 from robocal.files.kinds.position import PositionModel, read_position
 from robocal.files.outside import discreet
 from robocal.files.schema import validate
+from robocal.files.text import InputFile
 from robocal.files.units import UNITS, Unit, Units, number
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import Document, load

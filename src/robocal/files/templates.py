@@ -13,8 +13,8 @@ from robocal.arms.conventions import CONVENTIONS, chain, convention_of
 from robocal.files.datawrite import table_text
 from robocal.files.kinds.registry import READERS
 from robocal.files.robot import describe
-from robocal.files.rows import quoted
 from robocal.files.units import Units
+from robocal.files.yamlio import quoted
 from robocal.measure.data import Configurations, DataSet, Observations
 
 __all__ = ["convention_chain", "templates"]

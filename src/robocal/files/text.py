@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from robocal.errors import FileError, FormatError
 from robocal.files.journal import guard
 from robocal.files.names import strange_character
+from robocal.remarks.remark import Remark
 
-__all__ = ["Held", "Source", "line_of", "read_bytes", "read_text"]
+__all__ = ["Held", "InputFile", "Source", "line_of", "read_bytes", "read_text"]
 
 MEGABYTE = 1 << 20
 FILE_LIMIT = 64 * MEGABYTE
@@ -27,6 +28,15 @@ class Source:
     text: str
     sha256: str
     mark: str = ""
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file that was read, and the hash of its bytes."""
+
+    file: Path
+    sha256: str
+    remarks: tuple[Remark, ...] = field(default=(), compare=False)  # what its reader says of it
 
 
 class Held(type(Path())):  # type: ignore[misc]

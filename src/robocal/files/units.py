@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from robocal.errors import FormatError, nearest
 
-__all__ = ["UNITS", "Unit", "Units", "number", "parse_quantity", "parse_unit"]
+__all__ = ["UNITS", "Unit", "Units", "number", "parse_quantity", "parse_unit", "same"]
 
 Value = TypeVar("Value", float, NDArray[np.float64])
 
@@ -226,3 +226,8 @@ def number(value: float) -> str:
         digits, _, power = text.partition("e")
         return f"{digits if '.' in digits else digits + '.0'}e{power}"
     return "0" if text == "-0" else text
+
+
+def same(a: float, b: float) -> bool:
+    """Equal but for the rounding of a conversion there and back."""
+    return abs(a - b) <= 2e-15 * max(1.0, abs(a))

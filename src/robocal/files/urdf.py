@@ -12,9 +12,8 @@ from pathlib import Path
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import chain, rows
 from robocal.errors import FormatError, ModelError, nearest
-from robocal.files.rows import same
 from robocal.files.text import Source
-from robocal.files.units import number
+from robocal.files.units import number, same
 from robocal.files.urdftree import (
     MOVING,
     RESERVED,

@@ -19,7 +19,7 @@ from robocal.files.names import SAID, strange_character
 from robocal.files.text import MEGABYTE, Source, line_of, read_text
 from robocal.files.units import number
 
-__all__ = ["Document", "edit", "load", "parse", "path_text"]
+__all__ = ["Document", "edit", "load", "parse", "path_text", "quoted"]
 
 SIZE_LIMIT = MEGABYTE
 DEPTH_LIMIT = 30
@@ -281,3 +281,13 @@ def _refuse_strange(node: Any, path: Path_, file: object, *, lines: bool = False
 
 def _kind(data: object) -> str:
     return "a list" if isinstance(data, list) else "a text" if isinstance(data, str) else "a single value"
+
+
+def quoted(text: str) -> str:
+    """A text as a YAML scalar: plain when it is one harmless word or phrase, else in double quotes."""
+    import json
+
+    plain = text.strip() == text and text and all(c.isalnum() or c in " _-./" for c in text) and text[0].isalpha()
+    if plain and text.lower() not in ("true", "false", "null", "yes", "no", "on", "off"):
+        return text
+    return json.dumps(text, ensure_ascii=False)

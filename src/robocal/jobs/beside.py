@@ -14,7 +14,7 @@ from robocal.errors import ModelError
 from robocal.estimate.linearity import Step
 from robocal.files import beside as files
 from robocal.files.units import UNITS
-from robocal.jobs.inputs import Watch
+from robocal.jobs.watching import Watch
 from robocal.measure.data import DataSet
 
 __all__ = ["compared", "linear", "methods_of"]

@@ -18,7 +18,7 @@ from robocal.calibrate.split import SHARE, make_split, places
 from robocal.files import beyondparts as files
 from robocal.files.groups import plain_options
 from robocal.files.robot import Robot
-from robocal.jobs.inputs import Watch
+from robocal.jobs.watching import Watch
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 

@@ -14,11 +14,11 @@ from robocal.calibrate.outliers import Outlier, named
 from robocal.calibrate.segments.find import find_segments, segment_remarks
 from robocal.calibrate.warn import few_numbers, input_remarks
 from robocal.estimate.identifiability import Identifiability, analyse
-from robocal.files.dataset import InputFile
 from robocal.files.headers import cables_of
 from robocal.files.opened import Opened
-from robocal.jobs.inputs import Watch, computable
+from robocal.files.text import InputFile
 from robocal.jobs.strange import outlier
+from robocal.jobs.watching import Watch, computable
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine

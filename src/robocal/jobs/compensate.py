@@ -18,13 +18,14 @@ from robocal.calibrate.workspace import predict
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE
-from robocal.files.dataset import InputFile
 from robocal.files.layerfile import LAYER
 from robocal.files.robot import Robot
 from robocal.files.targets import TargetFile, compensated_text, read_targets
-from robocal.jobs.inputs import Watch, computable, open_arm, robot_files
+from robocal.files.text import InputFile
+from robocal.jobs.inputs import open_arm, robot_files
 from robocal.jobs.predict import known_of, shape_motion
 from robocal.jobs.reference import nominal_chain, run_result
+from robocal.jobs.watching import Watch, computable
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, told

@@ -18,8 +18,9 @@ from robocal.files.covariance import Knowledge
 from robocal.files.robot import Robot
 from robocal.files.runfolder import open_run
 from robocal.jobs.drifting import doubts, reasons, void
-from robocal.jobs.inputs import Watch, open_arm
+from robocal.jobs.inputs import open_arm
 from robocal.jobs.predict import known_of
+from robocal.jobs.watching import Watch
 from robocal.remarks.remark import Remark, told
 
 __all__ = ["Comparison", "drifted"]

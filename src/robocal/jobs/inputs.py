@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from robocal.arms.chain import Chain
 from robocal.errors import FileError, FormatError, InputError, ModelError, nearest
-from robocal.files.dataset import InputFile, Reading, read_datasets
+from robocal.files.dataset import Reading, read_datasets
 from robocal.files.groups import added
 from robocal.files.kinds.registry import READERS, reader_of
 from robocal.files.opened import Speaks
 from robocal.files.robot import Robot, open_robot, render_robot
 from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
-from robocal.files.text import read_text
+from robocal.files.text import InputFile, read_text
 from robocal.files.units import parse_unit
 from robocal.files.yamlio import load
 from robocal.jobs.doubting import doubt_units, refuse_still
 from robocal.jobs.naming import refuse_wrong
+from robocal.jobs.watching import Watch, computable
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Machine
@@ -30,9 +28,7 @@ from robocal.parameters import Table
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Inputs", "Watch", "choose", "computable", "open_arm", "read_inputs", "robot_files"]
-
-Watch = Callable[[dict[str, object]], None]
+__all__ = ["Inputs", "choose", "open_arm", "read_inputs", "robot_files"]
 
 
 @dataclass(frozen=True)
@@ -48,16 +44,6 @@ class Inputs:
     def data(self) -> DataSet:
         """The data set."""
         return self.reading.dataset
-
-
-@contextmanager
-def computable(*names: object) -> Iterator[None]:
-    """Numbers that no computer can handle (1e308 mm) are wrong input, whoever stumbles over them. Raises ModelError."""
-    try:
-        yield
-    except np.linalg.LinAlgError:
-        found = ", ".join(str(n) for n in names)
-        raise ModelError("some numbers are far too large or too small to compute with", key=found) from None
 
 
 def open_arm(name: str | os.PathLike[str], *, base: str | None = None, tip: str | None = None) -> Robot:

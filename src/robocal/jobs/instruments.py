@@ -11,8 +11,9 @@ from robocal.calibrate.identify import baseline
 from robocal.calibrate.options import Options
 from robocal.errors import ModelError, nearest
 from robocal.files.robot import Robot
-from robocal.jobs.inputs import Inputs, Watch
+from robocal.jobs.inputs import Inputs
 from robocal.jobs.simulate import parse_frame, sample_joints
+from robocal.jobs.watching import Watch
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.planning.candidates import Template

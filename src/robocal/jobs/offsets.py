@@ -11,8 +11,7 @@ from robocal.errors import ModelError
 from robocal.files.offsetparts import OffsetsAlone
 from robocal.files.offsets import OFFSETS, Offset
 from robocal.files.robot import Robot
-from robocal.files.rows import same
-from robocal.files.units import parse_unit
+from robocal.files.units import parse_unit, same
 from robocal.jobs.reference import nominal_chain, run_result
 from robocal.jobs.worth import OFFSETS_ONLY, worth_of, worth_unseen
 from robocal.remarks.remark import Quantity, Remark

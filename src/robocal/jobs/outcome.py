@@ -22,11 +22,11 @@ from robocal.calibrate.evidence import Stages
 from robocal.calibrate.identification import Identification, RowTable
 from robocal.errors import MissingExtra
 from robocal.files import result as files
-from robocal.files.dataset import InputFile
 from robocal.files.layerfile import LAYER, layer_text
 from robocal.files.leaving import LeftOut
 from robocal.files.opened import Opened, rendered
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
+from robocal.files.text import InputFile
 from robocal.files.units import UNITS, Unit
 from robocal.jobs.alone import offset_result
 from robocal.jobs.beside import linear

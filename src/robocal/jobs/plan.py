@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import ModelError
-from robocal.files.dataset import InputFile
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.poses import poses_text
 from robocal.files.robot import Robot
+from robocal.files.text import InputFile
 from robocal.files.units import Units
 from robocal.files.writing import write_files
 from robocal.jobs.plain import plain

@@ -15,16 +15,16 @@ from robocal.errors import FileError, FormatError
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
 from robocal.files.csvtable import csv_text
-from robocal.files.dataset import InputFile
 from robocal.files.layerfile import LAYER
 from robocal.files.robot import Robot
 from robocal.files.runfolder import open_run
 from robocal.files.targets import read_targets
-from robocal.files.text import read_text
+from robocal.files.text import InputFile, read_text
 from robocal.files.units import number
 from robocal.geometry import so3
-from robocal.jobs.inputs import Watch, open_arm
+from robocal.jobs.inputs import open_arm
 from robocal.jobs.reference import run_doubts
+from robocal.jobs.watching import Watch
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 

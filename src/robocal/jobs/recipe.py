@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from robocal.calibrate.identification import Identification
-from robocal.files.dataset import InputFile
 from robocal.files.leaving import LeftOut
 from robocal.files.result import Provenance
+from robocal.files.text import InputFile
 from robocal.jobs.outcome import provenance
 from robocal.measure.machine import Machine
 

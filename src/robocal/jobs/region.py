@@ -12,9 +12,9 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.bands import measured_range
 from robocal.calibrate.region import SAMPLES, limited
 from robocal.calibrate.workspace import TURN, Region, between
-from robocal.files.dataset import InputFile
 from robocal.files.region import read_region
 from robocal.files.robot import Robot
+from robocal.files.text import InputFile
 from robocal.measure.data import DataSet
 
 __all__ = ["MEASURED", "working_range"]

@@ -14,9 +14,9 @@ from robocal.calibrate.hypotheses.changes import Change, What
 from robocal.calibrate.hypotheses.explain import Trial
 from robocal.files.dataset import Reading
 from robocal.files.robot import Robot
-from robocal.files.rows import quoted
 from robocal.files.spoken import Spoken
 from robocal.files.units import number
+from robocal.files.yamlio import quoted
 
 __all__ = ["METRIC", "SWAPPED", "Told"]
 

@@ -23,15 +23,16 @@ from robocal.calibrate.identify import baseline, frame_names
 from robocal.calibrate.split import leave_one_out_rounds
 from robocal.errors import MissingExtra
 from robocal.estimate.identifiability import analyse
-from robocal.files.dataset import InputFile
 from robocal.files.robot import Robot
+from robocal.files.text import InputFile
 from robocal.files.writing import write_files
-from robocal.jobs.inputs import Inputs, Watch, computable, open_arm, read_inputs, robot_files
+from robocal.jobs.inputs import Inputs, open_arm, read_inputs, robot_files
 from robocal.jobs.layered import layer_beside, layer_words
 from robocal.jobs.offset_robot import OffsetRobot, offset_robot
 from robocal.jobs.plain import json_text, plain
 from robocal.jobs.seen import unseen
 from robocal.jobs.standard import Standard, standard
+from robocal.jobs.watching import Watch, computable
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, documents, sentences

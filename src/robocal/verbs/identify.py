@@ -216,10 +216,11 @@ def _arm(o: Options, solver: Solver, watch: Watch | None, command: str) -> Ident
     from robocal.calibrate.identify import identify
     from robocal.jobs.beside import compared, methods_of
     from robocal.jobs.beyond import group_results, guard_layer, layer_result, select_groups
-    from robocal.jobs.inputs import choose, computable, read_inputs
+    from robocal.jobs.inputs import choose, read_inputs
     from robocal.jobs.outcome import Outcome, residual_columns, to_result
     from robocal.jobs.recipe import Timed, recipe_of
     from robocal.jobs.region import working_range
+    from robocal.jobs.watching import computable
 
     inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, group=o.group, exclude=o.exclude, watch=watch)
     timed = Timed()

@@ -104,8 +104,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.poses import read_poses
     from robocal.files.writing import refuse_existing
     from robocal.jobs import plan as found
-    from robocal.jobs.inputs import computable, open_arm, read_inputs, robot_files
+    from robocal.jobs.inputs import open_arm, read_inputs, robot_files
     from robocal.jobs.instruments import known, template
+    from robocal.jobs.watching import computable
     from robocal.planning.poses import PlanOptions, plan
 
     arm = open_arm(o.robot, base=o.base, tip=o.tip)

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.values import CableUnits
-from robocal.files.rows import quoted
 from robocal.files.units import number
+from robocal.files.yamlio import quoted
 
 __all__ = ["describe_cable"]
 

@@ -10,7 +10,7 @@ from robocal._version import __version__
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.show import describe_cable
-from robocal.files.rows import same
+from robocal.files.units import same
 from robocal.files.writing import write_text
 from robocal.files.yamlio import Path_, edit, path_text
 

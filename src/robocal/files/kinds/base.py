@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, ScalarModel, SigmaModel, ValueModel
 from robocal.files.onething import UNSAID
-from robocal.files.rows import quoted
 from robocal.files.units import Unit, Units, number, parse_unit
-from robocal.files.yamlio import Document, Path_
+from robocal.files.yamlio import Document, Path_, quoted
 from robocal.measure.data import Observations
 
 __all__ = [

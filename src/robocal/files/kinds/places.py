@@ -17,9 +17,9 @@ from robocal.errors import nearest
 from robocal.files.datamodel import ColumnModel, DataModel, Sigma, column_model
 from robocal.files.frames import frame_vector
 from robocal.files.kinds.base import Around, Part, Values
-from robocal.files.rows import quoted
 from robocal.files.schema import FrameModel, Model, Name, refuse
 from robocal.files.units import Units, number, parse_unit
+from robocal.files.yamlio import quoted
 from robocal.measure.data import Frame
 from robocal.parameters import FRAME_SYMBOLS
 

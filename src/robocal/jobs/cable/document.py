@@ -7,7 +7,7 @@ from typing import Any
 
 from robocal._version import __version__
 from robocal.cables.geometry import CableRobot
-from robocal.files.dataset import InputFile
+from robocal.files.text import InputFile
 from robocal.remarks.remark import Remark, told
 
 __all__ = ["framed", "how_made", "limits_text"]

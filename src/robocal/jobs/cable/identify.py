@@ -14,7 +14,8 @@ from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.jobs.cable.measured import Measured, read_measured
-from robocal.jobs.inputs import Watch, chosen, computable
+from robocal.jobs.inputs import chosen
+from robocal.jobs.watching import Watch, computable
 
 __all__ = ["Solved", "identify_cable"]
 

@@ -16,7 +16,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.lists import WRENCH
-from robocal.files.dataset import InputFile
+from robocal.files.text import InputFile
 
 __all__ = [
     "corners_of",

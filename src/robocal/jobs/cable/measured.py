@@ -12,9 +12,10 @@ import numpy as np
 from robocal.calibrate.starts.own import placed
 from robocal.errors import FormatError
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.dataset import InputFile, Reading, read_datasets
+from robocal.files.dataset import Reading, read_datasets
+from robocal.files.text import InputFile
 from robocal.jobs.cable.load import robot_input
-from robocal.jobs.inputs import Watch, computable
+from robocal.jobs.watching import Watch, computable
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.lengths import located
 from robocal.remarks.remark import Remark

@@ -13,7 +13,7 @@ from robocal.cables.program import Program
 from robocal.cables.start import Clearance, Start
 from robocal.files.cable.program import list_text
 from robocal.files.cable.values import CableUnits
-from robocal.files.dataset import InputFile
+from robocal.files.text import InputFile
 from robocal.jobs.cable.document import framed
 from robocal.planning.cable import Choice
 from robocal.remarks.remark import Remark

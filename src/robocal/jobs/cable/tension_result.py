@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robocal.cables.geometry import CableRobot
 from robocal.cables.tension import Distribution
 from robocal.files.cable.lists import WRENCH
-from robocal.files.dataset import InputFile
+from robocal.files.text import InputFile
 from robocal.jobs.cable.document import framed
 from robocal.remarks.remark import Remark
 

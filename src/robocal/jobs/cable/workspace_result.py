@@ -15,7 +15,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.room import Regions, cut_off
 from robocal.cables.workspace import Demand, Grid, margins
 from robocal.files.cable.values import CableUnits
-from robocal.files.dataset import InputFile
+from robocal.files.text import InputFile
 from robocal.geometry import so3
 from robocal.jobs.cable.document import framed
 from robocal.remarks.remark import Remark, told

@@ -37,7 +37,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.errors import ModelError
     from robocal.files.cable.lists import lengths_text, read_platform_poses
     from robocal.files.cable.robot import read_cable
-    from robocal.files.dataset import InputFile
+    from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing, write_text
     from robocal.jobs.cable.document import framed
     from robocal.jobs.cable.lists import fitting, located, tensions_of

@@ -94,7 +94,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs.cable.load import held_robot, mass_of, robot_input, said_of
     from robocal.jobs.cable.poses_result import Listed
     from robocal.jobs.cable.start import box_of, clearance_of, started
-    from robocal.jobs.inputs import computable
+    from robocal.jobs.watching import computable
     from robocal.planning.cable import choose
     from robocal.report.cable.page import page
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from robocal.jobs.inputs import Watch
 from robocal.jobs.outcome import Outcome
+from robocal.jobs.watching import Watch
 from robocal.verbs import identify
 from robocal.verbs.demo.case import Case, Finding
 from robocal.verbs.demo.examples import copy_example

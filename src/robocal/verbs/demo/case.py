@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from robocal.jobs.inputs import Watch
 from robocal.jobs.outcome import Outcome
+from robocal.jobs.watching import Watch
 
 __all__ = ["Case", "Finding"]
 

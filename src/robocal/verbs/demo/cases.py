@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from robocal.errors import ModelError, nearest
-from robocal.jobs.inputs import Watch
+from robocal.jobs.watching import Watch
 from robocal.verbs.demo.camera import CAMERA
 from robocal.verbs.demo.case import Case, Finding
 from robocal.verbs.demo.rv2aj import RV2AJ

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.identification import Identification
-from robocal.jobs.inputs import Watch
 from robocal.jobs.outcome import Outcome
+from robocal.jobs.watching import Watch
 from robocal.verbs import identify
 from robocal.verbs.demo.case import Case, Finding
 from robocal.verbs.demo.examples import copy_example

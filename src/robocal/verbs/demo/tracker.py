@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
 from robocal.calibrate.identification import Identification
-from robocal.jobs.inputs import Watch
 from robocal.jobs.outcome import Outcome
 from robocal.jobs.simulate import Simulated, sample_joints
+from robocal.jobs.watching import Watch
 from robocal.verbs import identify, simulate
 from robocal.verbs.demo.case import Case, Finding
 
