@@ -20,6 +20,21 @@ hypothesis.settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Of a test that is `sampled(k)`, k cases spread over all of them are quick; the others are slow."""
+    cases: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        if item.get_closest_marker("sampled"):
+            cases.setdefault(item.nodeid.split("[")[0], []).append(item)
+    for own in cases.values():
+        count = own[0].get_closest_marker("sampled").args[0]  # type: ignore[union-attr]
+        quick = {round((i + 0.5) * len(own) / count - 0.5) for i in range(count)}
+        for i, item in enumerate(own):
+            if i not in quick:
+                item.add_marker(pytest.mark.slow)
+
+
 PROJECT = Path(__file__).resolve().parent.parent
 
 

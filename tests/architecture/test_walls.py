@@ -120,6 +120,7 @@ def fit_and_check(robot, truth, data, frames, q_new, rng, extra_free=(), limit=2
     return p, s
 
 
+@pytest.mark.slow
 def test_arm_with_positions(rng):
     robot = arm()
     truth = perturbed(robot, rng)

@@ -43,6 +43,7 @@ def as_read(bench, tmp_path):
     return read
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["quadprog", "daqp", "daqp.Model", "osqp", "linprog", "highspy"])
 def test_every_solver_finds_robocals_tensions(bench, solver, as_read, name):
     balance, least = solver(name), name not in ("linprog", "highspy")
@@ -60,6 +61,7 @@ def test_every_solver_finds_robocals_tensions(bench, solver, as_read, name):
                 np.testing.assert_allclose(w @ found, -load, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_search_along_rays_finds_robocals_poses(bench, solver, as_read):
     search = bench("cable_search").Search(solver("linprog"), solver("quadprog"))
     job = bench("cable_job").pose_job(4)
@@ -73,6 +75,7 @@ def test_the_search_along_rays_finds_robocals_poses(bench, solver, as_read):
         np.testing.assert_allclose(tension, own["tension"][i], atol=1.0)
 
 
+@pytest.mark.slow
 def test_cells_and_margins_are_those_of_linear_programs_and_hulls(bench, as_read):
     cables, worker, peers = bench("cable_job"), bench("cable_worker"), bench("worker_cables")
     job = as_read(cables.grid_job(9, 40, 2))

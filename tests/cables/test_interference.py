@@ -217,6 +217,7 @@ def not_invented(found, g, a, b, start, v, w, body, relief, diameter):
     assert distance[0, 0] <= diameter + found.tolerance + 1e-9
 
 
+@pytest.mark.slow
 def test_no_contact_of_a_dense_sampling_is_missed():
     totals = np.sum([held_to_dense_sampling(name, 40, 4, steps=1000) for name in PUBLISHED], axis=0)
     assert totals[0] > 100 and totals[1] > 50

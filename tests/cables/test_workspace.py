@@ -32,6 +32,7 @@ def machine(rng):
     )
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_cells_agree_with_a_linear_program(name, rng):
     machine = published(name)

@@ -25,6 +25,7 @@ MACHINES = {
 MOSTLY = 0.35  # of the nominal error, noise included
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", MACHINES)
 def test_what_is_identified_is_the_truth(name):
     rng = np.random.default_rng(5)
@@ -69,6 +70,7 @@ def test_a_camera_before_a_board_is_a_machine_like_any_other():
     assert pixels.held_out.profiled and pixels.held_out.rms < 1.2 * 0.2 * np.sqrt(2) < pixels.held_out_before.rms
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_encoders_alone_identify_nothing(seed):
     rng = np.random.default_rng(seed)
@@ -82,6 +84,7 @@ def test_encoders_alone_identify_nothing(seed):
     assert found.verdict.status == "improved" or "gain-proven" not in codes
 
 
+@pytest.mark.slow
 def test_poses_of_other_rows_are_no_improvement():
     """The lengths explain themselves whatever the poses: what an instrument saw has to beat its own mean."""
     rng = np.random.default_rng(2)

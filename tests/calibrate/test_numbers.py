@@ -71,6 +71,7 @@ def test_right_numbers_are_not_questioned(kind):
     assert found.verdict.status == "improved" and not told
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("kind", "change", "values", "name", "there", "line"),
     [

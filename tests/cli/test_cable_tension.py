@@ -78,6 +78,7 @@ def test_the_missing_wrench_is_what_makes_it_held(folder):
     np.testing.assert_allclose(again[0]["tension_N"], run(folder, "--json").document["poses"][0]["tension_N"])
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("method", ["norm", "mid", "closed", "barycentre", "p-norm"])
 def test_methods_and_payload(folder, method):
     robot, w, load = truth(folder, "held.csv")

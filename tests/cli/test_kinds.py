@@ -30,6 +30,7 @@ def simulated(folder, kind, poses=40):
     return folder / "sim"
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", KINDS)
 def test_simulate_and_identify(tmp_path, kind):
     """The errors fall where nobody looked, and the model comes nearer to the truth."""
@@ -49,6 +50,7 @@ def test_simulate_and_identify(tmp_path, kind):
     assert before > 1.0 and after < 0.25 * before
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_template_of_every_kind_passes_the_check(tmp_path, kind):
     assert robocal("new", "rv-2aj", "--kind", kind, "-o", tmp_path).status == 0
@@ -61,6 +63,7 @@ def test_a_template_of_every_kind_passes_the_check(tmp_path, kind):
     assert {i["kind"] for i in document["instruments"]} == {kind} and (misfit is None or misfit < 0.01)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", KINDS)
 def test_damaged_files_of_every_kind(tmp_path, kind):
     """One damage after the other: one message or a result, never a traceback, and nothing half-written."""

@@ -107,6 +107,7 @@ def chunks(*first: object) -> list[object]:
     return [pytest.param(*first, i, marks=[pytest.mark.slow] if i else []) for i in range(CHUNKS)]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("name", "chunk"), [p for name in WORLDS for p in chunks(name)])
 def test_damaged_files(tmp_path: Path, one_app: None, name: str, chunk: int) -> None:
     make, of = WORLDS[name]

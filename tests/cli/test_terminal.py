@@ -57,6 +57,7 @@ def test_version_and_no_arguments() -> None:
     assert nothing.status == 2 and "identify" in nothing.out
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_stopping_in_the_middle_leaves_nothing(case: Path, number: signal.Signals) -> None:
     (case / "slow.py").write_text(SLOW, encoding="utf-8")
@@ -74,6 +75,7 @@ def test_stopping_in_the_middle_leaves_nothing(case: Path, number: signal.Signal
     assert files(case) == before and not (case / "run").exists()
 
 
+@pytest.mark.slow
 def test_the_suite_can_be_stopped_whoever_started_it() -> None:
     """Started with Ctrl-C ignored (`trap '' INT`, a background job of a script), tests still stop their children."""
     code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); import pytest, sys; sys.exit(pytest.main(sys.argv[1:]))"
@@ -157,6 +159,7 @@ def test_a_full_terminal(case: Path) -> None:
     assert ran.status == 2 and "no space left" in ran.err and "Traceback" not in ran.err
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("home", ["/proc/nowhere", "/dev/null"])
 def test_no_home_for_the_kernel_cache(case: Path, home: str) -> None:
     # Nothing compiles here but what this small job needs, so it is slow but works.
@@ -183,6 +186,7 @@ def test_no_escape_sequences_without_a_terminal(case: Path) -> None:
     assert "\033" not in ran.out + ran.err and "Written to" not in ran.out
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("width", [40, 80, 120])
 def test_every_width(case: Path, width: int) -> None:
     ran = finished(process("identify", "robot.yaml", "data.yaml", env={"COLUMNS": str(width)}))
@@ -190,6 +194,7 @@ def test_every_width(case: Path, width: int) -> None:
     assert "IMPROVED" in ran.out and "j3.theta" in ran.out
 
 
+@pytest.mark.slow
 def test_an_ascii_terminal(case: Path) -> None:
     ran = finished(
         process(
@@ -224,6 +229,7 @@ def in_a_terminal(*arguments: str, environment: dict[str, str] | None = None) ->
     return started.wait(timeout=30), seen.decode("utf-8", "replace")
 
 
+@pytest.mark.slow
 def test_a_bar_appears_after_two_seconds(case: Path) -> None:
     (case / "slow.py").write_text(
         SLOW.replace("range(400)", "range(60)").replace('"total": 400', '"total": 60'), encoding="utf-8"

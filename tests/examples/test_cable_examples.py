@@ -39,6 +39,7 @@ def place(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", STATUS)
 def test_commands(place, folder):
     for command, status in zip(commands(folder), STATUS[folder], strict=True):
@@ -74,6 +75,7 @@ def test_planar_says_what_was_measured(place):
     assert {n for n, v in short.items() if v > most - 1e-6} == {"A2", "C7"} and f"({most:.1f} N)" in said
 
 
+@pytest.mark.slow
 def test_laval_says_what_was_measured(place):
     said = " ".join(readme("cable-laval").split())
     first, large, small, _ = commands("cable-laval")

@@ -46,6 +46,7 @@ def run(command, capsys):
     return status, json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", READERS)
 def test_instruments(place, capsys, kind):
     """One example per kind: the errors fall on configurations that were not used, to what the README says."""
@@ -74,6 +75,7 @@ def numbers(text):
     return [float(n) for n in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", text)]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("folder", "number", "status", "verdict"), EXPECTED)
 def test_command(place, capsys, folder, number, status, verdict):
     found, document = run(commands(folder)[number], capsys)

@@ -101,6 +101,7 @@ def test_every_form_of_orientation_goes_in_and_out(ur10: Path, tmp_path: Path, h
     assert np.abs(so3.log(back.rotation @ np.swapaxes(want[:, :3, :3], 1, 2))).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_run_folder_knows_its_nominal_robot_and_keeps_the_order(run: Path) -> None:
     text = "id,x [mm],y [mm],z [mm]\nfar,1500,0,0\na,300,50,300\nb,250,-100,350\n"
     (run / "t.csv").write_text(text, encoding="utf-8")

@@ -10,6 +10,7 @@ from robocal.errors import ModelError
 from robocal.verbs.demo.cases import CASES, cases, demo
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", [0, 1, 7])
 @pytest.mark.parametrize("name", CASES)
 def test_every_case_comes_out_as_it_should(tmp_path: Path, name: str, seed: int) -> None:

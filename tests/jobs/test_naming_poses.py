@@ -186,6 +186,7 @@ def test_two_targets_that_are_exchanged(free: bool, place: Path, tmp_path: Path)
             assert ran.status == 0, ran.err
 
 
+@pytest.mark.slow
 def test_one_of_two_files(place: Path, tmp_path: Path) -> None:
     """What is wrong in one of two files is said of that file."""
     head, rows = table(place)

@@ -54,6 +54,7 @@ def at(home, words, folder):
     return [given.get(w) or (home / w if (home / w).exists() or w in ("page.html", "sim") else w) for w in words]
 
 
+@pytest.mark.slow
 def test_every_verb_reads_a_run_as_it_was_written(runs):
     for name, words in VERBS.items():
         assert robocal(*at(runs, words, runs / "run-two")).status in (0, 3), name
@@ -127,6 +128,7 @@ def test_a_matrix_that_is_no_covariance_is_refused(runs, tmp_path, change, words
         read_covariance(tmp_path / "covariance.json")
 
 
+@pytest.mark.slow
 def test_a_run_is_written_over_nothing_but_an_untouched_run(runs, tmp_path):
     words = ("identify", runs / "robot.yaml", runs / "two" / "data.yaml", "--no-leave-one-out")
     for name, spoil in (

@@ -69,6 +69,7 @@ LESS = {
 }
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", LESS)
 def test_from_nothing(name):
     """Converged, improved, and no more left than the stated noise."""

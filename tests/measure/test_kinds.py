@@ -167,6 +167,7 @@ def together():
     return stated(mixed(rng), rng, error=1e-3)
 
 
+@pytest.mark.slow
 def test_several_kinds_in_one_identification(together):
     """Each with its own frame and sigma, from a table of zeros; chi2 is told for each and is what it should be."""
     found = identify(five(), together, Options(leave_one_out=False))

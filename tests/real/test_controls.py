@@ -71,6 +71,7 @@ def check(words, status, verdict, region, before, after):
         assert told(found) == pytest.approx((before, after), rel=0.01, abs=1e-9)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", CONTROLS)
 def test_control(name, shared_data, tmp_path):
     maker, *expected = CONTROLS[name]

@@ -49,6 +49,7 @@ def compare(name, robot, data, once_is_enough=True):
     assert far < 0.01 and settled.reason.converged
 
 
+@pytest.mark.slow
 def test_ur10(ur10):
     compare("UR10", *ur10)
 

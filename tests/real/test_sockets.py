@@ -91,6 +91,7 @@ def test_each_placement_held_out_in_turn(case):
             assert 7.2e-3 < before < 9.8e-3
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("reselect", [False, True])
 def test_folds_say_the_same(case, reselect):
     """The product's own way: three rounds, the sockets of the held-out placement profiled, their distance a prediction."""
@@ -117,6 +118,7 @@ def test_from_the_command_line(shared_data, tmp_path, monkeypatch):
     assert result["split"]["how"] == "3 folds of groups"
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("wrong", [0.0, 0.05, -0.05, 1, -1, 5, -5, 20, -20])
 def test_a_wrong_bar_is_no_improvement(case, wrong):
     """The distance of the sockets is all that says how long the arm is: off by 2 % and more it is refused, before any gain."""
@@ -130,6 +132,7 @@ def test_a_wrong_bar_is_no_improvement(case, wrong):
         assert found.verdict.status == "refused" and found.verdict.reasons[0].code == "scale-wrong"
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("loss", ["huber", "cauchy", "tukey"])
 def test_no_loss_lets_an_arm_collapse_around_its_bars(case, loss):
     """The bars are three rows of hundreds: were they weighed down like readings, the arm would shrink to where its ball need
@@ -148,6 +151,7 @@ def test_no_loss_lets_an_arm_collapse_around_its_bars(case, loss):
     assert all(f.after < f.before for f in found.stages[0].folds)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("loss", ["huber", "tukey"])
 def test_a_wrong_bar_is_no_improvement_by_any_loss(case, loss):
     """Refused for its scale, or, where a loss that forgets large residuals forgets whole sockets, not improved."""

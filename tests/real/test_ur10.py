@@ -52,6 +52,7 @@ def test_series_c(load):
     assert after <= 0.46
 
 
+@pytest.mark.slow
 def test_series_d(load):
     before, after = report("UR10, series D, 150 poses of ISO cubes fitted, 482 held out", splits(*load("D"), 150, 482))
     assert after < 0.55 * before

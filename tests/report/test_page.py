@@ -259,6 +259,7 @@ def places(value: Any, here: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [here] * bool(here) + [p for k, v in items for p in places(v, (*here, k))]
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(st.data())
 def test_any_part_may_be_anything(data: st.DataObject) -> None:

@@ -65,6 +65,7 @@ def side_by_side(request):
     return request.param, compare(*example(request.param), ("lm", "ekf", "lse", "ekf-100"), Options())
 
 
+@pytest.mark.slow
 def test_why_the_thesis_estimators_failed(side_by_side):
     """Chapters 5 and 6: fitted and unseen errors of the linear step and of the filter, beside the models without them."""
     name, found = side_by_side

@@ -280,6 +280,7 @@ def test_a_dropped_turn_does_not_turn():
     assert len(turns["dropped"]) >= 3 and max(turns["dropped"]) < 2e-5 < max(turns["identified"])
 
 
+@pytest.mark.slow
 def test_change_sigma_and_interval_belong_to_the_number_that_is_shown():
     """Over draws of noise the components of a joint frame's rotation scatter as their sigmas say, however it is turned."""
     rows = [

@@ -150,6 +150,7 @@ def test_numba_alone_would_be_stale(tmp_path: Path) -> None:
     assert plain.run(code, NUMBA_CACHE_DIR=str(tmp_path / "cache")) == 2.0
 
 
+@pytest.mark.slow
 def test_an_edit_under_a_running_process_is_not_saved_under_the_old_name(tiny: Tiny) -> None:
     """The process has read the callee as it was and must neither save its code nor mix it with saved code."""
     edit = f"import tiny.inner._kernels\nopen({str(tiny.inner)!r}, 'w').write({INNER.format(factor=3.0)!r})"
@@ -158,6 +159,7 @@ def test_an_edit_under_a_running_process_is_not_saved_under_the_old_name(tiny: T
     assert tiny.run()["value"] == 3.0
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("damage", [b"", b"not a pickle"])
 def test_torn_files_are_compiled_over(tiny: Tiny, damage: bytes) -> None:
     assert tiny.run()["value"] == 2.0

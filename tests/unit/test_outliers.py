@@ -44,6 +44,7 @@ def test_many_outliers_do_not_hide_each_other():
     assert {o.configuration for o in found} == {f"p{i}" for i in bad}
 
 
+@pytest.mark.slow
 def test_clean_data_are_seldom_accused():
     """One data set in a hundred may name a row; of 60, more than 4 would be three in a thousand."""
     accused = sum(bool(identify_of(measured(40, seed=s, stated=s % 2 == 0))) for s in range(60))

@@ -98,6 +98,7 @@ def heavy(seed, m=30):
     return [np.linalg.norm(found - x) for found in (kalman(p).x[0], robust.x[0], cloud.mean[0])]
 
 
+@pytest.mark.slow
 def test_heavy_tails_are_where_particles_pay():
     plain, robust, cloud = np.median([heavy(s) for s in range(60)], axis=0)
     print(f"median error of 60 trials: ekf {plain:.3f}, robust ekf {robust:.3f}, particles {cloud:.3f}")
