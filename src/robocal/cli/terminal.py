@@ -181,13 +181,22 @@ class Bar:
 
     def _open(self) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        from rich.progress import (
+            BarColumn,
+            Progress,
+            TaskProgressColumn,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
 
         with self._lock:
             if self._timer is None:
                 return
             console = Console(stderr=True, no_color=None if coloured(sys.stderr) else True)
-            columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TimeElapsedColumn())
+            # Share and time left stay empty where nobody knows them.
+            left = TimeRemainingColumn(compact=True, elapsed_when_finished=True)
+            columns = (TextColumn("{task.description}"), BarColumn(24), TaskProgressColumn(), TimeElapsedColumn(), left)
             self._progress = Progress(*columns, console=console, transient=True)
             self._task = self._progress.add_task(self.text, total=None if self.share is None else 1.0)
             self._progress.start()

@@ -69,7 +69,7 @@ def identified(result: Any, written: Sequence[Path] = (), left_out: Sequence[str
         yield strange(result.outliers)
     if result.remarks:
         yield Section.of("Worth knowing", Remarks(tuple(result.remarks)))
-    yield _files(written, left_out)
+    yield _ended(result, written, left_out)
 
 
 def verdict(status: str, reasons: Sequence[str]) -> Text:
@@ -86,7 +86,7 @@ def _head(result: Any) -> Section:
         facts += f" fitted, {len(split.held_out)} held out"
     if split.embargoed:
         facts += f", {len(split.embargoed)} left out because they share a place with those"
-    status = f"{said.status} where measured" if said.region == "measured" else str(said.status)
+    status = _status(said)
     advice = [] if status == "improved" else list(dict.fromkeys(r.advice for r in said.remarks if r.advice))
     return Section.of(
         "",
@@ -216,20 +216,43 @@ def _hidden(result: Any) -> Iterator[Section]:
     yield Section.of(heading, *(Text.of(line, indent=2) for line in lines), *stay)
 
 
-def _files(written: Sequence[Path], left_out: Sequence[str]) -> Section:
-    """Where the files are, and what one of them cannot hold."""
+def _ended(result: Any, written: Sequence[Path], left_out: Sequence[str]) -> Section:
+    """The verdict once more, where the files are and what one of them cannot hold, what to do next, and the page as the last
+    line: what stands at the end of a long output is what people see."""
+    head = verdict(_status(result.verdict), result.verdict.reasons[:1])
     if not written:
         return Section.of(
-            "", *quiet("Nothing was written; -o DIR keeps the result, the calibrated robot and a report.")
+            "", head, *quiet("Nothing was written; -o DIR keeps the result, the calibrated robot and a report.")
         )
-    lost = None
+    folder, lost = written[0].parent, None
     if left_out:
         text = (
-            f"calibrated.urdf does not hold {', '.join(left_out)}; the folder {written[0].parent} does: "
+            f"calibrated.urdf does not hold {', '.join(left_out)}; the folder {folder} does: "
             "give the folder, not the file, to validate, export and simulate."
         )
         lost = Text.of((text, "doubtful"))
-    return Section.of("", Written(tuple(written)), lost)
+    page = next((p for p in written if p.name == "report.html"), None)
+    return Section.of(
+        "",
+        head,
+        Written(tuple(written)),
+        lost,
+        *quiet(*_next(result, folder)),
+        None if page is None else Text.of(str(page)),
+    )
+
+
+def _next(result: Any, folder: Path) -> list[str]:
+    """The command that comes next, by the verdict."""
+    if result.verdict.status == "improved":
+        return [f"next: robocal validate {folder} OTHER_DATA; robocal compensate {folder} TARGETS"]
+    files = " ".join(str(i.file) for i in result.provenance.inputs[:2]) or "ROBOT DATA"
+    return [f"next: do what the reasons above say; robocal check {files} says what the files can tell"]
+
+
+def _status(said: Any) -> str:
+    """The status of a verdict, with its region where that is not the whole working range."""
+    return f"{said.status} where measured" if said.region == "measured" else str(said.status)
 
 
 def _half(interval: Sequence[float | None] | None) -> str:
