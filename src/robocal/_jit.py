@@ -1,4 +1,4 @@
-"""The one door to numba: how kernels are compiled, where the machine code is kept, and how arrays enter.
+"""The one boundary to numba: how kernels are compiled, where the machine code is kept, and how arrays enter.
 
 Three traps are closed here, so that no kernel file needs to know of them:
 
@@ -8,7 +8,8 @@ Three traps are closed here, so that no kernel file needs to know of them:
   `tests/unit/test_jit.py` holds them to it.
 - numba raises at import when it finds no folder to write to, and in the middle of a call when the disk fills up. Here a
   kernel without a cache only compiles again in each process.
-- a read-only, strided or integer array compiles one more signature. `door` and `door_int` let in one kind of array only.
+- a read-only, strided or integer array compiles one more signature. `as_kernel_array` and `as_kernel_indices` let in one kind of
+  array only.
 
 Environment: ROBOCAL_CACHE_DIR overrides the user's cache folder; NUMBA_DISABLE_JIT=1 leaves the kernels plain Python.
 """
@@ -40,7 +41,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._version import __version__
 
-__all__ = ["door", "door_int", "kernel", "on_compile", "prange"]
+__all__ = ["as_kernel_array", "as_kernel_indices", "kernel", "on_compile", "prange"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -82,10 +83,10 @@ _INT = np.dtype(np.int64)
 
 
 @overload
-def door(array: ArrayLike, /) -> Floats: ...
+def as_kernel_array(array: ArrayLike, /) -> Floats: ...
 @overload
-def door(array: ArrayLike, second: ArrayLike, /, *more: ArrayLike) -> tuple[Floats, ...]: ...
-def door(*arrays: Any) -> Any:
+def as_kernel_array(array: ArrayLike, second: ArrayLike, /, *more: ArrayLike) -> tuple[Floats, ...]: ...
+def as_kernel_array(*arrays: Any) -> Any:
     """C-contiguous, writable float64 arrays, the only kind that kernels see; one in, one out; several in, a tuple out.
 
     An array that is already so passes through untouched (about 0.1 us each). Anything else is copied (about 1 us and the
@@ -100,11 +101,11 @@ def door(*arrays: Any) -> Any:
 
 
 @overload
-def door_int(array: ArrayLike, /) -> Ints: ...
+def as_kernel_indices(array: ArrayLike, /) -> Ints: ...
 @overload
-def door_int(array: ArrayLike, second: ArrayLike, /, *more: ArrayLike) -> tuple[Ints, ...]: ...
-def door_int(*arrays: Any) -> Any:
-    """As `door`, for int64: indices, kinds, flags. Fractions raise TypeError."""
+def as_kernel_indices(array: ArrayLike, second: ArrayLike, /, *more: ArrayLike) -> tuple[Ints, ...]: ...
+def as_kernel_indices(*arrays: Any) -> Any:
+    """As `as_kernel_array`, for int64: indices, kinds, flags. Fractions raise TypeError."""
     for a in arrays:
         if type(a) is not np.ndarray or a.dtype is not _INT or not a.flags.carray:
             arrays = tuple([_enter(a, _INT) for a in arrays])

@@ -1,4 +1,4 @@
-"""The walls: every machine, sensor and estimator that the house must carry, through one Problem and one
+"""The structure: every machine, sensor and estimator that it must carry, through one Problem and one
 Levenberg-Marquardt."""
 
 from __future__ import annotations

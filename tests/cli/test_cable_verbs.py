@@ -89,7 +89,7 @@ def test_tensions_of_the_list_or_of_all(folder):
 
 
 def test_there_and_back_sagging_over_pulleys(folder):
-    """The same door for every model: what `inverse --sag` says of a robot with pulleys, `forward --sag` takes back."""
+    """The same way in for every model: what `inverse --sag` says of a robot with pulleys, `forward --sag` takes back."""
     every = "every_cable: {elasticity: 2.5e-5, density: 0.5, pulley: {radius: 0.05, axis: [0.1, 0, 1]}}\n"
     robot, lengths = folder / "robot.yaml", folder / "lengths.csv"
     robot.write_text(describe_cable(box()) + every)

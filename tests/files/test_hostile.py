@@ -200,7 +200,7 @@ def test_sentences_name_a_dozen_and_count_the_rest():
 
 @pytest.mark.parametrize("what", [*ESCAPES, *BREAKS])
 def test_names_are_one_line_of_plain_text(tmp_path, what):
-    """Raw where a format lets it through, and as each format spells it: refused at the door, and spelt out in the message."""
+    """Raw where a format lets it through, and as each format spells it: refused where it comes in, and spelt out in the message."""
     spelt = json.dumps(what)
     xml = "".join(f"&#{ord(c)};" for c in what)
     table = texts("position")

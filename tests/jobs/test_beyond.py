@@ -11,7 +11,7 @@ from called import identify, simulate, validate
 from run_folders import earlier
 
 from robocal.arms.groups import add
-from robocal.calibrate.beyond.layer import learn
+from robocal.calibrate.nongeometric.layer import learn
 from robocal.errors import FormatError, ModelError
 from robocal.files.layerfile import layer_text
 from robocal.files.robot import open_robot

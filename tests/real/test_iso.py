@@ -16,7 +16,7 @@ from robocal.calibrate.options import Options
 from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
-from robocal.jobs.standard import standard
+from robocal.jobs.iso9283 import standard
 from robocal.jobs.validate import model_errors
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ur10-tracker"

@@ -110,7 +110,7 @@ def test_from_the_command_line(shared_data, tmp_path, monkeypatch):
     written = write(tmp_path, shared_data, "panda")
     written.write_text(written.read_text().replace("configuration: {group: placement}", ""))
     monkeypatch.chdir(tmp_path)
-    words = ["--hold-out", "group", "--group", "placement", "--folds", "3"]
+    words = ["--hold-out", "group", "--group-by", "placement", "--folds", "3"]
     ran = robocal("identify", "panda", "data.yaml", *words, "-o", "run")
     assert ran.status == 0 and "back-high" in ran.out and "profiled" in ran.out, ran.err
     result = json.loads((tmp_path / "run" / "result.json").read_text())

@@ -8,10 +8,10 @@ from real.test_ur10 import load  # noqa: F401  (a fixture)
 from sizes import size
 
 from robocal.calibrate.baseline import baseline
-from robocal.calibrate.beyond.groups import choose_groups
-from robocal.calibrate.beyond.layered import layer_rows, layered_errors, try_layer
 from robocal.calibrate.evidence import bootstrap_gain, errors
 from robocal.calibrate.fit import fit
+from robocal.calibrate.nongeometric.groups import choose_groups
+from robocal.calibrate.nongeometric.layered import layer_rows, layered_errors, try_layer
 from robocal.calibrate.options import Options
 from robocal.calibrate.split import make_split
 from robocal.jobs.validate import model_errors

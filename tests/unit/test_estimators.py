@@ -188,7 +188,9 @@ def test_compare_tells_what_cannot_be_done():
         ("r d --compare ekf", "r d --compare ekf"),
         ("r d --compare -o x", "r d --compare all -o x"),
         ("r d --compare lm,efk", "r d --compare lm,efk"),
+        ("r d --group day", "r d --group-by day"),
+        ("r d --group=day --groups gain", "r d --group-by=day --groups gain"),
     ],
 )
-def test_compare_may_stand_alone(given, whole):
+def test_compare_may_stand_alone_and_old_spellings_are_understood(given, whole):
     assert complete(given.split()) == whole.split()

@@ -10,8 +10,8 @@ from unit.arm_data import arm, measured
 
 from robocal.arms.gravity import Load
 from robocal.arms.groups import add
-from robocal.calibrate.beyond.groups import choose_groups
 from robocal.calibrate.identify import identify
+from robocal.calibrate.nongeometric.groups import choose_groups
 from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 from robocal.measure.base import synthesise

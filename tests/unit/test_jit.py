@@ -1,4 +1,4 @@
-"""The door to numba: no stale machine code, no failure for want of a cache, one signature per kernel."""
+"""The boundary to numba: no stale machine code, no failure for want of a cache, one signature per kernel."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import pytest
 
 import robocal
 from robocal import _jit
-from robocal._jit import door, door_int, kernel
+from robocal._jit import as_kernel_array, as_kernel_indices, kernel
 
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT leaves kernels uncompiled")
 KERNEL_FILES = sorted(Path(robocal.__file__).parent.rglob("_kernels.py"))
@@ -300,7 +300,11 @@ def test_old_folders_go_and_strangers_stay(tmp_path: Path) -> None:
 def test_one_signature_for_whatever_comes_in(make: Callable[[Any], Any]) -> None:
     numbers = np.arange(6).reshape(2, 3)
     assert (
-        weighted(door(make(numbers.astype(float))), door_int(np.broadcast_to(numbers.astype(np.uint8), (2, 3)))) == 55.0
+        weighted(
+            as_kernel_array(make(numbers.astype(float))),
+            as_kernel_indices(np.broadcast_to(numbers.astype(np.uint8), (2, 3))),
+        )
+        == 55.0
     )
     assert len(weighted.signatures) == 1  # type: ignore[attr-defined]
 
@@ -316,21 +320,21 @@ def weighted(a, n):
 
 def test_the_door_passes_what_is_right_and_copies_what_is_not() -> None:
     a, n = np.zeros((2, 3)), np.zeros(4, np.int64)
-    assert door(a) is a
-    assert door_int(n) is n
-    assert door(a, a)[1] is a
+    assert as_kernel_array(a) is a
+    assert as_kernel_indices(n) is n
+    assert as_kernel_array(a, a)[1] is a
     frozen = a.copy()
     frozen.flags.writeable = False
-    entered = door(frozen, a)
+    entered = as_kernel_array(frozen, a)
     assert entered[0].flags.writeable
     assert entered[0] is not frozen
     assert entered[1] is a
-    assert door_int([]).dtype == np.int64
+    assert as_kernel_indices([]).dtype == np.int64
     for wrong in ([1j], ["1"], [None]):
         with pytest.raises(TypeError):
-            door(wrong)
+            as_kernel_array(wrong)
     with pytest.raises(TypeError):
-        door_int([0.5])
+        as_kernel_indices([0.5])
 
 
 @compiled

@@ -9,9 +9,9 @@ import pytest
 from unit.arm_data import arm, measured, true_arm
 
 from robocal.calibrate.baseline import baseline
-from robocal.calibrate.beyond.layer import learn
-from robocal.calibrate.beyond.layered import LayerRows, layer_rows, layered_errors, try_layer
 from robocal.calibrate.fit import fit
+from robocal.calibrate.nongeometric.layer import learn
+from robocal.calibrate.nongeometric.layered import LayerRows, layer_rows, layered_errors, try_layer
 from robocal.calibrate.options import Options
 from robocal.errors import FormatError
 from robocal.files.layerfile import layer_text, read_layer

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal._jit import door, door_int
+from robocal._jit import as_kernel_array, as_kernel_indices
 from robocal.cables.contact.body import Body, box, hull
 from robocal.cables.contact.translation import crossings
 from robocal.errors import ModelError
@@ -97,9 +97,9 @@ def first_contact(
     n = len(v)
     fraction, gap = np.empty(n), np.empty(n)
     kind, who = np.empty(n, np.int64), np.empty((n, 2), np.int64)
-    a, b, radius, normals, offsets, pose, v, w = door(a, b, radius, normals, offsets, pose, v, w)
+    a, b, radius, normals, offsets, pose, v, w = as_kernel_array(a, b, radius, normals, offsets, pose, v, w)
     first_contacts(
-        a, b, radius, door_int(_common(a, b)), normals, offsets, c, pose, v, w, float(tolerance), _LIMIT,
+        a, b, radius, as_kernel_indices(_common(a, b)), normals, offsets, c, pose, v, w, float(tolerance), _LIMIT,
         fraction, kind, who, gap,
     )  # fmt: skip
     return Contacts(fraction, kind, who, gap, float(tolerance))

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal._jit import door
+from robocal._jit import as_kernel_array
 from robocal.cables.balance._kernels import structure_kernel
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.pulley import curvature
@@ -34,7 +34,7 @@ def structure(pose: ArrayLike, a: ArrayLike, b: ArrayLike, strict: bool = True) 
     for anchors that do not pair up and, if `strict`, for a cable without length; its column is NaN otherwise. (3.34) of
     the seed with the sign put right.
     """
-    poses, frame, platform = door(pose, a, b)
+    poses, frame, platform = as_kernel_array(pose, a, b)
     if poses.ndim != 3 or poses.shape[1:] != (4, 4):
         raise ModelError("poses are an array (k, 4, 4)", found=poses.shape)
     if frame.ndim != 2 or frame.shape[1:] != (3,) or frame.shape != platform.shape:

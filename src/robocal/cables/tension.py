@@ -13,7 +13,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal._jit import door
+from robocal._jit import as_kernel_array
 from robocal.cables.distribution._kernels import centre_kernel, nearest_kernel, power_kernel
 from robocal.cables.margin._kernels import margin_kernel, missing_kernel
 from robocal.cables.polytope._kernels import FOUND, STUCK
@@ -112,7 +112,9 @@ def missing_wrench(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, l
     """
     w, load, bounds = _enter(structure, wrench, limits)
     out, code = np.empty(load.shape), np.empty(len(w), np.int64)
-    missing_kernel(w, load, _weights(w.shape[1], length), door(bounds[:, 0]), door(bounds[:, 1]), out, code)
+    missing_kernel(
+        w, load, _weights(w.shape[1], length), as_kernel_array(bounds[:, 0]), as_kernel_array(bounds[:, 1]), out, code
+    )
     _settled(code == 0)
     return out
 
@@ -163,9 +165,9 @@ def disturbance_margin(
     if stretch.shape[2] == 0:
         raise ModelError("a disturbance has at least one component", key="shape", found=np.shape(shape))
     gone = _disturbance(np.zeros((w.shape[1], 0)) if taken is None else taken, w)
-    loads = door(given if several else load[:, None])
+    loads = as_kernel_array(given if several else load[:, None])
     margin, code = np.empty(len(w)), np.empty(len(w), np.int64)
-    margin_kernel(w, loads, stretch, gone, door(bounds[:, 0]), door(bounds[:, 1]), margin, code)
+    margin_kernel(w, loads, stretch, gone, as_kernel_array(bounds[:, 0]), as_kernel_array(bounds[:, 1]), margin, code)
     odd = np.flatnonzero(code)  # singular poses: few, or all of them where the two sets of anchors are parallel
     if len(odd):
         anyhow = gone[odd] if len(gone) > 1 else gone
@@ -190,7 +192,15 @@ _Method = Callable[[Array, Array, Array, float, Array], tuple[Flags, Flags]]
 def _nearest_to(reference: Callable[[Array], Array]) -> _Method:
     def method(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
         code = np.empty(len(w), np.int64)
-        nearest_kernel(w, load, door(bounds[:, 0]), door(bounds[:, 1]), door(reference(bounds)), tension, code)
+        nearest_kernel(
+            w,
+            load,
+            as_kernel_array(bounds[:, 0]),
+            as_kernel_array(bounds[:, 1]),
+            as_kernel_array(reference(bounds)),
+            tension,
+            code,
+        )
         found = _settled(code != STUCK) & (code == FOUND)
         return found, found
 
@@ -200,7 +210,7 @@ def _nearest_to(reference: Callable[[Array], Array]) -> _Method:
 def _closed(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
     feasible, _ = METHODS["norm"](w, load, bounds, power, tension)
     code, far = np.empty(len(w), np.int64), np.full(len(bounds), 1e100)
-    nearest_kernel(w, load, -far, far, door(bounds.mean(axis=1)), tension, code)  # t_mid - W^+ (w + W t_mid)
+    nearest_kernel(w, load, -far, far, as_kernel_array(bounds.mean(axis=1)), tension, code)  # t_mid - W^+ (w + W t_mid)
     edge = 1e-12 * np.abs(bounds).max()
     inside = ((tension >= bounds[:, 0] - edge) & (tension <= bounds[:, 1] + edge)).all(axis=1)
     return feasible, inside & feasible
@@ -208,7 +218,7 @@ def _closed(w: Array, load: Array, bounds: Array, power: float, tension: Array) 
 
 def _centre(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
     code, redundancy = np.empty(len(w), np.int64), np.empty(len(w), np.int64)
-    centre_kernel(w, load, door(bounds[:, 0]), door(bounds[:, 1]), tension, code, redundancy)
+    centre_kernel(w, load, as_kernel_array(bounds[:, 0]), as_kernel_array(bounds[:, 1]), tension, code, redundancy)
     found = _settled(code != STUCK) & (code == FOUND)
     if w.shape[2] - w.shape[1] > 2:
         raise ModelError(
@@ -222,7 +232,9 @@ def _centre(w: Array, load: Array, bounds: Array, power: float, tension: Array) 
 
 def _power(w: Array, load: Array, bounds: Array, power: float, tension: Array) -> tuple[Flags, Flags]:
     code = np.empty(len(w), np.int64)
-    power_kernel(w, load, door(bounds[:, 0]), door(bounds[:, 1]), 0.0, float(power), tension, code)
+    power_kernel(
+        w, load, as_kernel_array(bounds[:, 0]), as_kernel_array(bounds[:, 1]), 0.0, float(power), tension, code
+    )
     found = _settled(code != STUCK) & (code == FOUND)
     return found, found
 
@@ -240,7 +252,7 @@ METHODS: MappingProxyType[str, _Method] = MappingProxyType(
 
 def _enter(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike) -> tuple[Array, Array, Array]:
     """The three arrays, checked, contiguous, one wrench per pose."""
-    w, bounds = door(structure, limits)
+    w, bounds = as_kernel_array(structure, limits)
     load = np.asarray(wrench, dtype=float)
     if w.ndim != 3 or not np.isfinite(w).all():
         raise ModelError("structure matrices are an array (k, d, m) of finite numbers", found=w.shape)
@@ -265,13 +277,13 @@ def _enter(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike) -> tuple[
         raise ModelError(
             "wrenches are an array (k, d) or (d,) of finite numbers", found=load.shape, expected=(count, d)
         )
-    return w, door(np.broadcast_to(load, (count, d))), bounds
+    return w, as_kernel_array(np.broadcast_to(load, (count, d))), bounds
 
 
 def _disturbance(shape: ArrayLike, w: Array) -> Array:
     """An array (1 or k, d, q), contiguous."""
     stretch = np.asarray(shape, dtype=float)
-    stretch = door(stretch[None] if stretch.ndim == 2 else stretch)
+    stretch = as_kernel_array(stretch[None] if stretch.ndim == 2 else stretch)
     if stretch.ndim != 3 or len(stretch) not in (1, len(w)) or stretch.shape[1] != w.shape[1]:
         raise ModelError("a disturbance's shape is an array (d, q) or (k, d, q)", found=np.shape(shape))
     if not np.isfinite(stretch).all():

@@ -1,1 +1,1 @@
-"""Files that people touch: the only room that knows units and formats, and the only one that writes."""
+"""Files that people touch: the only package that knows units and formats, and the only one that writes."""

@@ -20,7 +20,7 @@ from robocal.files.text import read_text
 from robocal.files.yamlio import Document
 
 if TYPE_CHECKING:
-    from robocal.calibrate.beyond.layer import Layer
+    from robocal.calibrate.nongeometric.layer import Layer
 
 __all__ = ["LAYER", "layer_text", "read_layer"]
 
@@ -59,7 +59,7 @@ def layer_text(layer: Layer) -> str:
 
 def read_layer(path: str | os.PathLike[str]) -> Layer:
     """Reads a layer.json. Raises FileError or FormatError."""
-    from robocal.calibrate.beyond.layer import Layer
+    from robocal.calibrate.nongeometric.layer import Layer
 
     source = read_text(path)
     try:

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from robocal.files.beyondparts import Gain
+from robocal.files.nongeometric_parts import Gain
 from robocal.files.parts import Number, Part, Remark
 
 __all__ = ["JointOffset", "OffsetsAlone"]

@@ -13,9 +13,9 @@ from typing import Any, Literal
 from pydantic import Field
 
 from robocal.errors import FormatError
-from robocal.files.beside import Comparison, Linearity
-from robocal.files.beyondparts import Beyond, GroupTried, LayerSummary
+from robocal.files.diagnostics import Comparison, Linearity
 from robocal.files.names import SAID, strange_part
+from robocal.files.nongeometric_parts import Beyond, GroupTried, LayerSummary
 from robocal.files.offsetparts import OffsetsAlone
 from robocal.files.parts import Number, Part, Remark, RowsLeftOut, finite
 from robocal.files.schema import validate

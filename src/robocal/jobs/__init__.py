@@ -1,4 +1,4 @@
-"""One function per verb: paths and options in, a frozen result out.
+"""What verbs are made of: inputs read and doubted, results with their documents and files.
 
-The only room that calls files, calibrate and report together; nothing here writes to a terminal.
+Nothing here writes to a terminal.
 """

@@ -6,7 +6,7 @@ from __future__ import annotations
 from robocal.calibrate.evidence import Statistic
 from robocal.calibrate.offsets import JointOffset, OffsetsAlone
 from robocal.files import offsetparts as files
-from robocal.files.beyondparts import Gain
+from robocal.files.nongeometric_parts import Gain
 from robocal.files.opened import Opened
 from robocal.files.parts import Remark
 from robocal.files.units import UNITS, Unit

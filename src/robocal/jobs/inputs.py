@@ -18,8 +18,8 @@ from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
 from robocal.files.text import InputFile, read_text
 from robocal.files.units import parse_unit
 from robocal.files.yamlio import load
-from robocal.jobs.doubting import doubt_units, refuse_still
 from robocal.jobs.naming import refuse_wrong
+from robocal.jobs.unit_check import doubt_units, refuse_still
 from robocal.jobs.watching import Watch, computable
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations

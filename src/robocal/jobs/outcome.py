@@ -29,7 +29,7 @@ from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.text import InputFile
 from robocal.files.units import UNITS, Unit
 from robocal.jobs.alone import offset_result
-from robocal.jobs.beside import linear
+from robocal.jobs.diagnostics import linear
 from robocal.jobs.knowledge import knowledge_files, map_columns
 from robocal.jobs.strange import outlier
 from robocal.jobs.trusted import band_remarks, prediction_part, range_part, scale_part
@@ -38,7 +38,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, documents, sentences
 
 if TYPE_CHECKING:
-    from robocal.calibrate.beyond.layer import Layer
+    from robocal.calibrate.nongeometric.layer import Layer
 
 __all__ = ["Outcome", "provenance", "residual_columns", "save", "to_result"]
 

@@ -27,11 +27,11 @@ from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.files.writing import write_files
 from robocal.jobs.inputs import Inputs, open_arm, read_inputs, robot_files
+from robocal.jobs.iso9283 import Standard, standard
 from robocal.jobs.layered import layer_beside, layer_words
 from robocal.jobs.offset_robot import OffsetRobot, offset_robot
 from robocal.jobs.plain import json_text, plain
 from robocal.jobs.seen import unseen
-from robocal.jobs.standard import Standard, standard
 from robocal.jobs.watching import Watch, computable
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code

@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any
 from robocal.errors import MissingExtra
 from robocal.report import matrix, pictures, tables, words
 from robocal.report.arrows import arrows
-from robocal.report.beside import beside
-from robocal.report.beyond import beyond
+from robocal.report.diagnostics import beside
 from robocal.report.heat import heat
+from robocal.report.nongeometric import beyond
 from robocal.report.numbers import entries, finite, plain, ranges, section, significant, unit_text, with_unit
 from robocal.report.series import three
 
@@ -44,7 +44,7 @@ INDICES = {
 
 
 def jinja() -> Environment:
-    """The only door to jinja2."""
+    """The only boundary to jinja2."""
     try:
         from jinja2 import Environment, FunctionLoader, StrictUndefined
     except ImportError as error:

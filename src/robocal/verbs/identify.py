@@ -105,7 +105,9 @@ class Options(Told):
             otherwise="0.2 from 25 configurations on",
         ),
     ] = None
-    group: Annotated[str | None, Opt("The column that says what is held out together", metavar="COLUMN")] = None
+    group: Annotated[
+        str | None, Opt("The column that says what is held out together", name="--group-by", metavar="COLUMN")
+    ] = None
     folds: Annotated[
         int | None, Opt("Hold out everything once, in K rounds, and fit the model to everything", metavar="K")
     ] = None
@@ -136,7 +138,7 @@ class Options(Told):
         from robocal.calibrate.estimators import estimator
         from robocal.calibrate.options import Options as Solver
         from robocal.errors import ModelError
-        from robocal.jobs.beside import methods_of
+        from robocal.jobs.diagnostics import methods_of
         from robocal.jobs.region import MEASURED
 
         methods_of(self.compare, self.method)
@@ -214,9 +216,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 def _arm(o: Options, solver: Solver, watch: Watch | None, command: str) -> Identified:
     """An arm: groups beyond geometry and a residual layer are tried where they were asked for, estimators compared."""
     from robocal.calibrate.identify import identify
-    from robocal.jobs.beside import compared, methods_of
-    from robocal.jobs.beyond import group_results, guard_layer, layer_result, select_groups
+    from robocal.jobs.diagnostics import compared, methods_of
     from robocal.jobs.inputs import choose, read_inputs
+    from robocal.jobs.nongeometric import group_results, guard_layer, layer_result, select_groups
     from robocal.jobs.outcome import Outcome, residual_columns, to_result
     from robocal.jobs.recipe import Timed, recipe_of
     from robocal.jobs.region import working_range

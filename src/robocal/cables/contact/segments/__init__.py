@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal._jit import door
+from robocal._jit import as_kernel_array
 
 __all__ = ["distances"]
 
@@ -15,7 +15,7 @@ def distances(p: ArrayLike, p_end: ArrayLike, q: ArrayLike, q_end: ArrayLike) ->
     from robocal.cables.contact.segments._kernels import separations
 
     arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in (p, p_end, q, q_end)))
-    one, one_end, two, two_end = door(*arrays)
+    one, one_end, two, two_end = as_kernel_array(*arrays)
     out = np.empty(len(one))
     separations(one, one_end, two, two_end, out)
     return out

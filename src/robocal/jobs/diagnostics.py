@@ -12,7 +12,7 @@ from robocal.calibrate.linear import Linearity
 from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 from robocal.estimate.linearity import Step
-from robocal.files import beside as files
+from robocal.files import diagnostics as files
 from robocal.files.units import UNITS
 from robocal.jobs.watching import Watch
 from robocal.measure.data import DataSet

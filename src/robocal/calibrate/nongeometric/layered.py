@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.beyond.layer import Layer, learn
 from robocal.calibrate.evidence import bootstrap_gain
+from robocal.calibrate.nongeometric.layer import Layer, learn
 from robocal.calibrate.split import make_split
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem

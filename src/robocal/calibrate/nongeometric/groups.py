@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.arms.groups import GROUPS, add, held, released, without
 from robocal.calibrate.baseline import baseline
-from robocal.calibrate.beyond.linearised import Linearised, linearised
-from robocal.calibrate.beyond.ripple import candidates, orders, seek
 from robocal.calibrate.evidence import bootstrap_gain
 from robocal.calibrate.fit import fit
 from robocal.calibrate.gross import set_aside
+from robocal.calibrate.nongeometric.linearised import Linearised, linearised
+from robocal.calibrate.nongeometric.ripple import candidates, orders, seek
 from robocal.calibrate.options import Options
 from robocal.calibrate.split import make_split, places
 from robocal.measure.data import DataSet

@@ -15,7 +15,7 @@ from robocal.calibrate.identify import FEW
 from robocal.calibrate.noise import apply_noise
 from robocal.calibrate.options import Options
 from robocal.calibrate.split import SHARE, make_split, places
-from robocal.files import beyondparts as files
+from robocal.files import nongeometric_parts as files
 from robocal.files.groups import plain_options
 from robocal.files.robot import Robot
 from robocal.jobs.watching import Watch
@@ -23,8 +23,8 @@ from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 
 if TYPE_CHECKING:
-    from robocal.calibrate.beyond.groups import Tried
-    from robocal.calibrate.beyond.layered import Guarded
+    from robocal.calibrate.nongeometric.groups import Tried
+    from robocal.calibrate.nongeometric.layered import Guarded
 
 __all__ = ["group_results", "guard_layer", "layer_result", "select_groups"]
 
@@ -40,7 +40,7 @@ def select_groups(
     extra: dict[str, dict[str, Any]] = {rule_of(n).name: {} for n in names if n not in there}
     if not extra and not there:
         return robot, ()
-    from robocal.calibrate.beyond.groups import choose_groups
+    from robocal.calibrate.nongeometric.groups import choose_groups
 
     share = options.hold_out
     if share is None:
@@ -55,7 +55,7 @@ def select_groups(
 
 def guard_layer(found: Identification[Chain], data: DataSet, watch: Watch | None = None) -> Guarded:
     """Asks whether a residual layer helps on top of an identification to these data."""
-    from robocal.calibrate.beyond.layered import try_layer
+    from robocal.calibrate.nongeometric.layered import try_layer
 
     noisy = apply_noise(data, {(g.name, g.unit): g.tau for g in found.groups if g.tau > 0})
     made = build(found.nominal, noisy, free=found.correlation_names)
