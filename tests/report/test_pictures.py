@@ -13,7 +13,7 @@ from report import samples
 
 from robocal.report import matrix, numbers, pictures, svg, words
 from robocal.report.arrows import arrows
-from robocal.report.pictures import before_after
+from robocal.report.pictures import before_after, per_pose
 from robocal.report.series import pairs, three
 from robocal.report.tables import parameter_rows, statistics, worst
 
@@ -268,3 +268,29 @@ def test_what_was_set_aside_is_marked_and_in_no_mean() -> None:
     assert drawn is not None and len(json.loads(drawn.data)["at"]) == 38
     first = worst(rows)[:2]
     assert {r["set"] for r in first} == {"set aside"} and all(float(str(worst(rows)[2]["times"])) < 10 for _ in first)
+
+
+def test_lines_of_means_lie_below_the_points() -> None:
+    """A halo keeps them apart from what is behind; drawn last, it would hide points."""
+    text = per_pose(three(samples.improved(30, 8)[1]))
+    lines = [text.rindex(f'class="mean {k}"') for k in ("before", "after", "held")]
+    marks = [text.rindex(f'class="mark {k}"') for k in ("before", "after", "held")]
+    assert text.rindex('class="halo"') < max(lines) < min(marks)
+
+
+def test_a_tracker_far_away_leaves_the_joints_their_scale() -> None:
+    frame = [
+        {"name": f"tracker.{s}", "unit": "mm" if len(s) == 1 else "deg", "nominal": 0, "identified": 1600.0, "delta": 1600.0,
+         "sigma": 0.1, "status": "identified"} for s in ("x", "y", "z", "rx", "ry", "rz")
+    ]  # fmt: skip
+    joint = {
+        "name": "j2.a",
+        "unit": "mm",
+        "nominal": 270,
+        "identified": 270.4,
+        "delta": 0.4,
+        "sigma": 0.05,
+        "status": "identified",
+    }
+    rows = {str(r["name"]): r["bar"] for r in parameter_rows([*frame, joint])}
+    assert float(rows["j2.a"]["high"]) == pytest.approx(92.0, abs=0.1) and float(rows["tracker.x"]["at"]) > 90

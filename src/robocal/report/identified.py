@@ -12,6 +12,7 @@ from typing import Any
 
 from robocal.remarks.code import Code
 from robocal.report.compared import comparison, groups, layer, linear
+from robocal.report.numbers import instrument_frames
 from robocal.report.sections import Block, Cell, Remarks, Section, Style, Table, Text, Written, figure, quiet, table
 
 __all__ = ["errors_table", "identified", "strange", "verdict"]
@@ -134,7 +135,7 @@ def _folds(residuals: Any) -> Table | None:
 
 def _parameters(result: Any) -> Section:
     """The fitted parameters of the robot; frames of instruments and targets in one line each."""
-    owners = _frames_of(result)
+    owners = instrument_frames(p.name for p in result.parameters)
     fitted = [p for p in result.parameters if p.status in ("identified", "prior")]
     own = [p for p in fitted if p.name.rpartition(".")[0] not in owners]
     rows: list[tuple[Cell, ...]] = []
@@ -189,17 +190,6 @@ def strange(rows: Sequence[Any]) -> Section:
         table(*columns, right=(3, 5), rows=cells),
         *quiet(*([f"... and {more} more in result.json"] if more > 0 else [])),
     )
-
-
-def _frames_of(result: Any) -> set[str]:
-    """Owners of frames that belong to data files: six parameters that no joint of the robot has."""
-    robot = {"base", "tool", "home"}
-    by_owner: dict[str, set[str]] = {}
-    for p in result.parameters:
-        owner, _, symbol = p.name.rpartition(".")
-        by_owner.setdefault(owner, set()).add(symbol)
-    frame = {"x", "y", "z", "rx", "ry", "rz"}
-    return {o for o, symbols in by_owner.items() if symbols == frame and o not in robot and not o.startswith("j")}
 
 
 def _hidden(result: Any) -> Iterator[Section]:

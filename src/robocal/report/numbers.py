@@ -12,6 +12,7 @@ __all__ = [
     "entries",
     "finite",
     "fixed",
+    "instrument_frames",
     "plain",
     "ranges",
     "scientific",
@@ -23,6 +24,7 @@ __all__ = [
 
 MISSING = "–"
 _UNITS = {"deg": "°", "degree": "°", "degrees": "°", "um": "µm", "-": "", "1": ""}
+ROBOT = {"base", "tool", "home"}  # frames of the robot itself
 
 
 def section(data: object, *keys: str) -> Mapping[str, object]:
@@ -150,3 +152,14 @@ def _next(name: str) -> str | None:
     if not tail or not tail.isascii() or len(tail) > 18:
         return None
     return head + str(int(tail) + 1).zfill(len(tail))
+
+
+def instrument_frames(names: Iterable[str]) -> set[str]:
+    """Owners of frames that belong to data files, of the names of all parameters: those with the six of a frame and no more that
+    are not of the robot."""
+    by_owner: dict[str, set[str]] = {}
+    for name in names:
+        owner, _, symbol = name.rpartition(".")
+        by_owner.setdefault(owner, set()).add(symbol)
+    frame = {"x", "y", "z", "rx", "ry", "rz"}
+    return {o for o, own in by_owner.items() if own == frame and o not in ROBOT and not o.startswith("j")}

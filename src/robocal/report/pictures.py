@@ -151,10 +151,7 @@ def _scatter(
                 "join",
             )
         )
-    shown, share = (list(series), "") if named else drawn_of(series)
-    for s in shown:
-        up = np.where(s.values > 0, y.many(s.values), bottom)
-        parts.append(points(x.many(s.at).tolist(), up.tolist(), s.key))
+    # Lines lie below the points: the halo that keeps a line apart from the axis would hide them.
     for s in series:
         if s.key == ASIDE:
             continue
@@ -165,6 +162,10 @@ def _scatter(
                 label(right + 12, at - 3, with_unit(significant(s.mean), unit), "big"),
                 label(right + 12, at + 14, s.name, "strong" if s.key == "held" else ""),
             ]
+    shown, share = (list(series), "") if named else drawn_of(series)
+    for s in shown:
+        up = np.where(s.values > 0, y.many(s.values), bottom)
+        parts.append(points(x.many(s.at).tolist(), up.tolist(), s.key))
     said = "Errors on a logarithmic axis over configurations, with dashed lines at their means. " + _spoken(
         series, unit
     )

@@ -15,6 +15,7 @@ from robocal.report.numbers import (
     entries,
     finite,
     fixed,
+    instrument_frames,
     plain,
     section,
     significant,
@@ -120,15 +121,17 @@ def rounds(residuals: Mapping[str, object]) -> list[Row]:
 
 def parameter_rows(parameters: Sequence[Mapping[str, object]]) -> list[Row]:
     """The parameter table: free ones first, sigma (as fitted) giving the digits of its row; `bar` draws the change
-    with two sigma."""
+    with two sigma, on one scale for each unit, frames of instruments apart."""
     ordered = sorted(parameters, key=lambda p: ORDER.get(str(p.get("status")), 2) >= 2)
-    reach: dict[str, float] = {}
-    for p in ordered:
+    # A tracker stands metres away from where nobody said it stands; beside it every joint would be a dot on zero.
+    frames = instrument_frames(str(p.get("name", "")) for p in ordered)
+    scale = [(str(p.get("unit")), str(p.get("name", "")).rpartition(".")[0] in frames) for p in ordered]
+    reach: dict[tuple[str, bool], float] = {}
+    for p, own in zip(ordered, scale, strict=True):
         delta, sigma = finite(p.get("delta")), finite(p.get("sigma")) or 0.0
         if delta is not None and p.get("status") in ("identified", "prior"):
-            unit = str(p.get("unit"))
-            reach[unit] = max(reach.get(unit, 0.0), abs(delta) + 2 * sigma)
-    rows = [_parameter(p, reach.get(str(p.get("unit")), 0.0)) for p in ordered]
+            reach[own] = max(reach.get(own, 0.0), abs(delta) + 2 * sigma)
+    rows = [_parameter(p, reach.get(own, 0.0)) for p, own in zip(ordered, scale, strict=True)]
     for key in ("nominal", "identified", "delta", "sigma", "half", "instrument"):
         for row, text in zip(rows, align([str(r[key]) for r in rows]), strict=True):
             row[key] = text
