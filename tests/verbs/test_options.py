@@ -11,6 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import pytest
 from cli.runs import robocal
 
@@ -121,12 +122,18 @@ class Sample(Told):
 
 def test_options_check_themselves_however_they_are_given() -> None:
     assert Sample(Path("a"), rows=("a, b", "c", "")).rows == ("a", "b", "c")
+    numbers = Sample(Path("a"), count=np.int64(4), share=np.float32(0.5))
+    assert (type(numbers.count), type(numbers.share)) == (int, float)
     for wrong, said in (
         ({"loss": "hubr"}, "huber"),
         ({"count": 0}, "1 to 9"),
         ({"count": 10}, "1 to 9"),
         ({"share": -1.0}, "0 or more"),
         ({"share": float("nan")}, "0 or more"),
+        ({"count": 2.5}, "a whole number"),
+        ({"count": True}, "a whole number"),
+        ({"share": "half"}, "a number"),
+        ({"loss": 3}, "a word"),
     ):
         with pytest.raises(ModelError, match=said) as caught:
             Sample(Path("a"), **wrong)

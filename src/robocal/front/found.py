@@ -78,7 +78,7 @@ class Found:
 
     def _repr_html_(self) -> str:
         more = getattr(self._verb, "details", None)
-        return html((*self.sections, *(more(self._outcome) if more else ())))
+        return html((*self.sections, *(more(self._outcome) if more else ())), f"robocal-{id(self):x}")
 
     def __repr__(self) -> str:
         listed = self.text is not None and not self.written

@@ -10,19 +10,20 @@ from robocal.report.sections import Block, Cell, Figure, Remarks, Section, Table
 __all__ = ["html"]
 
 
-def html(sections: Iterable[Section]) -> str:
-    """All sections, each a <section> with a heading where it has one."""
-    return "\n".join(_section(i, s) for i, s in enumerate(sections))
+def html(sections: Iterable[Section], key: str = "part") -> str:
+    """All sections, each a <section> with a heading where it has one; `key` begins their identifiers, which are to be its own
+    where several results stand on one page."""
+    return "\n".join(_section(f"{key}-{i}", s) for i, s in enumerate(sections))
 
 
-def _section(i: int, section: Section) -> str:
+def _section(name: str, section: Section) -> str:
     short = all(not isinstance(b, Table) or len(b.rows) < 20 for b in section.blocks)
     # On paper, what fits a page stays on one.
     whole = ' class="whole"' if short else ""
-    name = f' aria-labelledby="part-{i}"' if section.heading else ""
-    head = [f'<h2 id="part-{i}">{escape(section.heading)}</h2>'] if section.heading else []
+    told = f' aria-labelledby="{name}"' if section.heading else ""
+    head = [f'<h2 id="{name}">{escape(section.heading)}</h2>'] if section.heading else []
     blocks = (part for b in section.blocks for part in _block(b, section.heading))
-    return "\n".join([f"<section{name}{whole}>", *head, *blocks, "</section>"])
+    return "\n".join([f"<section{told}{whole}>", *head, *blocks, "</section>"])
 
 
 def _block(block: Block, heading: str) -> Iterator[str]:

@@ -21,6 +21,7 @@ from robocal.errors import ModelError, nearest
 
 __all__ = ["Arg", "Entry", "Opt", "Told", "entries"]
 
+KINDS = {bool: "True or False", int: "a whole number", float: "a number", str: "a word"}
 FILE_UNITS = ("length", "angle", "mass", "force")
 
 
@@ -105,6 +106,7 @@ class Told:
                 if entry.told.listed:
                     words = (w.strip() for given in getattr(self, entry.name) for w in str(given).split(","))
                     object.__setattr__(self, entry.name, tuple(w for w in words if w))
+                object.__setattr__(self, entry.name, _plain(getattr(self, entry.name)))
                 for value in _values(getattr(self, entry.name)):
                     _check(entry, entry.told, value)
 
@@ -142,14 +144,23 @@ def _values(value: Any) -> Iterator[Any]:
         yield value
 
 
+def _plain(value: Any) -> Any:
+    """Scalars of numpy as Python's."""
+    scalar = getattr(value, "item", None) if getattr(value, "shape", None) == () else None
+    return scalar() if callable(scalar) else value
+
+
 def _check(entry: Entry, told: Opt, value: Any) -> None:
+    flag, number = isinstance(value, bool), isinstance(value, int | float)
+    right = {bool: flag, int: isinstance(value, int) and not flag, float: number and not flag}
+    right[str] = isinstance(value, str) or (entry.numeric and number and not flag)
+    if not right.get(entry.kind, True):
+        raise ModelError("not what this option takes", key=entry.word, found=value, expected=KINDS[entry.kind])
     if told.choices and value not in told.choices:
         near = nearest(str(value), told.choices)
         raise ModelError(
             "unknown option", key=entry.word, found=value, expected=", ".join(told.choices), suggestion=near
         )
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return
     low, high = told.least, told.most
     if (low is not None and not value >= low) or (high is not None and not value <= high):
         raise ModelError("out of range", key=entry.word, found=value, expected=told.range)
