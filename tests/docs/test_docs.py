@@ -54,7 +54,6 @@ def test_links_resolve(page):
 PYTHON = [(page, i) for page in NAMES if page != "CONTRIBUTING.md" for i in range(len(blocks(page, "python")))]
 
 
-@pytest.mark.sampled(2)
 @pytest.mark.parametrize(("page", "number"), PYTHON)
 def test_python_runs(page, number, monkeypatch, capsys):
     monkeypatch.chdir(PROJECT)

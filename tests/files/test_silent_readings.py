@@ -332,14 +332,14 @@ def test_a_unit_is_named_where_it_explains(tmp_path):
 
 def test_a_unit_that_leaves_most_of_the_misfit_explains_nothing(tmp_path, monkeypatch):
     from robocal.files.units import UNITS
-    from robocal.jobs import doubting
+    from robocal.jobs import unit_check
 
     put(tmp_path, *texts("position"))
     reading = read_datasets([tmp_path / "data.yaml"], ARM)
     assert reading.alternatives and UNITS
     left = {True: 4.0, False: 0.3}
-    monkeypatch.setattr(doubting, "misfit", lambda chain, data: left[data is reading.dataset])
-    assert doubting.doubt_units(ARM, replace(reading, suspicions=())) == ()
+    monkeypatch.setattr(unit_check, "misfit", lambda chain, data: left[data is reading.dataset])
+    assert unit_check.doubt_units(ARM, replace(reading, suspicions=())) == ()
     left[False] = 0.04
     with pytest.raises(FormatError, match="probably in"):
-        doubting.doubt_units(ARM, replace(reading, suspicions=()))
+        unit_check.doubt_units(ARM, replace(reading, suspicions=()))
