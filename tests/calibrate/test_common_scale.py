@@ -32,7 +32,7 @@ def run(name, scale=1.0, moved=None, seed=0):
 
 @pytest.mark.parametrize("name", ["ur10", "panda", "irb-120"])
 @pytest.mark.parametrize("scale", [1.015, 0.985])
-@pytest.mark.slow
+@pytest.mark.sampled(2)
 def test_a_tracker_of_wrong_scale_is_refused(name, scale):
     found, codes = run(name, scale)
     assert found.verdict.status == "refused" and Code.SCALE_WRONG in codes
