@@ -210,3 +210,36 @@ def test_a_cable_robot_from_arrays(place: Path) -> None:
     for wrong in (np.zeros((3, 3)), np.full((4, 4), np.nan), "poses"):
         with pytest.raises(InputError, match="poses"):
             arm.inverse(wrong)
+
+
+def test_what_would_be_a_quiet_wrong_answer_is_refused(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(place)
+    q, p = [[0.0] * 3] * 2, np.ma.array([[1.0, 2, 3], [9999] * 3], mask=[[0] * 3, [1] * 3])
+    for call, said in (
+        (lambda: rc.measurements(q, position=p), "masked"),
+        (lambda: rc.table({"x [mm]": p[:, 0]}), "masked"),
+        (lambda: rc.measurements(q, position=np.zeros((2, 3)), columns={"x [m]": [7.0, 7.0]}), "already"),
+        (lambda: rc.measurements(q, position=np.zeros((2, 3)) + 1j), "no numbers"),
+        (lambda: rc.measurements(q, position=np.zeros((2, 3)), units=("mm", "rad")), "something else"),
+        (lambda: rc.measurements(q, position=np.zeros((2, 3)), units=("degC", "mm")), "something else"),
+        (lambda: rc.identify("robot.yaml", "data.yaml", iterations=None), "has a value"),
+        (lambda: rc.predict("run", np.zeros((2, 3))), "rc.table"),
+        (lambda: rc.check("robot.yaml", {"q1 [rad]": [1.0]}), "rc.table"),
+        (lambda: rc.cable.robot("cable.yaml").forward([[1.0]], sigma=-1), "standard deviation"),
+    ):
+        with pytest.raises(InputError, match=said):
+            call()
+
+
+def test_what_goes_beside_a_list_is_said(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the terminal it goes to stderr; here there is no such place."""
+    monkeypatch.chdir(place)
+    far = rc.table(
+        {"x [m]": [90.0], "y [m]": [0.0], "z [m]": [90.0], "rx [deg]": [0.0], "ry [deg]": [0.0], "rz [deg]": [0.0]}
+    )
+    arm = rc.cable.robot("cable.yaml")
+    found = rc.cable.tension(arm, far)
+    assert not found.trusted and found.remarks
+    for said in (found.summary(), found._repr_html_()):
+        assert found.text.splitlines()[0] in said and all(r.sentence[:30] in said for r in found.remarks)
+    json.dumps(found.document)

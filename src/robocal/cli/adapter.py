@@ -55,7 +55,7 @@ def _done(module: ModuleType, words: dict[str, Any], json: bool) -> int:
     if json or listed:
         for said in made.remarks:
             terminal.warn(said)
-        if made.note:
+        if made.note and not json:
             terminal.note(made.note)
     if json:
         terminal.document(made.document())

@@ -41,7 +41,7 @@ def _drawn(block: Block) -> list[Any]:
     match block:
         case Text():
             line = Rich.assemble(*map(_part, block.parts))
-            return [Padding(line, (0, 0, 0, block.indent)) if block.indent else line]
+            return [Padding(line, (0, 0, 0, block.indent), expand=False) if block.indent else line]
         case Table():
             return [_table(block)]
         case Remarks():
@@ -69,9 +69,9 @@ def _table(block: Table) -> PlainTable:
 
 
 def _remark(said: Any) -> list[Any]:
-    out = [Padding(Rich(said.sentence), (0, 0, 0, 2))]
+    out = [Padding(Rich(said.sentence), (0, 0, 0, 2), expand=False)]
     if said.advice:
-        out.append(Padding(Rich(said.advice, style="dim"), (0, 0, 0, 4)))
+        out.append(Padding(Rich(said.advice, style="dim"), (0, 0, 0, 4), expand=False))
     return out
 
 

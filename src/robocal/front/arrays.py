@@ -104,7 +104,7 @@ def measurements(
     """
     q, p = _numbers(joints, "joints"), _numbers(position, "position", 3)
     turn = units[2] if len(units) > 2 else "rad"
-    table = {f"q{i + 1} [{_unit(units[0])}]": q[:, i] for i in range(q.shape[1])}
+    table = {f"q{i + 1} [{_unit(units[0], 'rad', 'm')}]": q[:, i] for i in range(q.shape[1])}
     table |= _three(("x", "y", "z"), p, _unit(units[1], "m"), len(q), "position")
     if sigma is not None:
         table |= _three(("sx", "sy", "sz"), _spread(sigma, len(q), "sigma"), units[1], len(q), "sigma")
@@ -122,6 +122,8 @@ def measurements(
         given = np.asarray(values)
         if given.shape != (len(q),):
             raise FormatError("wrong shape", column=name, found=given.shape, expected=f"({len(q)},)")
+        if name in table:
+            raise FormatError("this column stands there already", column=name, expected="another header")
         table[name] = given
     return Measurements(_text(table))
 
@@ -130,9 +132,11 @@ def table(columns: Mapping[str, ArrayLike] | Any) -> Measurements:
     """A table as a file would hold it: columns (m,) by headers that carry units ("q1 [deg]", "x [mm]"), from a mapping or a
     data frame (anything with `__dataframe__`: pandas, polars, pyarrow). Raises FormatError for columns of different lengths."""
     if not isinstance(columns, Mapping):
-        names = columns.__dataframe__().column_names()
+        names = list(columns.__dataframe__().column_names())
+        if (twice := next((n for n in names if names.count(n) > 1), None)) is not None:
+            raise FormatError("two columns have this header", column=str(twice), expected="each header once")
         columns = {str(name): columns[name] for name in names}
-    found = {str(k): np.asarray(v) for k, v in columns.items()}
+    found = {str(k): _unmasked(v, str(k)) for k, v in columns.items()}
     lengths = {v.shape for v in found.values()}
     if len(lengths) != 1 or len(next(iter(lengths))) != 1:
         shapes = ", ".join(f"{k}: {v.shape}" for k, v in found.items())
@@ -140,17 +144,26 @@ def table(columns: Mapping[str, ArrayLike] | Any) -> Measurements:
     return Measurements(_text(found))
 
 
-def _unit(name: str, dimension: str | None = None) -> str:
+def _unit(name: str, *dimensions: str) -> str:
     """The name of a unit. Raises FormatError for none, or for one of another dimension."""
-    if name not in UNITS or (dimension is not None and UNITS[name].si != dimension):
-        raise FormatError("unknown unit", found=name, expected=", ".join(UNITS), suggestion=nearest(name, UNITS))
+    good = [n for n, u in UNITS.items() if u.si in dimensions]
+    if name not in good:
+        word = "a unit of something else" if name in UNITS else "unknown unit"
+        raise FormatError(word, found=name, expected=", ".join(good), suggestion=nearest(name, good))
     return name
+
+
+def _unmasked(given: ArrayLike, name: str) -> NDArray[Any]:
+    """An array. Raises FormatError where values are masked: what nobody read is no measurement."""
+    if np.ma.is_masked(given):
+        raise FormatError("some values are masked", column=name, expected="the rows that were measured, or NaN")
+    return np.asarray(given)
 
 
 def _numbers(given: ArrayLike, name: str, width: int | None = None) -> Array:
     """Finite numbers (m, width). Raises FormatError."""
     try:
-        out = np.asarray(given, dtype=float)
+        out = _unmasked(given, name).astype(float, casting="same_kind" if np.iscomplexobj(given) else "unsafe")
     except (TypeError, ValueError):
         raise FormatError("these are no numbers", column=name, expected="an array (m, n)") from None
     if out.ndim != 2 or (width is not None and out.shape[1] != width):
@@ -161,7 +174,7 @@ def _numbers(given: ArrayLike, name: str, width: int | None = None) -> Array:
 def _spread(given: ArrayLike, rows: int, name: str) -> Array:
     """Standard deviations (m, 3) from a number, (3,) or (m, 3)."""
     try:
-        return np.broadcast_to(np.asarray(given, dtype=float), (rows, 3))
+        return np.broadcast_to(_unmasked(given, name).astype(float), (rows, 3))
     except (TypeError, ValueError):
         raise FormatError(
             "wrong shape", column=name, found=np.shape(given), expected=f"a number, (3,) or ({rows}, 3)"

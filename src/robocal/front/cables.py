@@ -57,6 +57,8 @@ class CableArm:
 
         sigma () or (m,) in m is the noise of a length; `starts` further starts look for other poses. Raises ModelError.
         """
+        if sigma is not None and not (np.asarray(sigma, float) > 0).all():
+            raise FormatError("a noise is a standard deviation", column="sigma", found=sigma, expected="above 0")
         rng = np.random.default_rng(seed)
         given: dict[str, Any] = {"tension": tension, "sag": sag, "sigma": sigma, "starts": starts, "rng": rng}
         return forward(self.model.robot, lengths, **given)

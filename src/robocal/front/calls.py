@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -32,11 +32,12 @@ def call(path: str) -> Callable[..., Any]:
         given = signature.bind(*words, **options).arguments if set(options) <= set(told) else _unknown(options, told)
         given = _links(given, told)
         values = {name: _value(told[name], value) for name, value in given.items()}
-        return made(module, module.run(module.Options(**values), watch, f"robocal.{path}(...)"))
+        return made(path, module.run(module.Options(**values), watch, f"robocal.{path}(...)"))
 
     signature = inspect.Signature([_parameter(e) for e in told.values()])
     whole = [*signature.parameters.values(), inspect.Parameter("watch", inspect.Parameter.KEYWORD_ONLY, default=None)]
     verb.__name__ = verb.__qualname__ = path.rpartition(".")[2]
+    verb.__module__ = "robocal.cable" if "." in path else "robocal"
     verb.__signature__ = inspect.Signature(whole)  # type: ignore[attr-defined]
     verb.__doc__ = described(path)
     return verb
@@ -70,20 +71,30 @@ def _unknown(options: dict[str, Any], told: dict[str, Entry]) -> dict[str, Any]:
 
 def _links(given: dict[str, Any], told: dict[str, Entry]) -> dict[str, Any]:
     """The links of a URDF, where an opened arm knows them."""
-    arm = next((v for v in given.values() if isinstance(v, Arm)), None)
-    return given if arm is None or "base" not in told else {"base": arm.base, "tip": arm.tip} | given
+    arms = [v for v in given.values() if isinstance(v, Arm)]
+    if not arms or "base" not in told:
+        return given
+    if len({(a.base, a.tip) for a in arms}) > 1 or not isinstance(given.get("robot"), Arm):
+        found = ", ".join(f"{a.opened} from {a.base} to {a.tip}" for a in arms)
+        if any(a.base or a.tip for a in arms):
+            raise ModelError(
+                "links are the same for every robot of a call", found=found, expected="files, and base= and tip="
+            )
+        return given
+    return {"base": arms[0].base, "tip": arms[0].tip} | given
 
 
 def _value(entry: Entry, given: Any) -> Any:
     """A value as the options want it: words and numbers as they are; several in a tuple; robots, tables and runs as files."""
     if entry.several:
-        many = given if isinstance(given, Iterable) and not isinstance(given, str | os.PathLike | Found) else (given,)
+        alone = not isinstance(given, Iterable) or isinstance(given, str | os.PathLike | Found | Mapping)
+        many = (given,) if alone else given
         return tuple(_one(entry, v) for v in many)
     return None if given is None else _one(entry, given)
 
 
 def _one(entry: Entry, given: Any) -> Any:
-    if isinstance(given, Arm):
+    if isinstance(given, Arm) or type(given).__name__ == "CableArm":
         return given.opened
     if isinstance(given, Measurements):
         return given.file
@@ -93,6 +104,9 @@ def _one(entry: Entry, given: Any) -> Any:
                 "this was not written", key=entry.name, expected="output=FOLDER, or save(FOLDER) and the folder"
             )
         given = given.written[0].parent
+    if isinstance(entry.told, Arg) and not isinstance(given, str | os.PathLike):
+        expected = "a file, rc.table(...), rc.measurements(...), a robot, or what identify gave and wrote"
+        raise ModelError("not what this takes", key=entry.name, found=type(given).__name__, expected=expected)
     if entry.kind is Path and not isinstance(given, Held):
         return Path(given)
     return os.fspath(given) if isinstance(given, os.PathLike) and not isinstance(given, Held) else given

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from html import escape
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -16,11 +18,12 @@ from robocal.files.runfolder import obstacle
 from robocal.files.writing import write_text
 from robocal.jobs.knowledge import map_columns
 from robocal.jobs.outcome import save
+from robocal.jobs.plain import plain
 from robocal.measure.reach import reach
 from robocal.remarks.remark import Said
 from robocal.report.html import html
 from robocal.report.plain import text
-from robocal.report.sections import Section
+from robocal.report.sections import Remarks, Section, Text
 from robocal.verbs.outcome import Outcome
 
 __all__ = ["Found", "Identified"]
@@ -33,8 +36,12 @@ class Found:
     """What a verb found: `result` in SI, `document` as --json prints it, `trusted` (status 0 of the command line), `remarks`
     (each with `sentence` and `advice`), `text` (the list or file that it makes) and `written` (files)."""
 
-    def __init__(self, verb: ModuleType, outcome: Outcome) -> None:
-        self._verb, self._outcome = verb, outcome
+    def __init__(self, path: str, outcome: Outcome) -> None:
+        self._path, self._outcome = path, outcome
+
+    @property
+    def _verb(self) -> ModuleType:
+        return import_module(f"robocal.verbs.{self._path}")
 
     @property
     def result(self) -> Any:
@@ -44,7 +51,7 @@ class Found:
     @property
     def document(self) -> Mapping[str, Any]:
         """The same for machines, as --json prints it."""
-        found: Mapping[str, Any] = self._outcome.document()
+        found: Mapping[str, Any] = plain(self._outcome.document())
         return found
 
     @property
@@ -70,15 +77,23 @@ class Found:
     @property
     def sections(self) -> tuple[Section, ...]:
         """What is to be said: headings, text, tables, remarks."""
-        return tuple(self._verb.sections(self._outcome))
+        told = tuple(self._verb.sections(self._outcome)) if self.text is None or self.written else ()
+        if self.text is None:
+            return told
+        # What goes beside a list on the terminal has no other place here.
+        note = Section.of("", Text.of(self._outcome.note)) if self._outcome.note else None
+        said = Section.of("Worth knowing", Remarks(self.remarks)) if self.remarks else None
+        return (*told, *(s for s in (note, said) if s is not None))
 
     def summary(self) -> str:
         """Everything that the terminal would show, as text."""
-        return text(self.sections)
+        listed = [self.text.rstrip()] if self.text is not None and not self.written else []
+        return "\n\n".join(part for part in (*listed, text(self.sections)) if part)
 
     def _repr_html_(self) -> str:
         more = getattr(self._verb, "details", None)
-        return html((*self.sections, *(more(self._outcome) if more else ())), f"robocal-{id(self):x}")
+        listed = f"<pre>{escape(self.text)}</pre>\n" if self.text is not None and not self.written else ""
+        return listed + html((*self.sections, *(more(self._outcome) if more else ())), f"robocal-{id(self):x}")
 
     def __repr__(self) -> str:
         listed = self.text is not None and not self.written

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from robocal.remarks.code import Code
@@ -235,8 +236,10 @@ def _ended(result: Any, written: Sequence[Path], left_out: Sequence[str]) -> Sec
 def _next(result: Any, folder: Path) -> list[str]:
     """The command that comes next, by the verdict."""
     if result.verdict.status == "improved":
-        return [f"next: robocal validate {folder} OTHER_DATA; robocal compensate {folder} TARGETS"]
-    files = " ".join(str(i.file) for i in result.provenance.inputs[:2]) or "ROBOT DATA"
+        place = quote(str(folder))
+        return [f"next: robocal validate {place} OTHER_DATA; robocal compensate {place} TARGETS"]
+    read = [str(i.file).removeprefix("catalogue:") for i in result.provenance.inputs[:2]]
+    files = " ".join(map(quote, read)) or "ROBOT DATA"
     return [f"next: do what the reasons above say; robocal check {files} says what the files can tell"]
 
 

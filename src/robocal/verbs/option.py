@@ -11,6 +11,7 @@ the field's name is the option: `angle_noise` is `--angle-noise`.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import MISSING, Field, dataclass, fields
 from functools import cache
@@ -107,6 +108,10 @@ class Told:
                     words = (w.strip() for given in getattr(self, entry.name) for w in str(given).split(","))
                     object.__setattr__(self, entry.name, tuple(w for w in words if w))
                 object.__setattr__(self, entry.name, _plain(getattr(self, entry.name)))
+                if getattr(self, entry.name) is None and not entry.optional:
+                    raise ModelError(
+                        "this option has a value", key=entry.word, expected=KINDS.get(entry.kind, "a path")
+                    )
                 for value in _values(getattr(self, entry.name)):
                     _check(entry, entry.told, value)
 
@@ -153,7 +158,7 @@ def _plain(value: Any) -> Any:
 def _check(entry: Entry, told: Opt, value: Any) -> None:
     flag, number = isinstance(value, bool), isinstance(value, int | float)
     right = {bool: flag, int: isinstance(value, int) and not flag, float: number and not flag}
-    right[str] = isinstance(value, str) or (entry.numeric and number and not flag)
+    right[str] = isinstance(value, str | os.PathLike) or (entry.numeric and number and not flag)
     if not right.get(entry.kind, True):
         raise ModelError("not what this option takes", key=entry.word, found=value, expected=KINDS[entry.kind])
     if told.choices and value not in told.choices:
