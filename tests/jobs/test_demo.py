@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from robocal.errors import ModelError
-from robocal.verbs.demo.cases import CASES, cases, demo
+from robocal.verbs.stories.cases import CASES, cases, demo
 
 
 @pytest.mark.sampled(2)

@@ -26,7 +26,7 @@ from robocal.jobs.offsets import joint_offsets
 from robocal.jobs.plain import plain
 from robocal.jobs.simulate import Errors, sample_joints, true_chain
 from robocal.jobs.urdf_text import urdf_text
-from robocal.verbs.demo.examples import example_folder
+from robocal.verbs.stories.examples import example_folder
 
 
 @pytest.mark.parametrize("name", catalog.names())

@@ -15,7 +15,7 @@ from robocal.jobs.outcome import Outcome
 from robocal.jobs.simulate import Simulated, sample_joints
 from robocal.jobs.watching import Watch
 from robocal.verbs import identify, simulate
-from robocal.verbs.demo.case import Case, Finding
+from robocal.verbs.stories.case import Case, Finding
 
 __all__ = ["TRACKER"]
 

@@ -35,7 +35,7 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Runs the cases one after the other; each finding is told to `watch` as sections as soon as it is there."""
-    from robocal.verbs.demo.cases import demo
+    from robocal.verbs.stories.cases import demo
 
     begun, told, good, last = time.monotonic(), [], True, None
     for case, finding in demo(o.name, o.output, o.seed, watch):

@@ -11,10 +11,10 @@ from pathlib import Path
 
 from robocal.errors import ModelError, nearest
 from robocal.jobs.watching import Watch
-from robocal.verbs.demo.camera import CAMERA
-from robocal.verbs.demo.case import Case, Finding
-from robocal.verbs.demo.rv2aj import RV2AJ
-from robocal.verbs.demo.tracker import TRACKER
+from robocal.verbs.stories.camera import CAMERA
+from robocal.verbs.stories.case import Case, Finding
+from robocal.verbs.stories.rv2aj import RV2AJ
+from robocal.verbs.stories.tracker import TRACKER
 
 __all__ = ["CASES", "Case", "Finding", "cases", "demo"]
 

@@ -1,0 +1,1 @@
+"""The cases of the demo: stories made of other verbs."""
