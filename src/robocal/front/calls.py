@@ -94,8 +94,8 @@ def _value(entry: Entry, given: Any) -> Any:
 
 
 def _one(entry: Entry, given: Any) -> Any:
-    if isinstance(given, Arm) or type(given).__name__ == "CableArm":
-        return given.opened
+    if isinstance(opened := getattr(given, "opened", None), str):
+        return opened  # an arm or a cable robot
     if isinstance(given, Measurements):
         return given.file
     if isinstance(given, Found):

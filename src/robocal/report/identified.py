@@ -234,8 +234,10 @@ def _ended(result: Any, written: Sequence[Path], left_out: Sequence[str]) -> Sec
 
 
 def _next(result: Any, folder: Path) -> list[str]:
-    """The command that comes next, by the verdict."""
+    """The command that comes next, by the verdict; nothing where those verbs do not take the machine (without joints)."""
     if result.verdict.status == "improved":
+        if not result.robot.joints:
+            return []
         place = quote(str(folder))
         return [f"next: robocal validate {place} OTHER_DATA; robocal compensate {place} TARGETS"]
     read = [str(i.file).removeprefix("catalogue:") for i in result.provenance.inputs[:2]]

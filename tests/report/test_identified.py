@@ -1,0 +1,32 @@
+"""What an identification says at its end: commands that run as they stand."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from types import SimpleNamespace as Made
+
+import pytest
+
+from robocal.report.identified import _next
+
+
+def result(status: str, joints: int, *files: str) -> Made:
+    inputs = [Made(file=f) for f in files]
+    return Made(verdict=Made(status=status), robot=Made(joints=joints), provenance=Made(inputs=inputs))
+
+
+def test_a_folder_with_blanks_is_one_word() -> None:
+    (line,) = _next(result("improved", 6), Path("r u n"))
+    assert "r u n" in shlex.split(line.split(";")[0])
+
+
+def test_a_machine_without_joints_is_sent_nowhere() -> None:
+    """validate and compensate refuse cable robots."""
+    assert _next(result("improved", 0), Path("run")) == []
+
+
+@pytest.mark.parametrize("status", ["not_improved", "refused"])
+def test_a_catalogue_robot_is_named_as_the_command_line_wants_it(status: str) -> None:
+    (line,) = _next(result(status, 5, "catalogue:rv-2aj", "sim/data.yaml"), Path("run"))
+    assert "robocal check rv-2aj sim/data.yaml " in line
