@@ -22,7 +22,7 @@ help:
 	@echo "make coverage  which lines the quick tests reach (kernels as plain Python)"
 	@echo "make clean     remove .venv and what the tools left behind"
 
-demo: $(VENV)/.has-report
+demo: $(VENV)/.has-robocal
 	@$(BIN)/robocal demo
 
 test: lint quick
@@ -66,12 +66,12 @@ $(VENV)/.made-in: $(if $(USABLE),,remake)
 	echo "Making $(VENV) with $$python"; \
 	rm -rf $(VENV) && "$$python" -m venv $(VENV) && echo "$(CURDIR)" > $@
 
-$(VENV)/.has-report: $(VENV)/.made-in pyproject.toml constraints.txt
-	@echo "Installing robocal and what its reports need (the first time takes a minute and the internet)"
-	@$(PIP) --editable ".[report]"
+$(VENV)/.has-robocal: $(VENV)/.made-in pyproject.toml constraints.txt
+	@echo "Installing robocal (the first time takes a minute and the internet)"
+	@$(PIP) --editable .
 	@touch $@
 
 $(VENV)/.has-dev: $(VENV)/.made-in pyproject.toml constraints.txt
 	@echo "Installing robocal, its extras and its tests' tools (the first time takes a minute and the internet)"
 	@$(PIP) --editable ".[dev,all]"
-	@touch $(VENV)/.has-report $@
+	@touch $(VENV)/.has-robocal $@

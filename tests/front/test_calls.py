@@ -100,7 +100,7 @@ def test_python_and_the_command_line_say_the_same(place: Path, monkeypatch: pyte
         assert section.heading in said
         for block in section.blocks:
             for row in getattr(block, "rows", ()):
-                first = row[0] if isinstance(row[0], str) else row[0][0]
+                first = row[0] if isinstance(row[0], str) else getattr(row[0], "word", None) or row[0][0]
                 assert first.strip() in said and first.replace("&", "&amp;").replace("<", "&lt;") in page, first
 
 

@@ -113,7 +113,7 @@ def test_the_map_is_written_and_drawn(place):
     error, band = (np.array([float(r[k]) for r in rows]) for k in ("nominal_error_mm", "band_mm"))
     assert 0 < band.max() < 0.3 < error.max() < 10
     again = called("report", folder=place / "run-one", output=place / "again.html").result.read_text()
-    assert again.count("<path fill=") == page.count("<path fill=") > 20
+    assert again.count("<path fill=") == page.count("<path fill=") > 8  # one scale of colours for both maps
 
 
 def test_no_drift_and_drift(place):

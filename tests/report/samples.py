@@ -1,12 +1,16 @@
-"""Made-up results as the report sees them: a good calibration, a refused one, an almost empty one, and a large one."""
+"""Made-up results as the report sees them: a good calibration, a refused one, an almost empty one, and a large one. They are
+documents; `result` reads one as result.json is read."""
 
 from __future__ import annotations
 
-import math
+import json
+import tempfile
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robocal.files.result import Result, read_result
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -17,6 +21,20 @@ COLUMNS = (
 EMPTY_ANGLE = ("angle_before_deg", "angle_after_deg", "angle_held_out_deg")
 Case = tuple[dict[str, Any], dict[str, list[Any]]]
 GAIN = {"gain": Quantity(2.83e-3), "low": Quantity(2.61e-3), "high": Quantity(3.05e-3), "how": "held out"}
+
+
+def result(document: dict[str, Any]) -> Result:
+    """A document as result.json is read."""
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / "result.json"
+        place.write_text(json.dumps(document), encoding="utf-8")
+        return read_result(place)
+
+
+def said(document: dict[str, Any], *sentences: str) -> None:
+    """Puts what is worth knowing into a document."""
+    document["warnings"] = list(sentences)
+    document["remarks"] = [{"code": "made-up", "sentence": s} for s in sentences]
 
 
 def verdict(status: str, *reasons: Remark) -> dict[str, Any]:
@@ -118,7 +136,7 @@ def parameters(rng: np.random.Generator) -> list[dict[str, Any]]:
             "sigma": s,
         }
         row["identified"] = row["nominal"] + delta
-        found.append(row | {"sigma_instrument": s / 3.1, "status": "identified", "data_share": 1.0, "note": None})
+        found.append(row | {"sigma_instrument": s / 3.1, "status": "identified", "data_share": 1.0, "note": ""})
     return found
 
 
@@ -205,9 +223,6 @@ def improved(m: int = 150, held: int = 40, angle: bool = False, seed: int = 4) -
             "held_out": held_ids,
         },
         "correlation": {"names": names, "matrix": c.tolist()},
-        "warnings": [
-            "chi2/dof is 9.6: the geometry does not explain everything that the tracker sees; sigmas are scaled by 3.1"
-        ],
         "provenance": {
             "version": "0.1.0",
             "command": "robocal identify rv2aj.yaml tracker.yaml --seed 7 -o run",
@@ -226,6 +241,10 @@ def improved(m: int = 150, held: int = 40, angle: bool = False, seed: int = 4) -
             },
         },
     }
+    said(
+        result,
+        "chi2/dof is 9.6: the geometry does not explain everything that the tracker sees; sigmas are scaled by 3.1",
+    )
     return result, rows
 
 
@@ -234,9 +253,9 @@ def refused(m: int = 14) -> Case:
     rng = np.random.default_rng(11)
     rows = errors(rng, m, 0, 41.0, 29.0, False)
     rows["held_out_mm"] = [v * 1.6 for v in rows["after_mm"]]
-    rows["configuration"] = list(range(1, m + 1))
+    rows["configuration"] = [str(i) for i in range(1, m + 1)]
     result, _ = improved()
-    result["robot"] = {"name": "Workshop arm", "convention": "dh", "joints": 6, "source": None}
+    result["robot"] = {"name": "Workshop arm", "convention": "dh", "joints": 6, "source": ""}
     result["method"] = "Levenberg-Marquardt"
     result["verdict"] = verdict(
         "refused",
@@ -255,7 +274,7 @@ def refused(m: int = 14) -> Case:
         "angle": None,
     }
     result["split"] = {"held_out_fraction": 0.0, "seed": None, "fit": rows["configuration"], "held_out": []}
-    result["warnings"] = ["the configurations lie almost in a single plane", "the tool angle moves by less than 5 deg"]
+    said(result, "the configurations lie almost in a single plane", "the tool angle moves by less than 5 deg")
     for row in result["parameters"]:
         for key in ("delta", "sigma", "sigma_instrument"):
             row[key] = None if row[key] is None else row[key] * 60
@@ -264,68 +283,18 @@ def refused(m: int = 14) -> Case:
 
 
 def empty() -> Case:
-    """Every field that may be null is null."""
+    """Everything that may be missing is missing."""
     result: dict[str, Any] = {
-        "robocal": 1,
-        "robot": {"name": "", "convention": None, "joints": None, "source": None},
-        "method": None,
-        "verdict": {"status": "not_improved", "reasons": []},
+        "robot": {"name": "", "convention": "", "joints": 0},
+        "method": "",
+        "verdict": {"status": "not_improved"},
         "parameters": [
-            {
-                "name": "a.b",
-                "unit": None,
-                "nominal": None,
-                "identified": None,
-                "delta": None,
-                "sigma": None,
-                "status": "fixed",
-            },
-            {
-                "name": "a.c",
-                "unit": "mm",
-                "nominal": 1.0,
-                "identified": math.nan,
-                "delta": 0.0,
-                "sigma": 0.0,
-                "status": "identified",
-            },
+            {"name": "a.b", "unit": "", "nominal": None, "identified": None, "delta": None, "status": "fixed"},
+            {"name": "a.c", "unit": "mm", "nominal": 1.0, "identified": None, "delta": 0.0, "sigma": 0.0, "status": "identified"},
         ],
-        "identifiability": {
-            "rank": None,
-            "n_free": None,
-            "condition": math.inf,
-            "dropped": [],
-            "combinations": [],
-            "observability": None,
-        },
-        "residuals": {
-            "unit": None,
-            "before": None,
-            "after": None,
-            "held_out": None,
-            "leave_one_out": None,
-            "angle": None,
-        },
-        "fit": {
-            "iterations": None,
-            "reason": None,
-            "history": [],
-            "chi2": None,
-            "dof": None,
-            "groups": [],
-            "sigma_source": None,
-        },
-        "split": {"held_out_fraction": 0, "seed": None, "fit": [], "held_out": []},
-        "correlation": {"names": [], "matrix": []},
-        "warnings": [],
-        "provenance": {
-            "version": None,
-            "command": None,
-            "inputs": [],
-            "seed": None,
-            "started": None,
-            "seconds": None,
-            "options": {},
-        },
-    }
-    return result, {name: [] for name in COLUMNS}
+        "identifiability": {"rank": 0, "n_free": 0},
+        "residuals": {"unit": "mm"},
+        "fit": {"iterations": 0, "reason": ""},
+        "provenance": {"version": ""},
+    }  # fmt: skip
+    return result | {"robocal": 1}, {name: [] for name in COLUMNS}

@@ -1,14 +1,15 @@
-"""The map of the workspace: cells where they belong, one scale per quantity, nothing from nothing."""
+"""The map of the workspace: cells where they belong, one scale of colours for both, nothing from nothing."""
 
 from __future__ import annotations
 
 import re
+from types import SimpleNamespace as Made
 from xml.etree import ElementTree
 
 import pytest
 
+from robocal.report.errors import strange
 from robocal.report.heat import COLOURS, heat
-from robocal.report.tables import coverage, outliers
 
 
 def columns(rows):
@@ -28,18 +29,17 @@ def test_every_cell_is_drawn_once_per_quantity_in_the_colour_of_its_value():
     tree = ElementTree.fromstring(picture)
     paths = [e for e in tree.iter("{http://www.w3.org/2000/svg}path") if e.get("fill")]
     assert sum(e.get("d").count("M") for e in paths) == 2 * len(ROWS)
-    # Errors 0, 2 and 1 of at most 2: first, last and middle colour; bands 0.1, 0.1, 0.2 of 0.2: middle and last.
-    assert sorted(COLOURS.index(e.get("fill")) for e in paths) == [0, 5, 5, 9, 9]
+    # One colour is one size on both sides, by the logarithm from 0.1 to 2: errors 0, 2 and 1, bands 0.1 and 0.2.
+    assert sorted(COLOURS.index(e.get("fill")) for e in paths) == [0, 0, 2, 7, 9]
     assert "up to 2.00 mm" in picture.replace("\u00a0", " ") and "z = 500" in picture
 
 
 def test_left_is_left_and_up_is_up():
     tree = ElementTree.fromstring(heat(columns(ROWS[:2])))
-    at = {
-        e.get("fill"): float(re.match(r"M([-\d.]+)", e.get("d"))[1])
-        for e in tree.iter("{http://www.w3.org/2000/svg}path")
-        if e.get("fill") in (COLOURS[0], COLOURS[9])
-    }
+    at: dict[str, float] = {}
+    for e in tree.iter("{http://www.w3.org/2000/svg}path"):
+        if e.get("fill") in (COLOURS[0], COLOURS[9]):  # the picture on the left comes first
+            at.setdefault(e.get("fill"), float(re.match(r"M([-\d.]+)", e.get("d"))[1]))
     assert at[COLOURS[0]] < at[COLOURS[9]]
 
 
@@ -55,32 +55,12 @@ def test_any_size_can_be_drawn(value):
     ElementTree.fromstring(heat(columns([("horizontal", 0.0, 0.0, 0.0, 10.0, value, value, 1.0)])))
 
 
-def test_outliers_and_coverage_in_words():
-    row = {
-        "configuration": "p1",
-        "group": "tracker",
-        "target": "",
-        "source": "a.csv",
-        "row": 7,
-        "distance": 12.34,
-        "p_value": 0.0,
-        "value": [1.0, 2.0],
-        "units": ["mm", "mm"],
-        "set_aside": True,
-        "counted": False,
-        "cause": {"code": "cause-zeros", "sentence": "exact zeros"},
-    }
-    assert outliers({"outliers": [row]})[0] == {
-        "configuration": "p1",
-        "where": "tracker",
-        "file": "a.csv",
-        "row": "7",
-        "distance": "12.3",
-        "p": "< 1e-12",
-        "value": "1.000, 2.000 mm",
-        "told": "set aside",
-        "cause": "exact zeros",
-    }
-    assert outliers({}) == [] and coverage({}) == []
-    said = coverage({"coverage": [{"quantity": "position", "level": 0.95, "components": 0.9, "whole": 0.925, "n": 40}]})
-    assert "40 held-out measurements (position), 92" in said[0]
+def test_strange_rows_in_words():
+    row = Made(
+        configuration="p1", group="tracker", target="", source="a.csv", row=7, distance=12.34, p_value=0.0, value=[1.0, 2.0],
+        units=["mm", "mm"], set_aside=True, counted=False, cause=Made(sentence="exact zeros"),
+    )  # fmt: skip
+    (table,) = strange([row]).blocks
+    told = ("12.3 sigma", "< 1e-12", "set aside", "exact zeros")
+    assert table.full.rows == (("p1", "tracker", "a.csv", "7", "1.000, 2.000 mm", *told),)
+    assert "chance" not in table.short.columns

@@ -6,16 +6,21 @@ import json
 import math
 import re
 import xml.etree.ElementTree as ET
+from typing import Any
 
 import numpy as np
 import pytest
 from report import samples
 
-from robocal.report import matrix, numbers, pictures, svg, words
+from robocal.report import matrix, numbers, pictures, svg
 from robocal.report.arrows import arrows
+from robocal.report.errors import _worst, errors_table
+from robocal.report.fitted import chi2_word
+from robocal.report.parameters import parameters
 from robocal.report.pictures import before_after, per_pose
+from robocal.report.proof import times_smaller, verdict
+from robocal.report.sections import Figure, Noted, Table
 from robocal.report.series import pairs, three
-from robocal.report.tables import parameter_rows, statistics, worst
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -56,34 +61,46 @@ def test_ticks_are_round_and_inside() -> None:
     assert svg.span([0.0, -1.0]) is None
 
 
+def parameter(name: str, **more: object) -> dict[str, object]:
+    return {"name": name, "unit": "mm", "nominal": 0.0, "identified": 0.0, "delta": 0.0, "status": "identified"} | more
+
+
+def parameter_rows(*told: dict[str, object]) -> dict[str, dict[str, object]]:
+    """The cells of the table of parameters by name and column, as a page has them."""
+    document = samples.empty()[0] | {"parameters": list(told)}
+    (made,) = (b.full for b in parameters(samples.result(document)).blocks if isinstance(b, Table))
+    return {str(row[0]): dict(zip(made.columns, row, strict=True)) for row in made.rows}
+
+
+def bar(cell: object) -> tuple[float, float, float]:
+    """Low end, dot and high end of a bar, 0 to 96."""
+    assert isinstance(cell, Noted)
+    low, high = map(float, re.findall(r'class="curve" d="M([-\d.]+) 8H([-\d.]+)"', cell.svg)[0])
+    return low, float(re.findall(r'cx="([-\d.]+)"', cell.svg)[0]), high
+
+
 def test_parameter_row_carries_sigma_and_change() -> None:
-    row = {
-        "name": "j1.d",
+    row = parameter("j1.d", nominal=300, identified=300.12345, delta=0.12345, sigma=0.0212)
+    got = parameter_rows(row | {"sigma_instrument": 0.0068, "data_share": 0.5})["j1.d"]
+    shown = {k: got[k] for k in ("nominal", "identified", "change", "σ as fitted", "σ instrument", "from data")}
+    assert list(shown.values()) == ["300.000", "300.123", "+0.123", "0.021", "0.0068", "50 %"]
+
+
+def test_what_rounds_to_zero_has_no_sign() -> None:
+    got = parameter_rows(parameter("j1.d", identified=-0.001, delta=-0.001, sigma=1.0))["j1.d"]
+    assert got["identified"] == got["change"] == "0.0"
+
+
+def test_errors_keep_four_digits_and_say_what_is_missing() -> None:
+    document = samples.empty()[0]
+    document["residuals"] = {
         "unit": "mm",
-        "nominal": 300,
-        "identified": 300.12345,
-        "delta": 0.12345,
-        "sigma": 0.0212,
-        "status": "identified",
+        "before": {"mean": 2.9134, "rms": 3.0, "p95": None, "max": 5.0, "n": 3},
+        "held_out": {"mean": 0.06213, "rms": None, "p95": None, "max": None, "n": 2},
     }
-    (got,) = parameter_rows([row | {"sigma_instrument": 0.0068, "data_share": 0.5}])
-    texts = {k: str(got[k]).strip() for k in ("nominal", "identified", "delta", "sigma", "instrument", "share")}
-    assert texts == {
-        "nominal": "300.000",
-        "identified": "300.123",
-        "delta": "+0.123",
-        "sigma": "0.021",
-        "instrument": "0.0068",
-        "share": "50\u00a0%",
-    }
-
-
-def test_statistics_keep_three_digits_of_each_mean() -> None:
-    rows = statistics(
-        {"before": {"mean": 2.9134, "rms": 3.0, "p95": None, "max": 5.0, "n": 3}, "held_out": {"mean": 0.06213, "n": 2}}
-    )
-    assert [str(v).strip() for v in rows[0]["values"]] == ["2.91", "3.00", "–", "5.00"]  # type: ignore[attr-defined]
-    assert [str(v).strip() for v in rows[1]["values"]] == ["0.0621", "–", "–", "–"]  # type: ignore[attr-defined]
+    made = errors_table(samples.result(document).residuals, "error")
+    assert made is not None
+    assert [row[1:6] for row in made.rows] == [("2.913", "3.000", "-", "5.000", "3"), ("0.06213", "-", "-", "-", "2")]
 
 
 def test_series_separate_what_was_seen() -> None:
@@ -118,8 +135,7 @@ def test_pictures_are_well_formed_and_stay_inside(m: int) -> None:
     for text in (
         pictures.histogram(three(rows)),
         pictures.per_pose(three(rows, "angle_", "deg"), "angle_", "deg"),
-        drawn.before,
-        drawn.after,
+        *re.findall(r"<svg .*?</svg>", drawn.svg, re.S),
     ):
         root = ET.fromstring(text)
         width, height = (float(v) for v in root.attrib["viewBox"].split()[2:])
@@ -130,15 +146,21 @@ def test_pictures_are_well_formed_and_stay_inside(m: int) -> None:
         assert all(-10 <= x <= width + 10 and -10 <= y <= height + 10 for x, y in at)
 
 
+def numbers_of(drawn: Figure) -> dict[str, list[Any]]:
+    """What viewer.js reads."""
+    found: dict[str, list[Any]] = json.loads(re.findall(r'id="arrow-data">(.*?)</script>', drawn.svg)[0])
+    return found
+
+
 def test_arrows_carry_their_numbers_and_skip_rows_without() -> None:
     _, rows = samples.improved(10, 3)
     rows["dx_after_mm"][4] = None
     drawn = arrows(rows)
     assert drawn is not None
-    data = json.loads(drawn.data)
+    data = numbers_of(drawn)
     assert len(data["at"]) == len(data["before"]) == len(data["after"]) == len(data["out"]) == 9
     assert max(math.hypot(*p) for p in data["at"]) < 201
-    assert "9 arrows" in drawn.before
+    assert "9 arrows" in drawn.svg
     assert arrows({}) is None
 
 
@@ -149,13 +171,13 @@ def test_of_many_rows_some_are_drawn_and_it_is_said(k: int) -> None:
     for place, stage in ((k, "before"), (4099 - k, "after")):
         rows[f"dx_{stage}_mm"][place] = 77.5
     drawn = arrows(rows)
-    assert drawn is not None and drawn.share == "Of 4100 rows one in 3 is drawn, and those with the largest errors."
-    data = json.loads(drawn.data)
+    assert drawn is not None and "Of 4100 rows one in 3 is drawn, and those with the largest errors." in drawn.caption
+    data = numbers_of(drawn)
     more = sum(place % 3 != 0 for place in (k, 4099 - k))
-    assert len(data["at"]) == len(data["out"]) == 1367 + more and f"{1367 + more} arrows" in drawn.before
+    assert len(data["at"]) == len(data["out"]) == 1367 + more and f"{1367 + more} arrows" in drawn.svg
     assert all(any(e[0] == 77.5 for e in data[stage]) for stage in ("before", "after"))
     few = arrows(samples.improved(2000, 0)[1])
-    assert few is not None and few.share == "" and len(json.loads(few.data)["at"]) == 2000
+    assert few is not None and "is drawn" not in few.caption and len(numbers_of(few)["at"]) == 2000
 
 
 @pytest.mark.parametrize("k", [0, 1, 500, 2999])
@@ -183,7 +205,7 @@ def test_no_error_at_all_is_drawn_as_dots() -> None:
         if name.endswith("_mm") and name[0] != "x":
             rows[name] = [0.0] * 5
     drawn = arrows(rows)
-    assert drawn is not None and "nan" not in drawn.data
+    assert drawn is not None and "nan" not in drawn.svg
     assert pictures.histogram(three(rows)) == "" and pictures.per_pose(three(rows)) == ""
 
 
@@ -193,13 +215,13 @@ def test_convergence_needs_a_line() -> None:
 
 
 def test_correlation_shows_sign_by_shape_and_names_the_strongest() -> None:
-    data = {"names": ["a", "b", "c"], "matrix": [[1, 0.9, -0.8], [0.9, 1, None], [-0.8, None, 1]]}
-    picture, left_out = matrix.correlation(data)
+    names, rows = ["a", "b", "c"], [[1, 0.9, -0.8], [0.9, 1, None], [-0.8, None, 1]]
+    picture, left_out = matrix.correlation(names, rows)
     assert left_out == 0 and 'class="rho plus"' in picture and 'class="rho minus"' in picture
-    assert matrix.strongest(data) == [("a", "b", 0.9), ("a", "c", -0.8)]
-    many = {"names": [f"p{i}" for i in range(90)], "matrix": [[float(i == j) for i in range(90)] for j in range(90)]}
-    assert matrix.correlation(many)[1] == 20
-    assert matrix.correlation({}) == ("", 0)
+    assert matrix.strongest(names, rows) == [("a", "b", 0.9), ("a", "c", -0.8)]
+    many = [[float(i == j) for i in range(90)] for j in range(90)]
+    assert matrix.correlation([f"p{i}" for i in range(90)], many)[1] == 20
+    assert matrix.correlation([], []) == ("", 0)
 
 
 @pytest.mark.parametrize(
@@ -224,25 +246,26 @@ def test_correlation_shows_sign_by_shape_and_names_the_strongest() -> None:
     ],
 )
 def test_chi2_in_words(chi2: float | None, dof: int, source: str, said: str) -> None:
-    assert words.chi2_word(chi2, dof, source) == said
+    assert chi2_word(chi2, dof, source) == said
 
 
 def test_ratios_in_words() -> None:
-    assert words.times_smaller(2.9, 0.06) == "48 times smaller"
-    assert words.times_smaller(41.0, 46.4) == "1.13 times larger"
-    assert words.times_smaller(1.0, 1.01) == "about the same"
-    assert words.times_smaller(0.0, 1.0) == words.times_smaller(None, 1.0) == ""
+    assert times_smaller(2.9, 0.06) == "48 times smaller"
+    assert times_smaller(41.0, 46.4) == "1.13 times larger"
+    assert times_smaller(1.0, 1.01) == "about the same"
+    assert times_smaller(0.0, 1.0) == times_smaller(None, 1.0) == ""
 
 
-def test_hints_are_the_advice_of_the_reasons() -> None:
-    def given(*advice: str, status: str = "refused") -> list[str]:
+def test_what_to_do_next_is_the_advice_of_the_reasons() -> None:
+    def given(*advice: str, status: str = "refused") -> tuple[str, ...]:
         told = [{"code": "c", "sentence": "too few, all in one plane", "advice": a} for a in advice]
-        return words.hints({"verdict": {"status": status, "reasons": ["too few"] * len(told), "remarks": told}})
+        document = samples.empty()[0]
+        document["verdict"] = {"status": status, "reasons": ["too few"] * len(told), "remarks": told}
+        return verdict(samples.result(document)).advice
 
-    assert given() == [] and given("") == []
-    assert given("Measure more.", status="improved") == []
-    assert given("Measure more.", "", "Measure elsewhere.", "Measure more.") == ["Measure more.", "Measure elsewhere."]
-    assert words.hints({"verdict": {"status": "refused", "reasons": ["too few configurations"]}}) == []
+    assert given() == given("") == ()
+    assert given("Measure more.", status="improved") == ()
+    assert given("Measure more.", "", "Measure elsewhere.", "Measure more.") == ("Measure more.", "Measure elsewhere.")
 
 
 def test_what_was_set_aside_is_marked_and_in_no_mean() -> None:
@@ -265,9 +288,10 @@ def test_what_was_set_aside_is_marked_and_in_no_mean() -> None:
         assert "set aside: 2 values." in text and "mean aside" not in text
     assert 'class="mark aside"' in pictures.per_pose(three(rows))
     drawn = arrows(rows)
-    assert drawn is not None and len(json.loads(drawn.data)["at"]) == 38
-    first = worst(rows)[:2]
-    assert {r["set"] for r in first} == {"set aside"} and all(float(str(worst(rows)[2]["times"])) < 10 for _ in first)
+    assert drawn is not None and len(numbers_of(drawn)["at"]) == 38
+    table = _worst(rows, "", "mm")
+    assert table is not None and [row[2] for row in table.rows[:2]] == ["set aside"] * 2
+    assert float(str(table.rows[2][5]).split()[0]) < 10
 
 
 def test_lines_of_means_lie_below_the_points() -> None:
@@ -279,18 +303,11 @@ def test_lines_of_means_lie_below_the_points() -> None:
 
 
 def test_a_tracker_far_away_leaves_the_joints_their_scale() -> None:
+    far = {"identified": 1600.0, "delta": 1600.0, "sigma": 0.1}
     frame = [
-        {"name": f"tracker.{s}", "unit": "mm" if len(s) == 1 else "deg", "nominal": 0, "identified": 1600.0, "delta": 1600.0,
-         "sigma": 0.1, "status": "identified"} for s in ("x", "y", "z", "rx", "ry", "rz")
-    ]  # fmt: skip
-    joint = {
-        "name": "j2.a",
-        "unit": "mm",
-        "nominal": 270,
-        "identified": 270.4,
-        "delta": 0.4,
-        "sigma": 0.05,
-        "status": "identified",
-    }
-    rows = {str(r["name"]): r["bar"] for r in parameter_rows([*frame, joint])}
-    assert float(rows["j2.a"]["high"]) == pytest.approx(92.0, abs=0.1) and float(rows["tracker.x"]["at"]) > 90
+        parameter(f"tracker.{s}", unit="mm" if len(s) == 1 else "deg", **far) for s in ("x", "y", "z", "rx", "ry", "rz")
+    ]
+    joint = parameter("j2.a", nominal=270, identified=270.4, delta=0.4, sigma=0.05)
+    rows = parameter_rows(*frame, joint)
+    at = {name: bar(row["change ± 2σ"]) for name, row in rows.items()}
+    assert at["j2.a"][2] == pytest.approx(92.0, abs=0.1) and at["tracker.x"][1] > 90

@@ -10,7 +10,20 @@ from rich.padding import Padding
 from rich.text import Text as Rich
 
 from robocal.cli.tables import PlainTable
-from robocal.report.sections import Block, Cell, Figure, Remarks, Section, Table, Text, Written
+from robocal.report.sections import (
+    Block,
+    Cell,
+    Facts,
+    Noted,
+    Pair,
+    Remarks,
+    Section,
+    Style,
+    Table,
+    Text,
+    Verdict,
+    Written,
+)
 
 __all__ = ["drawn"]
 
@@ -23,12 +36,15 @@ STYLES = {
     "quiet": "dim",
     "strange": "yellow",
     "title": "bold italic",
+    "term": "bold",
+    "code": "",
 }
 
 
 def drawn(sections: Iterable[Section]) -> Iterator[RenderableType]:
     """Sections one below the other, an empty line between them, as rich prints them."""
-    for i, section in enumerate(sections):
+    told = (s.short for s in sections)
+    for i, section in enumerate(s for s in told if s is not None):
         if i:
             yield Rich("")
         if section.heading:
@@ -48,16 +64,31 @@ def _drawn(block: Block) -> list[Any]:
             return [part for said in block.said for part in _remark(said)]
         case Written():
             return [_paths(block)] if block.paths else []
-        case Figure():
+        case Verdict():
+            word = Rich.assemble((block.word.upper(), STYLES[block.style]), block.line[len(block.word) :])
+            return [word, *(Padding(Rich(t, style="dim"), (0, 0, 0, 2), expand=False) for t in block.below)]
+        case Facts():
+            return [Rich(f"{name}: {value}") for name, value in block.pairs]
+        case Pair():
+            return [part for one in block.blocks for part in _drawn(one)]
+        case _:  # a picture, or what only pages have room for
             return []
 
 
 def _part(cell: Cell) -> Any:
-    return cell if isinstance(cell, str) else (cell[0], STYLES[cell[1]])
+    return cell if isinstance(cell, str) else _styled(cell)
+
+
+def _styled(cell: tuple[str, Style] | Noted) -> tuple[str, str]:
+    word, style = (cell.word, cell.style) if isinstance(cell, Noted) else cell
+    return word, STYLES[style]
 
 
 def _cell(cell: Cell) -> Any:
-    return cell if isinstance(cell, str) else Rich(cell[0], style=STYLES[cell[1]])
+    if isinstance(cell, str):
+        return cell
+    word, style = _styled(cell)
+    return Rich(word, style=style)
 
 
 def _table(block: Table) -> PlainTable:

@@ -21,7 +21,7 @@ from robocal.jobs.outcome import save
 from robocal.jobs.plain import plain
 from robocal.measure.reach import reach
 from robocal.remarks.remark import Said
-from robocal.report.html import html
+from robocal.report.page import embedded
 from robocal.report.plain import text
 from robocal.report.sections import Remarks, Section, Text
 from robocal.verbs.outcome import Outcome
@@ -93,7 +93,8 @@ class Found:
     def _repr_html_(self) -> str:
         more = getattr(self._verb, "details", None)
         listed = f"<pre>{escape(self.text)}</pre>\n" if self.text is not None and not self.written else ""
-        return listed + html((*self.sections, *(more(self._outcome) if more else ())), f"robocal-{id(self):x}")
+        shown = (*self.sections, *(more(self._outcome) if more else ()))
+        return listed + embedded(shown, f"robocal-{id(self):x}")
 
     def __repr__(self) -> str:
         listed = self.text is not None and not self.written
@@ -145,10 +146,8 @@ class Identified(Found):
         return save(self._outcome.result, place).written
 
     def report(self, file: str | os.PathLike[str]) -> Path:
-        """Writes the page alone, as report.html of a run folder. Raises FileError, or MissingExtra without the report extra."""
-        from robocal.report.page import render
+        """Writes the page alone, as report.html of a run folder. Raises FileError."""
+        from robocal.report.identified import report
 
         made = self._outcome.result
-        return write_text(
-            file, render(made.result.model_dump(mode="json"), made.residuals, map_columns(made.identification))
-        )
+        return write_text(file, report(made.result, made.residuals, map_columns(made.identification)))

@@ -20,7 +20,6 @@ from robocal.calibrate.bootstrap import Resampled
 from robocal.calibrate.estimators import ended, estimator
 from robocal.calibrate.evidence import Stages
 from robocal.calibrate.identification import Identification, RowTable
-from robocal.errors import MissingExtra
 from robocal.files import result as files
 from robocal.files.layerfile import LAYER, layer_text
 from robocal.files.leaving import LeftOut
@@ -308,7 +307,9 @@ def _known(values: Array) -> NDArray[Any]:
 
 
 def save(outcome: Outcome, folder: Path) -> Outcome:
-    """Writes the run folder, all or nothing; warns of a report that could not be made and of values left out."""
+    """Writes the run folder, all or nothing; warns of values left out."""
+    from robocal.report.identified import report
+
     robot = outcome.robot
     values = {p.name: p.value for p in outcome.identification.corrected.table.rows}
     text, left_out = rendered(robot, values)
@@ -316,16 +317,7 @@ def save(outcome: Outcome, folder: Path) -> Outcome:
         lacks = Remark.of(Code.URDF_LACKS, names=left_out)
         outcome = replace(outcome, result=_warned(outcome.result, lacks), left_out=left_out)
     cells = map_columns(outcome.identification)
-    try:
-        from robocal.report.page import render
-
-        page: str | None = render(outcome.result.model_dump(mode="json"), outcome.residuals, cells)
-    except MissingExtra as missing:
-        page = None
-        outcome = replace(
-            outcome,
-            result=_warned(outcome.result, Remark.of(Code.REPORT_LEFT_OUT, page="report.html", reason=str(missing))),
-        )
+    page = report(outcome.result, outcome.residuals, cells)
     name = "calibrated.urdf" if robot.format == "urdf" else "calibrated.yaml"
     more = dict(knowledge_files(outcome.identification, cells))
     if outcome.layer is not None:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +16,6 @@ from robocal.files.poses import poses_text
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.files.units import Units
-from robocal.files.writing import write_files
 from robocal.jobs.plain import plain
 from robocal.measure.data import DataSet
 from robocal.planning.candidates import Region, Template, observed
@@ -26,16 +23,15 @@ from robocal.planning.poses import Plan, PlanOptions
 from robocal.planning.route import length, travel
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, told
-from robocal.report.plan import plan_page
 
-__all__ = ["Planned", "box_of", "doubts", "positive", "region_of", "written"]
+__all__ = ["Planned", "box_of", "doubts", "points", "positive", "region_of", "texts"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Planned:
-    """A plan, the robot and files that it was made from, and what was written."""
+    """A plan, with the robot and files that it was made from."""
 
     robot: Robot
     opened: str  # what the robot was opened by
@@ -44,7 +40,6 @@ class Planned:
     template: Template  # with the sigma that is stated
     inputs: tuple[InputFile, ...]
     warnings: tuple[Remark, ...]
-    written: tuple[Path, ...] = ()
 
     @property
     def document(self) -> dict[str, Any]:
@@ -121,16 +116,7 @@ def doubts(made: Plan, wanted: float | None, at_work: Template) -> tuple[Remark,
     return tuple(out)
 
 
-def written(made: Planned, output: Path) -> Planned:
-    """The same, with its folder written."""
-    texts, said = _texts(made)
-    made = replace(made, warnings=(*made.warnings, *said))
-    texts["plan.json"] = json.dumps(made.document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    texts["plan.html"] = plan_page(made.document, {k: v.tolist() for k, v in _points(made).items()})
-    return replace(made, written=write_files(output, texts))
-
-
-def _texts(made: Planned) -> tuple[dict[str, str], tuple[Remark, ...]]:
+def texts(made: Planned) -> tuple[dict[str, str], tuple[Remark, ...]]:
     """The joint program, and the data file with its table to be filled in; and a warning where a kind has no table."""
     p, chain, units = made.plan, made.robot.chain, made.robot.units
     n = len(p.q)
@@ -154,12 +140,12 @@ def _texts(made: Planned) -> tuple[dict[str, str], tuple[Remark, ...]]:
     return {"poses.csv": program, "data.csv": empty, "data.yaml": said}, ()
 
 
-def _points(made: Planned) -> dict[str, Array]:
+def points(made: Planned) -> dict[str, list[list[float]]]:
     """Tool positions (m) of candidates, chosen and test poses, for the picture."""
     chain, p = made.robot.chain, made.plan
     some = p.candidates[:1000]
     return {
-        name: chain.pose(q, {})[:, :3, 3] if not _columns(made) else np.zeros((0, 3))
+        name: chain.pose(q, {})[:, :3, 3].tolist() if not _columns(made) else []
         for name, q in (("candidates", some), ("tests", p.tests), ("chosen", p.q[p.path]))
     }
 

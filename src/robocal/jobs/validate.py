@@ -21,23 +21,20 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import Statistic, bootstrap_gain, constant_errors, errors
 from robocal.calibrate.identify import baseline, frame_names
 from robocal.calibrate.split import leave_one_out_rounds
-from robocal.errors import MissingExtra
 from robocal.estimate.identifiability import analyse
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
-from robocal.files.writing import write_files
 from robocal.jobs.inputs import Inputs, open_arm, read_inputs, robot_files
 from robocal.jobs.iso9283 import Standard, standard
 from robocal.jobs.layered import layer_beside, layer_words
 from robocal.jobs.offset_robot import OffsetRobot, offset_robot
-from robocal.jobs.plain import json_text, plain
 from robocal.jobs.seen import unseen
 from robocal.jobs.watching import Watch, computable
 from robocal.measure.data import DataSet
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, documents, sentences
 
-__all__ = ["Errors", "Validation", "model_errors", "validated", "written"]
+__all__ = ["Errors", "Validation", "model_errors", "validated"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -84,7 +81,6 @@ class Validation:
     warnings: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str = ""
-    written: tuple[Path, ...] = ()
     layer: Statistic | None = None  # with the residual layer of the run folder on top
     frames_against: tuple[str, ...] = ()
     iso: Standard = field(default_factory=dict)
@@ -206,20 +202,6 @@ def _shifted(inputs: Inputs, shifted: OffsetRobot) -> Inputs:
     file = InputFile(shifted.file.path, shifted.file.sha256)
     said = (*inputs.warnings, *shifted.warnings)
     return replace(inputs, robot=shifted.robot, files=(*inputs.files, file), warnings=said)
-
-
-def written(made: Validation, output: Path) -> Validation:
-    """The same, with its folder written: validation.json, and the page where jinja2 is there."""
-    files = {}
-    try:
-        from robocal.report.validation import render
-
-        files["validation.html"] = render(plain(made.document))
-    except MissingExtra as missing:
-        left_out = Remark.of(Code.REPORT_LEFT_OUT, page="validation.html", reason=str(missing))
-        made = replace(made, warnings=(*made.warnings, left_out))
-    document = json_text(made.document)
-    return replace(made, written=write_files(output, {"validation.json": document} | files))
 
 
 def _statistic(e: Errors | None, unit: str) -> Statistic | None:

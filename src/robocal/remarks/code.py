@@ -102,7 +102,6 @@ class Code(StrEnum):
 
     # --- what was written ---
     URDF_LACKS = "urdf-lacks"
-    REPORT_LEFT_OUT = "report-left-out"
 
     # --- single parameters, and what lies beyond geometry ---
     ONLY_COMBINATION = "only-combination"

@@ -12,17 +12,17 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.report.numbers import fixed, plain, significant
+from robocal.report.sections import Figure, Mark
 from robocal.report.series import is_aside, is_held_out, numbers
 from robocal.report.svg import drawing, label, num
 
-__all__ = ["Arrows", "arrows"]
+__all__ = ["arrows"]
 
 WIDE, HIGH = 460.0, 440.0
 HALF = 200.0  # half of the drawn space, from the middle to the farthest corner
@@ -36,21 +36,24 @@ BARBED = "M%.1f %.1fL%.1f %.1fM%.1f %.1fL%.1f %.1fL%.1f %.1f"
 WHOLE = re.compile(r"\.0(?![0-9])")  # as `svg.num` leaves it out
 
 
-@dataclass(frozen=True)
-class Arrows:
-    """Two pictures, the numbers that viewer.js needs (JSON, safe inside a script element), and in words how far the
-    box reaches and which share of the rows is drawn, where it is not all."""
+CONTROLS = """<div class="controls" id="arrow-controls" hidden>
+<label>Arrow length <input type="range" id="arrow-length" min="-1" max="1" step="0.05" value="0"></label>
+<label><input type="checkbox" id="arrow-same"> same magnification in both</label>
+<span><button type="button" id="arrow-in" aria-label="Zoom in">+</button>
+<button type="button" id="arrow-out" aria-label="Zoom out">\u2212</button>
+<button type="button" id="arrow-reset">Reset</button></span></div>"""
+CAPTION = (
+    "Left: before; right: after. Each arrow starts at the tool's predicted position and shows its error, enlarged as written "
+    "below it. The panels may differ in magnification: compare the scale bars. Errors with a pattern can be corrected by a "
+    "model; what remains should look random. The box holds all positions: {box}. {share}Drag, or use the arrow keys, to turn; "
+    "Ctrl and wheel to zoom."
+)
 
-    before: str
-    after: str
-    data: str
-    box: str
-    share: str = ""
 
-
-def arrows(residuals: Mapping[str, Sequence[object]]) -> Arrows | None:
-    """Draws all rows that have a position and an error before and after, but those set aside, whose arrows would leave the
-    others no length; None when there are none."""
+def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
+    """Two pictures, with the numbers that viewer.js needs (JSON, safe inside a script element). Draws all rows that have a
+    position and an error before and after, but those set aside, whose arrows would leave the others no length; None when
+    there are none."""
     names = [f"{axis}_mm" for axis in "xyz"] + [f"d{axis}_{k}_mm" for k in ("before", "after") for axis in "xyz"]
     table = np.stack([numbers(residuals, name) for name in names], axis=1)
     table[~(np.abs(table) < FAR)] = np.nan
@@ -85,8 +88,13 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Arrows | None:
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     pictures = [_panel(k, at, errors[k], out, bounds, scale, magnification[k]) for k in (0, 1)]
     box = ", ".join(f"{a} from {fixed(u, 0)} to {fixed(v, 0)}" for a, u, v in zip("xyz", low, high, strict=True))
-    share = f"Of {every} rows one in {step} is drawn, and those with the largest errors." if step > 1 else ""
-    return Arrows(pictures[0], pictures[1], text, f"{box} mm", share)
+    share = f"Of {every} rows one in {step} is drawn, and those with the largest errors. " if step > 1 else ""
+    svg = (
+        f'<div id="arrows"><div class="pair"><div>{pictures[0]}</div><div>{pictures[1]}</div></div>{CONTROLS}'
+        f'<script type="application/json" id="arrow-data">{text}</script></div>'
+    )
+    legend: tuple[tuple[Mark, str], ...] = (("after", "fit"), ("held", "held out (bold)")) if any(out) else ()
+    return Figure(svg, CAPTION.format(box=f"{box} mm", share=share), "Where the errors point", legend)
 
 
 def _short(value: float, digits: int = 4) -> float:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-from robocal.report.sections import Block, Cell, Style, Text, figure, quiet, table
+from robocal.report.sections import Block, Cell, Detail, Noted, Style, Text, figure, quiet, table
 
 __all__ = ["comparison", "groups", "layer", "linear"]
 
@@ -27,12 +27,18 @@ def groups(tried: Sequence[Any]) -> list[Block]:
     for t in tried:
         span = f"{figure(t.gain.low, 2)} to {figure(t.gain.high, 2)}" if t.gain else "-"
         word: Cell = ("entered", "strong") if t.entered else (t.reason, "quiet")
-        rows.append(
-            (t.name, str(t.parameters), figure(t.before), figure(t.gain.mean if t.gain else None, 3), span, word)
-        )
-    columns = (f"beyond geometry [{unit}]", "parameters", "without", "falls by", "95 % interval", "")
+        orders = "; ".join(f"{joint}: {', '.join(f'{k:g}' for k in each)}" for joint, each in t.orders.items())
+        falls = figure(t.gain.mean if t.gain else None, 3)
+        rows.append((t.name, str(t.parameters), figure(t.before), falls, span, word, orders))
+    columns = (f"beyond geometry [{unit}]", "parameters", "without", "falls by", "95 % interval", "", "orders")
     note = "errors of blocks of rows in time order that were not used, groups in order of entry"
-    return [table(*columns, right=(1, 2, 3, 4), rows=rows), *quiet(note)]
+    caption = "A group enters when the 95 % interval of its reduction lies above zero."
+    some = any(t.orders for t in tried)
+    shown = rows if some else [row[:-1] for row in rows]
+    made = table(
+        *columns[: len(shown[0])], right=(1, 2, 3, 4), rows=shown, caption=caption, detail=(6,) if some else ()
+    )
+    return [made, *quiet(note)]
 
 
 def layer(found: Any) -> list[Block]:
@@ -51,7 +57,7 @@ def layer(found: Any) -> list[Block]:
 
 
 def linear(found: Any) -> list[Block]:
-    """One line: what a linear step in the fitted parameters would have promised and left."""
+    """One line: what a linear step in the fitted parameters would have promised and left; on pages its whole story."""
     if found is None:
         return []
     step, unit = found.fitted, found.unit
@@ -59,7 +65,39 @@ def linear(found: Any) -> list[Block]:
         f"one linear step would promise {figure(step.promised, 3)} {unit} per axis and leave {figure(step.left, 3)} {unit}; "
         f"neglected terms {figure(step.neglected, 2)} {unit}"
     )
-    return [Text.of((words, "strange" if found.misleads else "quiet"))]
+    return [Text.of((words, "strange" if found.misleads else "quiet")), Detail(lambda: _steps(found))]
+
+
+def _steps(found: Any) -> Iterator[Block]:
+    """Linear steps from the start, and how much the solution bends."""
+    yield Text.of(
+        "A linear step trusts the derivatives at the start. What it neglects are the terms of second order and beyond; where they "
+        "are larger than what is left, one step misleads."
+    )
+    steps = (("the fitted parameters", found.fitted), ("everything that is free, without priors", found.everything))
+    rows = [
+        (name, *(figure(v, 3) for v in (s.before, s.promised, s.left, s.neglected)))
+        for name, s in steps
+        if s is not None
+    ]
+    caption = f"One linear step from the start, rms per axis, in {found.unit}"
+    columns = ("step in", "before", "promised", "left", "neglected")
+    yield table(*columns, right=(1, 2, 3, 4), rows=rows, caption=caption)
+    said = (
+        "One step would have misled; the iteration was needed."
+        if found.misleads
+        else "In the fitted parameters one step would nearly have done."
+    )
+    if found.ruins:
+        said += " One step in everything that is free would have made it worse than before."
+    bend = ""
+    if found.curvature is not None:
+        along = f", along {found.curvature_parameter}" if found.curvature_parameter else ""
+        bend = (
+            f" Curvature within one standard deviation of the solution: {figure(found.curvature, 2)}{along}; below about 1 the "
+            "sigmas may be trusted."
+        )
+    yield Text.of(said, (bend, "quiet"))
 
 
 def comparison(found: Any) -> list[Block]:
@@ -74,13 +112,15 @@ def comparison(found: Any) -> list[Block]:
     for m in found.methods:
         styles.append("")
         if m.failed:
-            rows.append((m.method, *[""] * (len(columns) - 2), (m.failed, "strange")))
+            rows.append((Noted(m.method, m.title), *[""] * (len(columns) - 2), (m.failed, "strange")))
             continue
         away = "reference" if m.method == found.reference else m.farthest
         sigmas = figure(m.sigmas, 2) if m.sigmas is not None else ""
         stop: Cell = (m.reason if m.stopped else "", "strange")
         errors = (figure(getattr(m, k)) for k, _ in keys)
-        rows.append((m.method, *errors, away, sigmas, figure(m.seconds, 2), m.verdict.replace("_", " "), stop))
+        rows.append(
+            (Noted(m.method, m.title), *errors, away, sigmas, figure(m.seconds, 2), m.verdict.replace("_", " "), stop)
+        )
     empty = ("",) * 5
     rows.append(("frames only", *(figure(getattr(found, BEFORE[k])) for k, _ in keys), *empty))
     styles.append("quiet")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from robocal.report.numbers import finite, significant, with_unit
 from robocal.report.series import column
-from robocal.report.svg import Scale, drawing, label, line, nice_ticks, num, tick_text
+from robocal.report.svg import Scale, drawing, label, line, log_ticks, nice_ticks, num, tick_text
 
 __all__ = ["heat"]
 
@@ -34,25 +34,26 @@ class Cell:
 
 
 def heat(columns: Columns) -> str:
-    """One row of two pictures per slice, each quantity with one scale for all slices; empty text without cells."""
+    """One row of two pictures per slice, both on one logarithmic scale, so that one colour is one error; empty text without
+    cells."""
     slices = {name: found for name in SLICES if (found := _cells(columns, name))}
     if not slices:
         return ""
     everything = [c for cells in slices.values() for c in cells]
-    tops = [max(c.values[k] for c in everything) for k in (0, 1)]
+    scale = _scale([v for c in everything for v in c.values])
     half = max(max(abs(c.u) for c in everything), 1e-9) + everything[0].side
-    parts, y = [], TOP
+    parts, y = [_legend(scale)], TOP
     for k, (_, title) in enumerate(QUANTITIES):
-        parts.append(_legend(LEFT + k * (WIDTH + GAP), title, tops[k]))
+        parts.append(label(LEFT + k * (WIDTH + GAP), TOP - 12, f"{title}, mm", "strong"))
     for name, cells in slices.items():
         low, high = min(c.v for c in cells) - cells[0].side, max(c.v for c in cells) + cells[0].side
         height = WIDTH * (high - low) / (2 * half)
         for k in (0, 1):
             x = Scale(-half, half, LEFT + k * (WIDTH + GAP), LEFT + k * (WIDTH + GAP) + WIDTH)
-            parts.append(_panel(name, cells, k, tops[k], x, Scale(low, high, y + height, y), _level(columns, name)))
+            parts.append(_panel(name, cells, k, scale, x, Scale(low, high, y + height, y), _level(columns, name)))
         y += height + 62
     said = " ".join(
-        f"{title}: up to {with_unit(significant(tops[k]), 'mm')}, mean "
+        f"{title}: up to {with_unit(significant(max(c.values[k] for c in everything)), 'mm')}, mean "
         f"{with_unit(significant(math.fsum(c.values[k] for c in everything) / len(everything)), 'mm')}."
         for k, (_, title) in enumerate(QUANTITIES)
     )
@@ -81,11 +82,19 @@ def _level(columns: Columns, name: str) -> float:
     return next((v for v in found if v is not None), 0.0)
 
 
-def _panel(name: str, cells: Sequence[Cell], k: int, top: float, x: Scale, y: Scale, level: float) -> str:
+def _scale(values: Sequence[float]) -> Scale:
+    """From values to steps of colour, 0 to their number; four decades at most."""
+    top = max(values)
+    positive = [v for v in values if v > top * 1e-4]
+    low, high = (min(positive), top) if positive else (1.0, 10.0)
+    return Scale(low, max(high, 1.2 * low), 0.0, float(len(COLOURS)), log=True)
+
+
+def _panel(name: str, cells: Sequence[Cell], k: int, scale: Scale, x: Scale, y: Scale, level: float) -> str:
     u, v, w = SLICES[name]
     marks: dict[int, list[str]] = {}
     for c in cells:
-        step = min(int(c.values[k] / top * len(COLOURS)), len(COLOURS) - 1) if top > 0 else 0
+        step = min(int(scale(max(c.values[k], scale.low))), len(COLOURS) - 1)
         left, upper = x(c.u - c.side / 2), y(c.v + c.side / 2)
         # A hair wider than the cell, so that no seam shows.
         marks.setdefault(step, []).append(
@@ -112,14 +121,13 @@ def _panel(name: str, cells: Sequence[Cell], k: int, top: float, x: Scale, y: Sc
     return "".join(parts)
 
 
-def _legend(left: float, title: str, top: float) -> str:
-    """The scale of one quantity, from zero to its largest value."""
-    width = WIDTH / len(COLOURS)
-    parts = [label(left, 14, f"{title}, mm", "strong")]
-    for i, colour in enumerate(COLOURS):
-        parts.append(
-            f'<rect x="{num(left + i * width)}" y="22" width="{width + 0.3:.1f}" height="10" fill="{colour}"/>'
-        )
-    scale = Scale(0.0, top, left, left + WIDTH)
-    parts += [label(scale(t), 46, tick_text(t), "tick", "middle") for t in nice_ticks(0.0, top, 5)]
+def _legend(scale: Scale) -> str:
+    """The one scale of colours."""
+    left, step = LEFT, (2 * WIDTH + GAP) / len(COLOURS)
+    parts = [
+        f'<rect x="{num(left + i * step)}" y="2" width="{step + 0.3:.1f}" height="10" fill="{colour}"/>'
+        for i, colour in enumerate(COLOURS)
+    ]
+    ticks = [t for t in log_ticks(scale.low, scale.high) if scale.low <= t <= scale.high]
+    parts += [label(left + scale(t) * step, 26, f"{tick_text(t)} mm", "tick", "middle") for t in ticks]
     return "".join(parts)

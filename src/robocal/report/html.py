@@ -2,78 +2,212 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 
-from robocal.report.sections import Block, Cell, Figure, Remarks, Section, Table, Text, Written
+from robocal.report.numbers import MISSING, align
+from robocal.report.sections import (
+    Block,
+    Cell,
+    Detail,
+    Facts,
+    Figure,
+    Folded,
+    Mark,
+    Noted,
+    Pair,
+    Remarks,
+    Section,
+    Table,
+    Text,
+    Tiles,
+    Verdict,
+    Written,
+)
 
 __all__ = ["html"]
 
+KEYS = {
+    "before": '<circle class="mark before" r="4.5"/>',
+    "after": '<circle class="mark after" r="4"/>',
+    "held": '<path class="mark held" d="M0-6l6 6l-6 6l-6-6z"/>',
+    "aside": '<path class="mark aside" d="M-4.5-4.5l9 9m0-9l-9 9"/>',
+}
+SIGNS = {
+    "good": ("improved", '<path d="M7.5 12.5l3 3l6-7"/>'),
+    "doubtful": ("not-improved", '<path d="M7.5 12h9"/>'),
+    "bad": ("refused", '<path d="M8.5 8.5l7 7m0-7l-7 7"/>'),
+}
+UNKNOWN = ("unknown", '<path d="M12 7v6m0 4v.1"/>')
+TAGS = {"strong": "strong", "term": "dfn", "code": "code"}
+DENSE = 8  # columns of a table in smaller print
+NUMBER = re.compile(r"[+-]?\d[\d.]*(e[+-]\d+)?")
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
 
 def html(sections: Iterable[Section], key: str = "part") -> str:
-    """All sections, each a <section> with a heading where it has one; `key` begins their identifiers, which are to be its own
-    where several results stand on one page."""
-    return "\n".join(_section(f"{key}-{i}", s) for i, s in enumerate(sections))
+    """All sections, each a <section> with a heading where it has one; `key` begins the identifiers of those that have no name
+    of their own, and is to be its own where several results stand on one page."""
+    parts = (_section(s.key or f"{key}-{i}", s) for i, s in enumerate(sections))
+    return "\n".join(part for part in parts if part)
 
 
 def _section(name: str, section: Section) -> str:
-    short = all(not isinstance(b, Table) or len(b.rows) < 20 for b in section.blocks)
     # On paper, what fits a page stays on one.
+    short = all(
+        not isinstance(b, Table | Detail) or (isinstance(b, Table) and len(b.rows) < 20) for b in section.blocks
+    )
     whole = ' class="whole"' if short else ""
-    told = f' aria-labelledby="{name}"' if section.heading else ""
-    head = [f'<h2 id="{name}">{escape(section.heading)}</h2>'] if section.heading else []
-    blocks = (part for b in section.blocks for part in _block(b, section.heading))
-    return "\n".join([f"<section{told}{whole}>", *head, *blocks, "</section>"])
+    heading = section.title or section.heading
+    told = f' id="{name}" aria-labelledby="{name}-title"' if heading else ""
+    head = [f'<h2 id="{name}-title">{escape(heading)}</h2>'] if heading else []
+    blocks = list(_blocks(section.blocks, heading))
+    return "\n".join([f"<section{told}{whole}>", *head, *blocks, "</section>"]) if blocks else ""
+
+
+def _blocks(blocks: Iterable[Block | None], heading: str = "") -> Iterator[str]:
+    for block in blocks:
+        if block is not None:
+            yield from _block(block, heading)
 
 
 def _block(block: Block, heading: str) -> Iterator[str]:
     match block:
         case Text():
-            yield f"<p>{''.join(map(_word, block.parts))}</p>"
+            quiet = [p for p in block.parts if not isinstance(p, str) and _style(p) == "quiet"]
+            note = ' class="note"' if len(quiet) == len(block.parts) else ""
+            yield f"<p{note}>{''.join(map(_plain if note else _word, block.parts))}</p>"
         case Table():
-            yield _table(block, heading)
+            yield _table(block.full, heading)
         case Remarks():
             said = (f"<li>{escape(s.sentence)}{_soft(s.advice)}</li>" for s in block.said)
             yield f"<ul>{''.join(said)}</ul>"
+        case Verdict():
+            yield _verdict(block)
+        case Tiles():
+            yield f'<div class="tiles" role="group" aria-label="The numbers to see first">{"".join(_tiles(block))}</div>'
+        case Facts():
+            pairs = (f"<dt>{escape(k)}</dt><dd>{escape(v)}</dd>" for k, v in block.pairs)
+            yield f'<dl class="kv">{"".join(pairs)}</dl>'
         case Written():
             if block.paths:
                 names = ", ".join(escape(p.name) for p in block.paths)
                 yield f"<p>Written to <code>{escape(str(block.paths[0].parent))}</code>: {names}</p>"
         case Figure():
-            caption = f"<figcaption>{escape(block.caption)}</figcaption>" if block.caption else ""
-            yield f'<figure><div class="scroll">{block.svg}</div>{caption}</figure>'
+            yield _figure(block)
+        case Pair():
+            inner = ("\n".join(_block(b, heading)) for b in block.blocks)
+            yield f'<div class="pair">{"".join(f"<div>{b}</div>" for b in inner)}</div>'
+        case Folded():
+            inside = "\n".join(_blocks(block.blocks, block.summary))
+            yield f"<details><summary>{escape(block.summary)}</summary>{inside}</details>"
+        case Detail():
+            yield from _blocks(block.make(), heading)
+
+
+def _verdict(block: Verdict) -> str:
+    kind, sign = SIGNS.get(block.style, UNKNOWN)
+    icon = f'<svg viewBox="0 0 24 24" aria-hidden="true"><circle cx="12" cy="12" r="10"/>{sign}</svg>'
+    lists = (
+        f"<h3>{title}</h3><ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
+        for title, lines in (("Why", block.reasons), ("What to do next", block.advice))
+        if lines
+    )
+    meaning = f'<p class="lead">{escape(block.meaning)}</p>' if block.meaning else ""
+    proof = f"<p>{escape(block.proof)}</p>" if block.proof else ""
+    word = escape(block.word[:1].upper() + block.word[1:])
+    return f'<div class="verdict {kind}"><h2>{icon}{word}</h2>{meaning}{proof}{"".join(lists)}</div>'
+
+
+def _tiles(block: Tiles) -> Iterator[str]:
+    for tile in block.tiles:
+        number = (
+            f'<div class="number">{_typeset(tile.number)}<small>{escape(tile.unit)}</small></div>'
+            if tile.number
+            else ""
+        )
+        lines = "".join(f'<p class="{"small" if number else "none"}">{escape(line)}</p>' for line in tile.lines)
+        yield f'<div class="tile {tile.mark}"><div class="name">{_key(tile.mark)}{escape(tile.name)}</div>{number}{lines}</div>'
+
+
+def _figure(block: Figure) -> str:
+    title = f"<h3>{escape(block.title)}</h3>" if block.title else ""
+    legend = "".join(f"<li>{_key(mark)}{escape(name)}</li>" for mark, name in block.legend)
+    keys = f'<ul class="legend" aria-label="Legend">{legend}</ul>' if legend else ""
+    caption = f"<figcaption>{escape(block.caption)}</figcaption>" if block.caption else ""
+    return f'<figure>{title}<div class="scroll">{block.svg}</div>{keys}{caption}</figure>'
+
+
+def _key(mark: Mark) -> str:
+    return f'<svg class="key" viewBox="-7 -7 14 14" aria-hidden="true">{KEYS[mark]}</svg>' if mark in KEYS else ""
 
 
 def _soft(advice: str) -> str:
     return f' <span class="soft">{escape(advice)}</span>' if advice else ""
 
 
+def _style(cell: tuple[str, str] | Noted) -> str:
+    return cell.style if isinstance(cell, Noted) else cell[1]
+
+
+def _plain(cell: Cell) -> str:
+    return escape(cell if isinstance(cell, str) else cell.word if isinstance(cell, Noted) else cell[0])
+
+
 def _word(cell: Cell) -> str:
     if isinstance(cell, str):
         return escape(cell)
+    if isinstance(cell, Noted):
+        shown = cell.svg or _key(cell.mark) + _word((cell.word, cell.style))
+        return shown + (f'<span class="soft">{escape(cell.note)}</span>' if cell.note else "")
     word, style = cell
     if not style or not word:
         return escape(word)
-    if style == "strong":
-        return f"<strong>{escape(word)}</strong>"
+    if style in TAGS:
+        return f"<{TAGS[style]}>{escape(word)}</{TAGS[style]}>"
     return f'<span class="{"soft" if style == "quiet" else style}">{escape(word)}</span>'
 
 
 def _table(block: Table, heading: str) -> str:
     kinds = [' class="n"' if i in block.right else "" for i in range(len(block.columns))]
+    columns = [_column([row[i] for row in block.rows], i in block.right) for i in range(len(block.columns))]
     styles = block.styles or ("",) * len(block.rows)
     titles = "".join(f'<th scope="col"{k}>{escape(c)}</th>' for c, k in zip(block.columns, kinds, strict=True))
     head = f"<thead><tr>{titles}</tr></thead>" if any(block.columns) else ""
-    body = "".join(_row(row, kinds, style) for row, style in zip(block.rows, styles, strict=True))
+    body = "".join(_row(row, kinds, style) for row, style in zip(zip(*columns, strict=True), styles, strict=True))
     label = escape(block.title or heading or block.columns[0])
-    caption = f"<caption>{escape(block.title)}</caption>" if block.title else ""
+    said = (
+        " ".join(w for w in (block.title and f"{block.title}.", block.caption) if w) if block.caption else block.title
+    )
+    caption = f"<caption>{escape(said)}</caption>" if said else ""
+    dense = ' class="dense"' if len(block.columns) > DENSE else ""
     return (
-        f'<div class="scroll" tabindex="0" role="group" aria-label="{label}"><table>{caption}{head}'
+        f'<div class="scroll" tabindex="0" role="group" aria-label="{label}"><table{dense}>{caption}{head}'
         f"<tbody>{body}</tbody></table></div>"
     )
 
 
-def _row(row: tuple[Cell, ...], kinds: list[str], style: str) -> str:
-    first, *others = (_word(c if style == "" or not isinstance(c, str) else (c, style)) for c in row)  # type: ignore[arg-type]
+def _column(cells: Sequence[Cell], numbers: bool) -> list[str]:
+    """Cells as HTML; of columns of numbers decimal points stand below one another."""
+    if not numbers or not all(isinstance(c, str) for c in cells):
+        return [_word(c) for c in cells]
+    return [escape(c) for c in align([_typeset(c) for c in cells if isinstance(c, str)])]
+
+
+def _typeset(cell: str) -> str:
+    """A number with minus signs and powers of ten as they are printed; any other text as it is."""
+    if cell == "-":
+        return MISSING
+    if not NUMBER.fullmatch(cell):
+        return cell
+    mantissa, _, power = cell.partition("e")
+    raised = f"·10{str(int(power)).translate(RAISED)}" if power else ""
+    return mantissa.replace("-", "\u2212") + raised
+
+
+def _row(row: tuple[str, ...], kinds: list[str], style: str) -> str:
+    first, *others = row
     cells = "".join(f"<td{k}>{c}</td>" for c, k in zip(others, kinds[1:], strict=True))
-    return f'<tr><th scope="row"{kinds[0]}>{first}</th>{cells}</tr>'
+    marked = f' class="{style}"' if style else ""
+    return f'<tr{marked}><th scope="row"{kinds[0]}>{first}</th>{cells}</tr>'

@@ -3,9 +3,8 @@ survives grey."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
-from robocal.report.numbers import entries, finite
 from robocal.report.svg import drawing, label, num, path
 
 __all__ = ["correlation", "strongest"]
@@ -14,17 +13,11 @@ MOST = 70  # more names than this cannot be read; the most entangled are shown
 FAINT = 0.05
 
 
-def _read(data: Mapping[str, object]) -> tuple[list[str], list[list[float | None]]]:
-    """Names and a square matrix, cut to what is complete."""
-    names = [str(n) for n in entries(data.get("names"))]
-    rows = [[finite(v) for v in entries(row)] for row in entries(data.get("matrix"))]
-    n = min(len(names), len(rows))
-    return names[:n], [(row + [None] * n)[:n] for row in rows[:n]]
+Rows = Sequence[Sequence[float | None]]
 
 
-def strongest(data: Mapping[str, object], most: int = 6, least: float = 0.7) -> list[tuple[str, str, float]]:
+def strongest(names: Sequence[str], rows: Rows, most: int = 6, least: float = 0.7) -> list[tuple[str, str, float]]:
     """The pairs with the largest correlation (absolute), strongest first."""
-    names, rows = _read(data)
     pairs = [
         (names[j], names[i], v)
         for i, row in enumerate(rows)
@@ -34,10 +27,9 @@ def strongest(data: Mapping[str, object], most: int = 6, least: float = 0.7) -> 
     return sorted(pairs, key=lambda p: (-abs(p[2]), p[0], p[1]))[:most]
 
 
-def correlation(data: Mapping[str, object]) -> tuple[str, int]:
+def correlation(names: Sequence[str], rows: Rows) -> tuple[str, int]:
     """The picture (empty text when there are fewer than two names) and how many names it leaves out."""
-    names, rows = _read(data)
-    if len(names) < 2:
+    if len(names) < 2 or len(rows) < len(names):
         return "", 0
     left_out = max(0, len(names) - MOST)
     if left_out:

@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from robocal.report.numbers import significant, unit_text, with_unit
+from robocal.report.proof import times_smaller
 from robocal.report.series import ASIDE, Series, pairs
 from robocal.report.svg import Scale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
-from robocal.report.words import times_smaller
 
 __all__ = ["before_after", "convergence", "drawn_of", "histogram", "per_pose"]
 

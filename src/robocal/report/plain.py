@@ -4,14 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from robocal.report.sections import Block, Cell, Figure, Remarks, Section, Table, Text, Written
+from robocal.report.sections import (
+    Block,
+    Cell,
+    Facts,
+    Figure,
+    Noted,
+    Pair,
+    Remarks,
+    Section,
+    Table,
+    Text,
+    Verdict,
+    Written,
+)
 
 __all__ = ["text"]
 
 
 def text(sections: Iterable[Section]) -> str:
     """Everything that sections say, an empty line between them."""
-    return "\n\n".join(part for s in sections if (part := "\n".join(_section(s))))
+    told = (s.short for s in sections)
+    return "\n\n".join(part for s in told if s is not None and (part := "\n".join(_section(s))))
 
 
 def _section(section: Section) -> Iterator[str]:
@@ -32,6 +46,14 @@ def _lines(block: Block) -> Iterator[str]:
                 yield f"  {said.sentence}"
                 if said.advice:
                     yield f"    {said.advice}"
+        case Verdict():
+            yield block.line
+            yield from (f"  {line}" for line in block.below)
+        case Facts():
+            yield from (f"{name}: {value}" for name, value in block.pairs)
+        case Pair():
+            for one in block.blocks:
+                yield from _lines(one)
         case Written():
             if block.paths:
                 yield f"Written to {block.paths[0].parent}: {', '.join(p.name for p in block.paths)}"
@@ -41,7 +63,7 @@ def _lines(block: Block) -> Iterator[str]:
 
 
 def _word(cell: Cell) -> str:
-    return cell if isinstance(cell, str) else cell[0]
+    return cell if isinstance(cell, str) else cell.word if isinstance(cell, Noted) else cell[0]
 
 
 def _table(block: Table) -> Iterator[str]:

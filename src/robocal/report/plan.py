@@ -1,89 +1,41 @@
-"""plan.html: how accurate so many poses will be, where they are, and in which order to measure them. Self-contained,
-without a script."""
+"""Pictures of a plan: how accurate so many poses will be, and where they are."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from html import escape
-from importlib.resources import files
+from collections.abc import Iterator, Mapping, Sequence
 
 from robocal.report.numbers import entries, finite, section, significant
+from robocal.report.sections import Block, Figure, Pair, Text
 from robocal.report.svg import Scale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
-from robocal.report.words import advised
 
-__all__ = ["accuracy_picture", "place_pictures", "plan_page"]
+__all__ = ["accuracy_picture", "foretold", "place_pictures", "places"]
 
 Points = Sequence[Sequence[float]]
-STYLE = ".curve.p95{stroke-dasharray:2 3}.curve.random{stroke:var(--before);stroke-dasharray:6 4}.seen{fill:var(--axis);opacity:.45}"
 
 
-def plan_page(document: Mapping[str, object], places: Mapping[str, Points]) -> str:
-    """The page of a plan.json; `places` are points (m) in base coordinates: candidates, tests, chosen."""
-    accuracy = section(document, "accuracy")
-    n, enough = finite(document.get("poses")) or 0.0, finite(document.get("enough"))
-    name = escape(str(document.get("robot") or "Unnamed robot"))
-    facts = [
-        ("Poses", f"{n:.0f}"),
-        ("Measured before", f"{finite(document.get('measured_before')) or 0:.0f}"),
-        ("Kind", str(document.get("kind"))),
-        ("Criterion", str(document.get("criterion"))),
-        ("Chosen from", f"{finite(document.get('candidates')) or 0:.0f} candidates"),
-    ]
-    said = (
-        f"After these {n:.0f} poses the error at poses that were not measured is foretold to be "
-        f"{_mm(accuracy, 'mean_mm')} in the mean, below {_mm(accuracy, 'p95_mm')} at 95 % of them; "
-        f"{n:.0f} random poses would reach {_mm(accuracy, 'random_mm')}."
+def foretold(document: Mapping[str, object]) -> Iterator[Block]:
+    """What a plan.json foretells, in a sentence and a picture."""
+    accuracy, n = section(document, "accuracy"), finite(document.get("poses")) or 0.0
+    mean, wide, random = (f"{significant(accuracy.get(k))} mm" for k in ("mean_mm", "p95_mm", "random_mm"))
+    yield Text.of(
+        f"After these {n:.0f} poses the error at poses that were not measured is foretold to be {mean} in the mean, below {wide} at "
+        f"95 % of them; {n:.0f} random poses would reach {random}."
     )
-    judged = (
-        f"{enough:.0f} poses are enough: five more would hardly help, or what was asked for is reached."
-        if enough
-        else "Every further pose still helps; no number in this forecast is enough."
-    )
-    body = [
-        '<p class="eyebrow">robocal plan</p>',
-        f"<h1>{name}</h1>",
-        '<dl class="facts">'
-        + "".join(f"<div><dt>{escape(k)}</dt><dd>{escape(v)}</dd></div>" for k, v in facts)
-        + "</dl>",
-        f'<section class="verdict"><p class="lead">{escape(said)}</p><p>{escape(judged)}</p></section>',
-        _warnings(advised(document)),
-        "<h2>How many poses</h2>",
-        _figure(
-            accuracy_picture(document),
+    if svg := accuracy_picture(document):
+        caption = (
             "Foretold error (rms of all three axes) at test poses, from the noise as stated and the errors that are expected "
-            "beforehand. What no parameter describes, such as gears and bending, comes on top.",
-        ),
-        _table(document),
-        "<h2>Where</h2>",
-        '<div class="pair">' + "".join(_figure(p, c) for p, c in place_pictures(places)) + "</div>",
-        '<p class="note">poses.csv holds the joint values in an order that is short to travel; its column rank says which are '
-        "worth most. Whether the arm hits itself or anything around it was not checked.</p>",
-    ]
-    style = files("robocal.report").joinpath("style.css").read_text(encoding="utf-8")
-    return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
-        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">"
-        f"<title>Plan for {name}</title><style>{style}{STYLE}</style></head><body><main>"
-        + "\n".join(b for b in body if b)
-        + "</main></body></html>\n"
+            "beforehand. What no parameter describes, such as gears and bending, comes on top."
+        )
+        yield Figure(svg, caption)
+
+
+def places(found: Mapping[str, Points]) -> Iterator[Block]:
+    """Where the poses are; points (m) in base coordinates: candidates, tests, chosen."""
+    yield Pair(tuple(Figure(svg, words) for svg, words in place_pictures(found)))
+    yield Text.of(
+        "poses.csv holds the joint values in an order that is short to travel; its column rank says which are worth most. Whether "
+        "the arm hits itself or anything around it was not checked."
     )
-
-
-def _mm(data: Mapping[str, object], key: str) -> str:
-    return f"{significant(data.get(key))} mm"
-
-
-def _figure(picture: str, caption: str) -> str:
-    return (
-        f'<figure><div class="scroll">{picture}</div><figcaption>{escape(caption)}</figcaption></figure>'
-        if picture
-        else ""
-    )
-
-
-def _warnings(found: Sequence[tuple[str, str]]) -> str:
-    """Sentences, each followed by what to do about it."""
-    return "".join(f'<p class="warn">{escape(f"{said}. {advice}" if advice else said)}</p>' for said, advice in found)
 
 
 def _rows(document: Mapping[str, object]) -> list[Mapping[str, object]]:
@@ -128,24 +80,6 @@ def accuracy_picture(document: Mapping[str, object]) -> str:
     return drawing(
         940, 345, parts, title="Foretold error against the number of poses", text=said, key="forecast", cls="wide"
     )
-
-
-def _table(document: Mapping[str, object]) -> str:
-    n = finite(document.get("poses")) or 0.0
-    out = []
-    for r in _rows(document):
-        k = finite(r.get("poses")) or 0.0
-        if k < 1 or (k % 5 and k != n):
-            continue
-        cells = "".join(
-            f'<td class="n">{significant(r.get(c))}</td>' for c in ("mean_mm", "p95_mm", "random_mm", "gain_mm")
-        )
-        out.append(f'<tr{" class=count" if k == n else ""}><th class="n">{k:.0f}</th>{cells}</tr>')
-    head = "".join(
-        f'<th class="n">{h}</th>'
-        for h in ("poses", "mean, mm", "95 %, mm", "random poses, mm", "gain of the last pose, mm")
-    )
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(out)}</tbody></table>" if out else ""
 
 
 def place_pictures(places: Mapping[str, Points]) -> list[tuple[str, str]]:

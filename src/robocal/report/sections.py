@@ -1,12 +1,13 @@
 """What a result says, whoever draws it: a page is a list of sections, a section a heading with text, tables, figures and remarks.
 
-The terminal (`cli/draw.py`) and pages draw the same sections. Nothing here knows of colours or markup: a style is what words mean.
+The terminal (`cli/draw.py`), pages and notebooks (`html.py`) and plain text (`plain.py`) draw the same sections; what only a page
+has room for is a `Detail`. Nothing here knows of colours or markup: a style is what words mean.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -16,12 +17,21 @@ from robocal.remarks.remark import Said
 __all__ = [
     "Block",
     "Cell",
+    "Detail",
+    "Facts",
     "Figure",
+    "Folded",
+    "Mark",
+    "Noted",
+    "Pair",
     "Remarks",
     "Section",
     "Style",
     "Table",
     "Text",
+    "Tile",
+    "Tiles",
+    "Verdict",
     "Written",
     "figure",
     "quiet",
@@ -29,8 +39,20 @@ __all__ = [
     "table",
 ]
 
-Style = Literal["", "good", "doubtful", "bad", "strong", "quiet", "strange", "title"]
-Cell: TypeAlias = "str | tuple[str, Style]"
+Style = Literal["", "good", "doubtful", "bad", "strong", "quiet", "strange", "title", "term", "code"]
+Mark = Literal["", "before", "after", "held", "aside"]
+Cell: TypeAlias = "str | tuple[str, Style] | Noted"
+
+
+@dataclass(frozen=True)
+class Noted:
+    """A cell with a remark of a few words, the mark of the series that it tells of, or a picture (SVG) in place of its word."""
+
+    word: str
+    note: str = ""
+    mark: Mark = ""
+    style: Style = ""
+    svg: str = ""
 
 
 @dataclass(frozen=True)
@@ -48,21 +70,52 @@ class Text:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under a header; columns in `right` hold numbers; a style may be given for every row."""
+    """Rows under a header; columns in `right` hold numbers; a style may be given for every row. Only pages have room for the
+    columns in `detail`, for rows after the first `brief`, and for the caption; they leave out the columns in `terse`, which
+    others say at more length."""
 
     columns: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
     right: tuple[int, ...] = ()
     title: str = ""
     styles: tuple[Style, ...] = ()
+    caption: str = ""
+    detail: tuple[int, ...] = ()
+    terse: tuple[int, ...] = ()
+    brief: int | None = None
+
+    @property
+    def short(self) -> Table:
+        """The same where there is little room."""
+        return self._without(self.detail, self.brief)
+
+    @property
+    def full(self) -> Table:
+        """The same where there is room."""
+        return self._without(self.terse, None)
+
+    def _without(self, columns: Sequence[int], most: int | None) -> Table:
+        if not columns and most is None:
+            return self
+        kept = [i for i in range(len(self.columns)) if i not in columns]
+        return Table(
+            tuple(self.columns[i] for i in kept),
+            tuple(tuple(row[i] for i in kept) for row in self.rows[:most]),
+            tuple(k for k, i in enumerate(kept) if i in self.right),
+            self.title,
+            self.styles[:most],
+            self.caption,
+        )
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture as SVG, and what it shows."""
+    """A picture as SVG, and what it shows; a legend names its marks."""
 
     svg: str
     caption: str = ""
+    title: str = ""
+    legend: tuple[tuple[Mark, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -73,26 +126,105 @@ class Remarks:
 
 
 @dataclass(frozen=True)
+class Verdict:
+    """A judgement: its word, what it means, what was proven, why, and what to do next."""
+
+    word: str
+    style: Style
+    reasons: tuple[str, ...] = ()
+    advice: tuple[str, ...] = ()
+    meaning: str = ""
+    proof: str = ""
+
+    @property
+    def line(self) -> str:
+        """Word and reasons in one line."""
+        return self.word.upper() + (f"  {'; '.join(self.reasons)}" if self.reasons else "")
+
+    @property
+    def below(self) -> tuple[str, ...]:
+        """What stands below that line where there is little room."""
+        return tuple(t for t in (self.proof, *self.advice) if t)
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A number that is to be seen first, and lines below it."""
+
+    name: str
+    mark: Mark
+    number: str
+    unit: str
+    lines: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Tiles:
+    """Big numbers side by side; a table says them too."""
+
+    tiles: tuple[Tile, ...]
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Names with their values."""
+
+    pairs: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
 class Written:
     """Files that were written, in one folder or one by one."""
 
     paths: tuple[Path, ...]
 
 
-Block: TypeAlias = "Text | Table | Figure | Remarks | Written"
+@dataclass(frozen=True)
+class Pair:
+    """Blocks side by side, where there is room."""
+
+    blocks: tuple[Block, ...]
+
+
+@dataclass(frozen=True)
+class Folded:
+    """Blocks that open when somebody asks for them."""
+
+    summary: str
+    blocks: tuple[Block, ...]
+
+
+@dataclass(frozen=True)
+class Detail:
+    """What only a page has room for; made when one is drawn."""
+
+    make: Callable[[], Iterable[Block | None]]
+
+
+Block: TypeAlias = "Text | Table | Figure | Remarks | Verdict | Tiles | Facts | Written | Pair | Folded | Detail"
 
 
 @dataclass(frozen=True)
 class Section:
-    """Blocks under a heading, which may be empty."""
+    """Blocks under a heading, which may be empty; pages may have one of their own (`title`), and a name to be found by (`key`)."""
 
     heading: str
     blocks: tuple[Block, ...]
+    title: str = ""
+    key: str = ""
 
     @classmethod
-    def of(cls, heading: str, *blocks: Block | None) -> Section:
+    def of(cls, heading: str, *blocks: Block | None, title: str = "", key: str = "") -> Section:
         """A section of those blocks that are there."""
-        return cls(heading, tuple(b for b in blocks if b is not None))
+        return cls(heading, tuple(b for b in blocks if b is not None), title, key)
+
+    @property
+    def short(self) -> Section | None:
+        """The same where there is little room; None where nothing is left of it."""
+        kept = tuple(b for b in self.blocks if not isinstance(b, Detail | Tiles | Folded))
+        if not kept and (self.blocks or not self.heading):
+            return None
+        return Section(self.heading, tuple(b.short if isinstance(b, Table) else b for b in kept))
 
 
 def quiet(*lines: str, indent: int = 0) -> tuple[Text, ...]:
@@ -111,9 +243,14 @@ def table(
     title: str = "",
     rows: Iterable[Sequence[Cell]] = (),
     styles: Sequence[Style] = (),
+    caption: str = "",
+    detail: Sequence[int] = (),
+    terse: Sequence[int] = (),
+    brief: int | None = None,
 ) -> Table:
     """A table from whatever holds its rows."""
-    return Table(columns, tuple(tuple(row) for row in rows), tuple(right), title, tuple(styles))
+    made = tuple(tuple(row) for row in rows)
+    return Table(columns, made, tuple(right), title, tuple(styles), caption, tuple(detail), tuple(terse), brief)
 
 
 def figure(value: float | None, digits: int = 4) -> str:

@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.report.numbers import finite
+from robocal.report.sections import Mark
 
 __all__ = ["ASIDE", "Series", "column", "is_aside", "is_held_out", "numbers", "ordinals", "pairs", "three"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Columns = Mapping[str, Sequence[object]]
-ASIDE = "aside"  # the key of the series that has no mean: gross rows
+ASIDE: Mark = "aside"  # the key of the series that has no mean: gross rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +25,7 @@ class Series:
     """One series: its class in the style sheet, its name, and for each of its points the configuration's ordinal (from 1)
     and the error, (n,) each."""
 
-    key: str
+    key: Mark
     name: str
     at: NDArray[np.int64]
     values: Array
@@ -89,13 +90,14 @@ def three(residuals: Columns, quantity: str = "", unit: str = "mm") -> list[Seri
         held = np.where(out, after, np.nan)
     after = np.where(out, np.nan, after)
     at, last = ordinals(residuals), "held out" if out.any() else "held out in turn"
-    found = []
-    for key, name, values in (
+    found: list[Series] = []
+    every: tuple[tuple[Mark, str, Array], ...] = (
         ("before", "before", before),
         ("after", "after, seen by the fit", after),
         ("held", last, held),
         (ASIDE, "set aside", gross),
-    ):
+    )
+    for key, name, values in every:
         known = ~np.isnan(values)
         if known.any():
             found.append(Series(key, name, at[known], values[known]))

@@ -2,9 +2,6 @@
 (function () {
   "use strict";
   var holder = document.getElementById("arrow-data"), figure = document.getElementById("arrows");
-  window.addEventListener("beforeprint", function () {
-    document.querySelectorAll("details").forEach(function (d) { d.open = true; });
-  });
   if (!holder || !figure) return;
   var data = JSON.parse(holder.textContent), controls = document.getElementById("arrow-controls");
   var WIDE = 460, HIGH = 440, view = data.view.slice(), zoom = 1, boost = 1, same = false, queued = false;

@@ -64,7 +64,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 def sections(made: Outcome) -> Iterator[Section]:
     """What files contain and what they can tell."""
     from robocal.jobs.strange import outlier
-    from robocal.report.identified import strange
+    from robocal.report.errors import strange
 
     found: Checked = made.result
     machine = found.robot.machine

@@ -65,12 +65,13 @@ def _opened(case: Any) -> Section:
 
 def _found(finding: Any, folder: Path) -> Section:
     """One step of a case: verdict, errors, facts, whether it is as expected, and how to do it again."""
-    from robocal.report.identified import errors_table, verdict
+    from robocal.report.errors import errors_table
+    from robocal.report.proof import verdict
 
     result = finding.outcome.result
     blocks: list[Block | None] = [Text.of((finding.title, "title"))]
     if finding.expected in ("improved", "refused"):
-        blocks.append(verdict(result.verdict.status, result.verdict.reasons))
+        blocks.append(verdict(result))
     blocks.append(errors_table(result.residuals, "error"))
     blocks += [Text.of(fact, indent=2) for fact in finding.facts]
     mark: Cell = ("as it should be", "good") if finding.ok else (f"NOT as it should be: {finding.expected}", "bad")

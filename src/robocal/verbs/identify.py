@@ -257,7 +257,10 @@ def _cables(o: Options, file: CableFile, solver: Solver, watch: Watch | None, co
 
 
 def sections(made: Outcome) -> Iterator[Section]:
-    """The whole story of one identification."""
-    from robocal.report.identified import identified
+    """The whole story of one identification, and where it was written."""
+    from robocal.jobs.knowledge import map_columns
+    from robocal.report.identified import ended, identified
 
-    yield from identified(made.result.result, made.written, made.result.left_out)
+    found: Identified = made.result
+    yield from identified(found.result, found.residuals, lambda: map_columns(found.identification))
+    yield ended(found.result, made.written, found.left_out)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from robocal.report.sections import Remarks, Section, Text, Written, figure, quiet, strong, table
+from robocal.report.sections import Detail, Remarks, Section, Text, Written, figure, quiet, strong, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Arg, Opt, Told
 from robocal.verbs.outcome import Outcome, Watch
@@ -102,12 +102,14 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 
     from robocal.errors import ModelError
     from robocal.files.poses import read_poses
-    from robocal.files.writing import refuse_existing
+    from robocal.files.writing import refuse_existing, write_files
     from robocal.jobs import plan as found
     from robocal.jobs.inputs import open_arm, read_inputs, robot_files
     from robocal.jobs.instruments import known, template
+    from robocal.jobs.plain import json_text
     from robocal.jobs.watching import computable
     from robocal.planning.poses import PlanOptions, plan
+    from robocal.report.page import page
 
     arm = open_arm(o.robot, base=o.base, tip=o.tip)
     size = arm.units.length.to_si
@@ -151,14 +153,23 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     planned = found.Planned(
         arm, o.robot, made, options, stated, files, (*warnings, *found.doubts(made, wanted, at_work))
     )
+    texts: dict[str, str] = {}
     if o.output is not None:
-        planned = found.written(planned, o.output)
+        texts, said = found.texts(planned)
+        planned = replace(planned, warnings=(*planned.warnings, *said))
     document = planned.document
-    return Outcome(planned, lambda: document, remarks=planned.warnings, written=planned.written)
+    outcome = Outcome(planned, lambda: document, remarks=planned.warnings)
+    if o.output is None:
+        return outcome
+    shown = page(planned.robot.name, sections(outcome), kind="Plan of poses")
+    return outcome.kept(write_files(o.output, texts | {"plan.json": json_text(document), "plan.html": shown}))
 
 
 def sections(made: Outcome) -> Iterator[Section]:
     """Accuracy against the number of poses, and what to do next."""
+    from robocal.jobs.plan import points
+    from robocal.report.plan import foretold, places
+
     found = made.document()
     n = found["poses"]
     head = f"   {n} poses of {found['candidates']} candidates, kind {found['kind']}, criterion {found['criterion']}"
@@ -176,7 +187,11 @@ def sections(made: Outcome) -> Iterator[Section]:
         "poses", "mean", "95 %", "random", "last pose", right=(0, 1, 2, 3, 4), title="Foretold error [mm] at other poses",
         rows=rows, styles=["strong" if row["poses"] == n else "" for row in shown],
     )  # fmt: skip
-    yield Section.of("", forecast, *quiet(*_near(found)), *map(strong, _enough(found)))
+    yield Section.of(
+        "", forecast, *quiet(*_near(found)), *map(strong, _enough(found)), Detail(lambda: foretold(found)),
+        title="How many poses", key="forecast",
+    )  # fmt: skip
+    yield Section.of("", Detail(lambda: places(points(made.result))), title="Where", key="places")
     if made.remarks:
         yield Section.of("Worth knowing", Remarks(made.remarks))
     if made.written:

@@ -3,11 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from robocal.report.sections import Block, Remarks, Section, Text, Written, figure, quiet, table
+from robocal.report.sections import (
+    Block,
+    Cell,
+    Detail,
+    Facts,
+    Remarks,
+    Section,
+    Text,
+    Verdict,
+    Written,
+    figure,
+    quiet,
+    table,
+)
 from robocal.verbs import words as w
 from robocal.verbs.option import Opt, Told
 from robocal.verbs.outcome import Outcome, Watch
@@ -64,41 +77,56 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Validates a robot on data files; a folder gets validation.json and validation.html. Raises InputError."""
-    from robocal.jobs.validate import validated, written
+    from robocal.files.writing import write_files
+    from robocal.jobs.plain import json_text
+    from robocal.jobs.validate import validated
+    from robocal.report.page import page
 
     made = validated(
         o.robot, o.data, o.against, o.offsets, o.distances, o.exclude, o.seed, o.base, o.tip, command, watch
     )
-    if o.output is not None:
-        made = written(made, o.output)
-    return Outcome(made, lambda: made.document, made.trusted, made.warnings, written=made.written)
+    outcome = Outcome(made, lambda: made.document, made.trusted, made.warnings)
+    if o.output is None:
+        return outcome
+    facts = (("Compared with", made.against.name if made.against else ""),)
+    shown = page(made.robot.name, sections(outcome), kind="Validation report", facts=facts)
+    texts = {"validation.json": json_text(made.document), "validation.html": shown}
+    return replace(outcome, written=write_files(o.output, texts))
 
 
 def sections(made: Outcome) -> Iterator[Section]:
     """The errors of a model, and of another one."""
+    from robocal.report.validation import standing
+
     found: Validation = made.result
     head: list[Block] = [Text.of((found.robot.name, "strong"), f"   {len(found.poses)} measured positions")]
     if found.offsets is not None:
         head += quiet(f"judged: the nominal robot with the joint offsets of {found.offsets}")
-    for reason in found.reasons:
-        head.append(Text.of(("NOT TO BE TRUSTED", "bad"), f"  {reason.sentence}"))
-        head += quiet(*([reason.advice] if reason.advice else []), indent=2)
+    if found.reasons:
+        advice = tuple(dict.fromkeys(r.advice for r in found.reasons if r.advice))
+        head.append(Verdict("not to be trusted", "bad", tuple(r.sentence for r in found.reasons), advice))
     yield Section.of("", *head)
-    errors = tuple(_errors(found))
-    if errors:
-        yield Section.of("", *errors)
-    told = list(_told(found))
+    yield Section.of("", *_errors(found), title="Errors of single measurements", key="errors")
     if found.iso:
-        yield Section.of("", *_standard(found.iso))
+        more = Detail(lambda: standing(found.iso, found.against is not None))
+        yield Section.of("", *_standard(found.iso), more, title=str(found.iso.get("standard")), key="standard")
+    told = list(_told(found))
     worst = sorted(found.poses, key=lambda p: -p["error_mm"])[:3]
     if len(found.poses) > 3:
         told += quiet("worst: " + ", ".join(f"{p['configuration']} {figure(p['error_mm'], 3)} mm" for p in worst))
     if told:
         yield Section.of("", *told)
     if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
+        yield Section.of("Worth knowing", Remarks(made.remarks), key="warnings")
+    yield Section.of("", Detail(lambda: _recipe(found)), title="Recipe", key="recipe")
     if made.written:
         yield Section.of("", Written(made.written))
+
+
+def _recipe(found: Validation) -> Iterator[Block]:
+    yield Facts((("Command", found.command),))
+    rows: list[tuple[Cell, ...]] = [(str(i.file), (i.sha256, "code")) for i in found.inputs]
+    yield table("file", "SHA-256", rows=rows, title="Inputs")
 
 
 def _errors(found: Validation) -> Iterator[Block]:

@@ -16,11 +16,12 @@ from robocal.cables.inverse import inverse
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.geometry import se3
-from robocal.report.cable.page import page, part
+from robocal.report.cable.part import part
 from robocal.report.cable.ropes import courses, wheels
 from robocal.report.cable.scene import scene
 from robocal.report.cable.solids import hull_loops, thinned
 from robocal.report.cable.view import View, best, fitted
+from robocal.report.page import page
 
 
 @pytest.mark.parametrize("m", range(3, 13))
@@ -137,7 +138,7 @@ def test_nothing_in_a_robot_file_becomes_markup() -> None:
     drawn = scene(robot, robot.home, tension=[30, 40, np.nan, 5, 60], caption="<b>&")
     root = parsed(drawn)
     assert any("".join(e.itertext()).startswith("b&c") for e in root.iter() if "data-w" in e.attrib)
-    text = page("<i>title</i>", [part("<u>", "<q>&", drawn, [["<td>", "<th>"], ["<tr>", "<em>"]])])
+    text = page("<i>title</i>", [part("<u>", "<q>&", drawn, [["<td>", "<th>"], ["<tr>", "<em>"]])], kind="Cable robot")
     for bad in (
         "<script>alert",
         '" onload="',
@@ -224,15 +225,16 @@ def test_a_page_needs_nothing_from_outside() -> None:
     text = page(
         "Two poses",
         [*(part(f"Pose {i}", "One.\n\nTwo.", d) for i, d in enumerate(drawn)), part("Table", table=table)],
+        kind="Cable robot",
     )
     assert text.count("<p>One.</p>") == 2 and text.count("<script>") == 1 and "script-src 'sha256-" in text
     assert not re.search(r"(src|href)=\"(?!data:)", text) and "@import" not in text and "url(" not in text
     keys = re.findall(r'\sid="([^"]*)"', text)
     assert len(keys) == len(set(keys))
     assert '<td class="n">30.0 N</td><td>held</td>' in text
-    bare = page("Bare", [part("Numbers", table=[["", ""], ["mass", "5 kg"]])])
+    bare = page("Bare", [part("Numbers", table=[["", ""], ["mass", "5 kg"]])], kind="Cable robot")
     assert "<thead>" not in bare and '<td class="n">5 kg</td>' in bare
-    assert "<script" not in page("Plane", [part("Plane", figure=flat)])
+    assert "<script" not in page("Plane", [part("Plane", figure=flat)], kind="Cable robot")
 
 
 def test_a_turned_scene_starts_where_the_still_one_stands() -> None:

@@ -16,7 +16,7 @@ from robocal.jobs.cable.poses_result import EXPECTED_OF, STOPPED_BY, Listed
 from robocal.jobs.plain import plain
 from robocal.remarks.remark import spoken
 from robocal.report.cable.lists import reached
-from robocal.report.cable.page import part
+from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene
 from robocal.report.cable.series import tensions
 from robocal.report.numbers import significant

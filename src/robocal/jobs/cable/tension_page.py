@@ -11,7 +11,7 @@ from robocal.jobs.cable.document import how_made, limits_text
 from robocal.jobs.cable.tension_result import Tensions
 from robocal.jobs.plain import plain
 from robocal.remarks.remark import spoken
-from robocal.report.cable.page import part
+from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene
 from robocal.report.cable.series import tensions
 from robocal.report.numbers import significant

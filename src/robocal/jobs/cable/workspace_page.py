@@ -17,7 +17,7 @@ from robocal.geometry import se3, so3
 from robocal.jobs.cable.document import how_made, limits_text
 from robocal.jobs.cable.workspace_result import Workspace
 from robocal.jobs.plain import plain
-from robocal.report.cable.page import part
+from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene
 from robocal.report.cable.sections import section
 from robocal.report.numbers import fixed, significant

@@ -298,5 +298,4 @@ TABLE: dict[Code, Words] = {
         "calibrated.urdf cannot hold the fitted {names}, so by itself it is not the identified robot; the run folder is",
         "Give the folder to validate, export or simulate.",
     ),
-    Code.REPORT_LEFT_OUT: Words("{page} was left out: {reason}", "The numbers are all in the files beside it."),
 }

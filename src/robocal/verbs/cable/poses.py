@@ -96,7 +96,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs.cable.start import box_of, clearance_of, started
     from robocal.jobs.watching import computable
     from robocal.planning.cable import choose
-    from robocal.report.cable.page import page
+    from robocal.report.page import page
 
     if o.output is not None:
         refuse_existing(o.output, FILES, o.force)
@@ -131,7 +131,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     if o.output is None:
         return outcome.kept(())
     tell({"stage": "report"})
-    shown = page(f"{able.name}: poses that can be reached", (*sections(outcome), *details(outcome)))
+    shown = page(f"{able.name}: poses that can be reached", (*sections(outcome), *details(outcome)), kind="Cable robot")
     return outcome.kept(write_files(o.output, {**found.texts(out), "report.html": shown}))
 
 

@@ -63,7 +63,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs.cable.tension import bare, doubts, leaning, listed, structures
     from robocal.jobs.cable.tension_result import Tensions
     from robocal.jobs.plain import json_text
-    from robocal.report.cable.page import page
+    from robocal.report.page import page
 
     if o.output is not None:
         refuse_existing(o.output, FILES, o.force)
@@ -91,7 +91,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     outcome = Outcome(made, lambda: made.document, not made.doubts, (*made.warnings, *made.doubts), made.text)
     if o.output is None:
         return outcome.kept(())
-    shown = page(f"{able.name}: tensions", (*sections(outcome), *details(outcome)))
+    shown = page(f"{able.name}: tensions", (*sections(outcome), *details(outcome)), kind="Cable robot")
     texts = dict(zip(FILES, (made.text, json_text(made.document), shown), strict=True))
     return outcome.kept(write_files(o.output, texts))
 

@@ -96,7 +96,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs.cable.demand import demand_of
     from robocal.jobs.cable.load import held_robot, robot_input
     from robocal.jobs.cable.workspace_result import Workspace
-    from robocal.report.cable.page import page
+    from robocal.report.page import page
 
     if o.output is not None:
         refuse_existing(o.output, (*FILES, *MESHES), o.force)
@@ -125,7 +125,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         return outcome.kept(())
     if watch is not None:
         watch({"stage": "write"})
-    shown = page(f"{able.name}: workspace", (*sections(outcome), *details(outcome)))
+    shown = page(f"{able.name}: workspace", (*sections(outcome), *details(outcome)), kind="Cable robot")
     return outcome.kept(write_files(o.output, {**found.texts(result), "report.html": shown}))
 
 

@@ -1,0 +1,148 @@
+"""How the fit came about, for pages: its convergence, correlations of what was found, noise of the sensors, and its recipe."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from robocal.report import matrix, pictures
+from robocal.report.numbers import ranges
+from robocal.report.sections import (
+    Block,
+    Cell,
+    Detail,
+    Facts,
+    Figure,
+    Folded,
+    Pair,
+    Section,
+    Text,
+    figure,
+    table,
+)
+
+__all__ = ["fitted", "recipe"]
+
+
+def fitted(result: Any) -> Iterator[Section]:
+    """Convergence, correlations, sensors."""
+    fit, found = result.fit, result.correlation
+    yield Section.of("", Detail(lambda: _converged(fit)), title="Convergence", key="convergence")
+    yield Section.of("", Detail(lambda: _correlation(found)), title="Correlation of parameters", key="correlation")
+    yield Section.of("", Detail(lambda: _sensors(fit)), title="Sensors and their noise", key="groups")
+
+
+def _converged(fit: Any) -> Iterator[Block]:
+    yield Text.of(
+        f"{fit.iterations} iteration{'' if fit.iterations == 1 else 's'}{f'; {fit.reason}' if fit.reason else ''}."
+    )
+    costs = [c for c in fit.history if c is not None]
+    last = Text.of((f"Last values of the cost: {', '.join(figure(c, 7) for c in costs[-5:])}.", "quiet"))
+    caption = (
+        "The cost is half the sum of squared residuals, each divided by its sigma. A line that flattens has converged; one that "
+        "still falls at the end has not."
+    )
+    if svg := pictures.convergence(costs):
+        yield Pair((Figure(svg, caption), last))
+    elif costs:
+        yield last
+
+
+def _correlation(found: Any) -> Iterator[Block]:
+    """Which parameters can be traded for one another."""
+    svg, left_out = matrix.correlation(found.names, found.matrix)
+    if not svg:
+        yield Text.of(("There are no correlations: fewer than two parameters were identified.", "quiet"))
+        return
+    yield Text.of(
+        "Two parameters with a correlation near ±1 can be traded for one another with hardly any effect on the errors: their sum "
+        "is known better than each alone."
+    )
+    less = f" The {left_out} least entangled parameters are left out." if left_out else ""
+    caption = "Area shows the size of a correlation; filled squares are positive, hollow ones negative. Columns are named on the diagonal."
+    yield Figure(svg, caption + less)
+    pairs = [(a, b, f"{v:+.3f}") for a, b, v in matrix.strongest(found.names, found.matrix)]
+    if pairs:
+        yield table("parameter", "and", "correlation", right=(2,), rows=pairs, title="Strongest pairs")
+    else:
+        yield Text.of("No pair exceeds ±0.7.")
+
+
+def _sensors(fit: Any) -> Iterator[Block]:
+    """What each sensor's residuals say of its noise."""
+    if fit.groups:
+        rows = [
+            (
+                g.name, g.kind, str(g.n), figure(g.dof), figure(g.chi2), _ratio(g.chi2, g.dof), figure(g.rms, 3),
+                figure(g.sigma, 3), g.unit, g.sigma_source or "-", chi2_word(g.chi2, g.dof, g.sigma_source),
+            )
+            for g in fit.groups
+        ]  # fmt: skip
+        columns = ("sensor", "kind", "values", "dof", "χ²", "χ²/dof", "rms", "σ", "unit", "σ from", "in words")
+        caption = "χ²/dof compares what is left with the sensor's noise: near 1 is what the noise alone would leave."
+        yield table(*columns, right=(2, 3, 4, 5, 6, 7), rows=rows, caption=caption)
+    if fit.chi2 is not None:
+        word = chi2_word(fit.chi2, fit.dof, fit.sigma_source)
+        ratio = f" with {figure(fit.dof)} degrees of freedom, χ²/dof = {_ratio(fit.chi2, fit.dof)}" if fit.dof else ""
+        yield Text.of(f"All together: χ² = {figure(fit.chi2)}{ratio}{f': {word}' if word else ''}.")
+    yield Text.of(
+        "σ is ", ("stated", "term"), " (given with the data), from ", ("repeats", "term"),
+        " (the spread of repeated measurements) or ", ("estimated", "term"),
+        " (from the residuals of this fit, which then cannot test themselves).",
+    )  # fmt: skip
+
+
+def _ratio(chi2: float | None, dof: float | None) -> str:
+    return figure(chi2 / dof, 3) if chi2 is not None and dof else "-"
+
+
+def chi2_word(chi2: float | None, dof: float | None, source: str) -> str:
+    """What chi2 / dof says about the stated noise, from a 95 % interval (Wilson and Hilferty's cube root)."""
+    if chi2 is None or dof is None or dof <= 0:
+        return ""
+    if "estimated" in source:
+        return "sigma was taken from these residuals, so this is 1 by construction and tests nothing"
+    spread = math.sqrt(2 / (9 * dof))
+    low, high = ((1 - 2 / (9 * dof) + z * spread) ** 3 for z in (-1.96, 1.96))
+    ratio = chi2 / dof
+    if ratio > high:
+        return "more than the stated noise explains; for the sigmas as fitted, noise is added until this is one"
+    if ratio < low:
+        return "less than the stated noise; that sigma looks too large"
+    return "as the stated noise predicts"
+
+
+def recipe(result: Any) -> Section:
+    """What makes the same numbers again."""
+    return Section.of("", Detail(lambda: _recipe(result)), title="Recipe", key="recipe")
+
+
+def _recipe(result: Any) -> Iterator[Block]:
+    made, split = result.provenance, result.split
+    if made.command or made.inputs:
+        yield Text.of("With these files, options and this version, the same numbers come out again.")
+    options = sorted((str(k), _option(v)) for k, v in made.options.items())
+    known = (
+        ("Command", made.command),
+        ("robocal version", f"{made.version} (result format {result.robocal})"),
+        ("Seed", "" if made.seed is None else str(made.seed)),
+        ("Started", made.started),
+        ("Duration", "" if made.seconds is None else f"{figure(made.seconds, 2)} s"),
+        *options,
+    )
+    yield Facts(tuple((name, value) for name, value in known if value))
+    if made.inputs:
+        rows: list[tuple[Cell, ...]] = [(i.file, (i.sha256, "code")) for i in made.inputs]
+        yield table("file", "SHA-256", rows=rows, title="Inputs")
+    lists = (("Fit", split.fit), ("Held out", split.held_out), ("Left out", split.embargoed))
+    shown = Facts(tuple((name, ranges(ids)) for name, ids in lists if ids))
+    if shown.pairs:
+        yield Folded(f"Configurations of the fit ({len(split.fit)}) and held out ({len(split.held_out)})", (shown,))
+
+
+def _option(value: object) -> str:
+    if isinstance(value, str):
+        return value
+    return f"{value:.6g}" if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)

@@ -1,0 +1,109 @@
+"""What the numbers mean, in words: the verdict, and what was proven on measurements that nothing was fitted to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robocal.report.sections import Style, Verdict, figure
+
+__all__ = ["proof", "times_smaller", "verdict"]
+
+Told = tuple[str, Style, str]
+VERDICTS: dict[str, Told] = {
+    "improved": (
+        "improved",
+        "good",
+        "The corrected model is better than the nominal one, and the gain is proven on measurements that it had not seen.",
+    ),
+    "improved where measured": (
+        "improved where measured",
+        "doubtful",
+        "The gain is proven on measurements that the model had not seen, near the others; for the rest of the working range it is "
+        "not.",
+    ),
+    "not_improved": ("not improved", "doubtful", "A better model was not proven. Keep the nominal one."),
+    "refused": (
+        "refused",
+        "bad",
+        "The model does not explain these measurements. Do not use the identified parameters; they are listed for diagnosis only.",
+    ),
+}  # fmt: skip
+
+
+def verdict(result: Any, brief: bool = False) -> Verdict:
+    """The verdict of a result, with what to do where it is not `improved`, each advice once; `brief`: its first reason alone."""
+    said = result.verdict
+    measured = said.status == "improved" and said.region == "measured"
+    status = "improved where measured" if measured else str(said.status)
+    word, style, meaning = VERDICTS[status]
+    if brief:
+        return Verdict(word, style, tuple(said.reasons[:1]))
+    advice = [] if status == "improved" else [r.advice for r in said.remarks if r.advice]
+    return Verdict(word, style, tuple(said.reasons), tuple(dict.fromkeys(advice)), meaning, proof(result.residuals))
+
+
+def times_smaller(before: float | None, after: float | None) -> str:
+    """The factor between two errors in words, or nothing where it says nothing."""
+    if before is None or after is None or before <= 0 or after <= 0:
+        return ""
+    ratio = before / after
+    if 0.95 < ratio < 1.05:
+        return "about the same"
+    word = "smaller" if ratio > 1 else "larger"
+    ratio = max(ratio, 1 / ratio)
+    shown = f"{ratio:.0f}" if ratio >= 9.5 else f"{ratio:.1f}" if ratio >= 1.95 else f"{ratio:.2f}"
+    return f"{shown} times {word}"
+
+
+def proof(residuals: Any) -> str:
+    """One or two sentences: what the unseen measurements say, or that there were none."""
+
+    def mean(name: str) -> float | None:
+        found = getattr(residuals, name)
+        return None if found is None else found.mean
+
+    def show(value: float | None) -> str:
+        return f"{figure(value, 3)} {residuals.unit}"
+
+    held, held_before = mean("held_out"), mean("held_out_before")
+    if held is not None:
+        head = f"On {residuals.held_out.n} measurements that the identification never saw, the mean error "
+        if held_before is not None:
+            factor = times_smaller(held_before, held)
+            return f"{head}went from {show(held_before)} to {show(held)}{f': {factor}' if factor else ''}."
+        before = mean("before")
+        rest = "" if before is None else f"; the nominal model, over all measurements, leaves {show(before)}"
+        return f"{head}is {show(held)}{rest}."
+    folded, folded_before = mean("k_fold"), mean("k_fold_before")
+    if folded is not None:
+        rounds = len(residuals.folds)
+        text = (
+            f"Everything was held out once, in {rounds} folds, and predicted by a model that was fitted to the others: "
+        )
+        factor = times_smaller(folded_before, folded)
+        went = f"the mean error went from {show(folded_before)} to" if factor else "the mean error is"
+        return f"{text}{went} {show(folded)}{f', {factor}' if factor else ''}."
+    return _alone(residuals, mean, show)
+
+
+def _alone(residuals: Any, mean: Any, show: Any) -> str:
+    """Where nothing was held out as a whole."""
+    single, before, after = mean("leave_one_out"), mean("before"), mean("after")
+    if single is not None:
+        text = "No set was held out as a whole; each configuration was predicted from all the others instead. "
+        text += f"That mean error is {show(single)}"
+        # Like is compared with like: the nominal model's frames had not seen the pose either, where that is known.
+        plain = mean("leave_one_out_before")
+        plain = before if plain is None else plain
+        if plain is not None:
+            factor = times_smaller(plain, single)
+            text += f", against {show(plain)} with the nominal model" + (f": {factor}" if factor else "")
+        constant = mean("constant")
+        less = "" if constant is None else f" Predicting the mean of the others misses by {show(constant)}."
+        return f"{text}.{less}"
+    if after is not None:
+        return (
+            f"Nothing was held out. The error of {show(after)} was computed on the measurements that the model was fitted to, "
+            "so it shows how well the model bends to them and is no proof that it predicts others."
+        )
+    return "No errors were recorded, so nothing is proven."
