@@ -45,7 +45,7 @@ def test_compare_alone_tries_what_is_worth_it(case: Path) -> None:
     assert found["held_out_before"] == written["residuals"]["held_out_before"]["mean"]
     page = (case / "run" / "report.html").read_text(encoding="utf-8")
     assert "Other estimators on the same measurements" in page and "How linear it was" in page
-    assert "Levenberg-Marquardt" in page and "Frames only" in page
+    assert "Levenberg-Marquardt" in page and "frames only" in page
     again = robocal("report", "run", "-o", "again.html")
     assert again.status == 0 and "Other estimators" in (case / "again.html").read_text(encoding="utf-8")
 

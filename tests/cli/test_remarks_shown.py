@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import copy
 
-from report.samples import improved
+from report.samples import improved, result
 
 from robocal.cli.terminal import Terminal
 from robocal.files.parts import Remark as Kept
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
-from robocal.report.page import render
+from robocal.report.identified import report
 from robocal.report.sections import Remarks, Section
-from robocal.report.words import advised
 
 SAID = Remark.of(Code.NO_DIAMETER)
 FACT = Remark.of(Code.NO_PULLEYS)
@@ -37,13 +36,15 @@ def test_a_warning_beside_a_document_says_what_to_do(capsys):
 
 
 def test_the_report_has_advice_beside_the_warning():
-    result, rows = copy.deepcopy(improved())
-    result |= told((SAID, FACT))
-    page = render(result, rows)
+    document, rows = copy.deepcopy(improved())
+    page = report(result(document | told((SAID, FACT))), rows, None)
     assert (
         f'<li>{SAID.sentence} <span class="soft">{SAID.advice}</span></li>' in page
         and f"<li>{FACT.sentence}</li>" in page
     )
-    assert advised(result) == [(SAID.sentence, SAID.advice), (FACT.sentence, "")]
-    # Documents of earlier versions have sentences alone.
-    assert advised({"warnings": ["old", "old"]}) == [("old", "")]
+
+
+def test_a_report_of_an_earlier_version_has_sentences_alone():
+    document, rows = copy.deepcopy(improved())
+    page = report(result(document | {"warnings": ["old", "old"], "remarks": []}), rows, None)
+    assert page.count("<li>old</li>") == 1

@@ -271,21 +271,6 @@ def test_a_urdf_stays_a_urdf(case: Path) -> None:
     assert robocal("export", "run", "--format", "markdown").status == 0
 
 
-def test_a_run_without_report_extra_says_so(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import sys
-
-    monkeypatch.setitem(sys.modules, "jinja2", None)
-    ran = robocal("identify", "robot.yaml", "data.yaml", "-o", "run")
-    assert ran.status == 0 and "report.html was left out" in " ".join(ran.out.split())
-    assert files(case / "run") == {
-        "result.json",
-        "covariance.json",
-        "accuracy_map.csv",
-        "calibrated.yaml",
-        "residuals.csv",
-    }
-
-
 def test_a_catalogue_name_gives_way_to_a_file(case: Path) -> None:
     (case / "ur10").write_text((case / "robot.yaml").read_text(encoding="utf-8"), encoding="utf-8")
     assert "three axes" in robocal("check", "ur10").out

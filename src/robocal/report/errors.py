@@ -187,9 +187,9 @@ def _pictures(residuals: Any, rows: Columns | None) -> Iterator[Block | None]:
     unit = residuals.unit
     main = ("angle_" if unit == "deg" else "", unit)
     series, turns = three(rows, *main), three(rows, "angle_", "deg") if unit != "deg" else []
-    bars, worst = _bars(series, *main), _worst(rows, *main)
+    bars, worst = _bars(series, "How large the errors are", *main), _worst(rows, *main)
     if turns:
-        yield Pair(tuple(b for b in (bars, _bars(turns, "angle_", "deg")) if b is not None))
+        yield Pair(tuple(b for b in (bars, _bars(turns, "The same for orientation", "angle_", "deg")) if b is not None))
     elif bars is not None and worst is not None:
         yield Pair((bars, worst))
     else:
@@ -200,8 +200,7 @@ def _pictures(residuals: Any, rows: Columns | None) -> Iterator[Block | None]:
     yield worst if turns else None
 
 
-def _bars(series: Sequence[Series], quantity: str, unit: str) -> Figure | None:
-    title = "How large the errors of orientation are" if quantity else "How large the errors are"
+def _bars(series: Sequence[Series], title: str, quantity: str, unit: str) -> Figure | None:
     caption = "How many errors have which size. Every step of ten on the axis is equally wide; dashed lines are means."
     return Figure(svg, caption, title) if (svg := pictures.histogram(series, quantity, unit)) else None
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from shlex import quote
-from typing import Any
+from typing import Any, NamedTuple
 
 from robocal.report.compared import comparison, groups, layer, linear
 from robocal.report.errors import errors, strange, tiles
@@ -30,6 +30,13 @@ HEAT = (
     "was not seen counts as uncertain as expected. Each cell is a mean over random configurations that reach it; empty cells were "
     "not reached. Numbers: accuracy_map.csv."
 )
+
+
+class Sentence(NamedTuple):
+    """A remark of which only the sentence is known."""
+
+    sentence: str
+    advice: str = ""
 
 
 def report(result: Any, rows: Columns | None, cells: Columns | None) -> str:
@@ -94,8 +101,10 @@ def identified(
     if result.outliers:
         yield strange(result.outliers)
     yield from fitted(result)
-    if result.remarks:
-        yield Section.of("Worth knowing", Remarks(tuple(result.remarks)), key="warnings")
+    # Results of earlier versions have sentences alone.
+    known = result.remarks or [Sentence(w) for w in dict.fromkeys(result.warnings)]
+    if known:
+        yield Section.of("Worth knowing", Remarks(tuple(known)), key="warnings")
     yield recipe(result)
 
 

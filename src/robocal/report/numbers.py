@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 __all__ = [
     "MISSING",
     "align",
     "decimals",
-    "entries",
     "finite",
     "fixed",
     "instrument_frames",
     "plain",
     "ranges",
     "scientific",
-    "section",
     "significant",
     "unit_text",
     "with_unit",
@@ -25,20 +23,6 @@ __all__ = [
 MISSING = "–"
 _UNITS = {"deg": "°", "degree": "°", "degrees": "°", "um": "µm", "-": "", "1": ""}
 ROBOT = {"base", "tool", "home"}  # frames of the robot itself
-
-
-def section(data: object, *keys: str) -> Mapping[str, object]:
-    """A nested object of the result, or an empty one where anything on the way is missing."""
-    for key in keys:
-        data = data.get(key) if isinstance(data, Mapping) else None
-    return data if isinstance(data, Mapping) else {}
-
-
-def entries(value: object) -> list[object]:
-    """A list of the result, or an empty one; a lone text counts as one entry."""
-    if isinstance(value, str):
-        return [value] if value else []
-    return list(value) if isinstance(value, Sequence) else []
 
 
 def finite(value: object) -> float | None:

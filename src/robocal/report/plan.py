@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
-from robocal.report.numbers import entries, finite, section, significant
+from robocal.report.numbers import finite, significant
 from robocal.report.sections import Block, Figure, Pair, Text
 from robocal.report.svg import Scale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
 
@@ -13,9 +14,9 @@ __all__ = ["accuracy_picture", "foretold", "place_pictures", "places"]
 Points = Sequence[Sequence[float]]
 
 
-def foretold(document: Mapping[str, object]) -> Iterator[Block]:
+def foretold(document: Mapping[str, Any]) -> Iterator[Block]:
     """What a plan.json foretells, in a sentence and a picture."""
-    accuracy, n = section(document, "accuracy"), finite(document.get("poses")) or 0.0
+    accuracy, n = document["accuracy"], document["poses"]
     mean, wide, random = (f"{significant(accuracy.get(k))} mm" for k in ("mean_mm", "p95_mm", "random_mm"))
     yield Text.of(
         f"After these {n:.0f} poses the error at poses that were not measured is foretold to be {mean} in the mean, below {wide} at "
@@ -38,22 +39,18 @@ def places(found: Mapping[str, Points]) -> Iterator[Block]:
     )
 
 
-def _rows(document: Mapping[str, object]) -> list[Mapping[str, object]]:
-    return [r for r in entries(document.get("forecast")) if isinstance(r, Mapping)]
-
-
-def accuracy_picture(document: Mapping[str, object]) -> str:
+def accuracy_picture(document: Mapping[str, Any]) -> str:
     """Foretold error against the number of poses on a logarithmic axis: mean, 95 %, random poses; empty text when
     nothing is foretold."""
-    n, asked = finite(document.get("poses")) or 0.0, finite(document.get("asked_accuracy_mm"))
-    rows = _rows(document)
+    n, asked = document["poses"], document["asked_accuracy_mm"]
+    rows = document["forecast"]
     # The first poses only find the instrument.
-    shown = [r for r in rows if (finite(r.get("poses")) or 0.0) >= min(3.0, n)]
+    shown = [r for r in rows if r["poses"] >= min(3, n)]
     curves = {k: [finite(r.get(f"{k}_mm")) for r in shown] for k in ("mean", "p95", "random")}
     around = span(v for c in curves.values() for v in c if v is not None)
     if not shown or around is None:
         return ""
-    at = [finite(r.get("poses")) or 0.0 for r in shown]
+    at = [float(r["poses"]) for r in shown]
     left, right, bottom, top = 56.0, 922.0, 300.0, 34.0
     x, y = Scale(0.0, at[-1] * 1.04, left, right), Scale(*around, bottom, top, log=True)
     parts = [
