@@ -57,12 +57,17 @@ def accuracy_picture(document: Mapping[str, Any]) -> str:
         bottom_axis(x, bottom, top, "poses measured"),
         left_axis(y, left, right, "foretold error, mm, logarithmic"),
     ]
+    words = {"mean": "mean", "p95": "95 %", "random": "random poses"}
+    starts = {}
     for key, cls in (("random", "curve random"), ("p95", "curve p95"), ("mean", "curve")):
         known = [(x(a), y(v)) for a, v in zip(at, curves[key], strict=True) if v is not None]
         parts.append(path("".join(f"{'L' if i else 'M'}{num(u)} {num(v)}" for i, (u, v) in enumerate(known)), cls))
         if known:
-            word = {"mean": "mean", "p95": "95 %", "random": "random poses"}[key]
-            parts.append(label(known[0][0] + 8, known[0][1] + {"mean": 12, "p95": -4, "random": 4}[key], word, "name"))
+            starts[key] = known[0]
+    above = top
+    for key, (u, v) in sorted(starts.items(), key=lambda s: s[1][1]):
+        above = max(v + 4, above + 14)  # names of curves that begin side by side stand below one another
+        parts.append(label(u + 8, above, words[key], "name"))
     here = next((v for a, v in zip(at, curves["mean"], strict=True) if a == n and v is not None), None)
     if here is not None:
         parts += [line(x(n), bottom, x(n), y(here), "axis"), points([x(n)], [y(here)], "held")]

@@ -63,8 +63,8 @@ def _picture(rows: Sequence[Found]) -> str:
         return ""
     width, height = 640.0, 260.0
     x = Scale(0.0, across[1], 58, width - 10)
-    y = Scale(0.0, up[1], height - 44, 12)
-    parts = [left_axis(y, 58, width - 10, "|AD|, mm"), bottom_axis(x, height - 44, 12, "commanded distance, mm")]
+    y = Scale(0.0, up[1], height - 44, 30)
+    parts = [left_axis(y, 58, width - 10, "|AD|, mm"), bottom_axis(x, height - 44, 30, "commanded distance, mm")]
     for key in ("before", "after"):
         parts.append(points([x(v) for v, _ in at[key]], [y(v) for _, v in at[key]], key))
     said = "; ".join(f"{key}: {len(p)} pairs" for key, p in at.items() if p)
