@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal.files.result import Result
+from robocal.files.plain import plain
+from robocal.files.result import Result, document
 from robocal.files.runfolder import obstacle
 from robocal.files.writing import write_text
 from robocal.jobs.knowledge import map_columns
 from robocal.jobs.outcome import save
-from robocal.jobs.plain import plain
 from robocal.measure.reach import reach
 from robocal.remarks.remark import Said
 from robocal.report.html import html
@@ -149,6 +149,4 @@ class Identified(Found):
         from robocal.report.page import render
 
         made = self._outcome.result
-        return write_text(
-            file, render(made.result.model_dump(mode="json"), made.residuals, map_columns(made.identification))
-        )
+        return write_text(file, render(document(made.result), made.residuals, map_columns(made.identification)))

@@ -23,6 +23,7 @@ from robocal.calibrate.identify import baseline, frame_names
 from robocal.calibrate.split import leave_one_out_rounds
 from robocal.errors import MissingExtra
 from robocal.estimate.identifiability import analyse
+from robocal.files.plain import json_text, plain
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.files.writing import write_files
@@ -30,7 +31,6 @@ from robocal.jobs.inputs import Inputs, open_arm, read_inputs, robot_files
 from robocal.jobs.iso9283 import Standard, standard
 from robocal.jobs.layered import layer_beside, layer_words
 from robocal.jobs.offset_robot import OffsetRobot, offset_robot
-from robocal.jobs.plain import json_text, plain
 from robocal.jobs.seen import unseen
 from robocal.jobs.watching import Watch, computable
 from robocal.measure.data import DataSet

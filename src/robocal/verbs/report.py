@@ -27,6 +27,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.errors import FileError
     from robocal.files.accuracy import read_accuracy
     from robocal.files.residuals import read_residuals
+    from robocal.files.result import document
     from robocal.files.runfolder import ACCURACY, REPORT, RESIDUALS, open_run
     from robocal.files.writing import write_text
     from robocal.report.page import render
@@ -36,7 +37,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     if rows is None:
         raise FileError("this run has no residuals", file=o.folder, expected=RESIDUALS)
     accuracy = None if cells is None else read_accuracy(cells)
-    page = render(folder.result.model_dump(mode="json"), read_residuals(rows), accuracy)
+    page = render(document(folder.result), read_residuals(rows), accuracy)
     written = write_text(o.output or o.folder / REPORT, page)
     return Outcome(written, lambda: {"written": str(written)}, written=(written,))
 
