@@ -22,7 +22,7 @@ def test_worth_knowing_has_advice_below_the_sentence(capsys, monkeypatch):
     Terminal().draw([Section.of("Worth knowing", Remarks((SAID, FACT)))])
     lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
     assert lines == ["Worth knowing", f"  {SAID.sentence}", f"    {SAID.advice}", f"  {FACT.sentence}"]
-    Terminal().draw([Section.of("", Remarks((Kept.model_validate(SAID.document),)))])
+    Terminal().draw([Section.of("", Remarks((Kept.of(SAID),)))])
     assert SAID.advice in capsys.readouterr().out, "what result.json keeps is shown alike"
 
 

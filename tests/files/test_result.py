@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -138,3 +140,8 @@ def test_wrong_columns_are_a_mistake_of_the_program(tmp_path):
     with pytest.raises(ValueError, match="different length"):
         write_run(tmp_path, result(), None, {"set": ["fit"], "after_mm": []}, None)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_result_is_written_without_what_reads_it():
+    code = "import sys, robocal.files.result; print('pydantic' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"

@@ -86,7 +86,7 @@ def same(a: object, b: object, where: str = "") -> None:
 
 @pytest.mark.parametrize("name", PAIRS)
 def test_python_and_the_command_line_say_the_same(place: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    from robocal.jobs.plain import plain
+    from robocal.files.plain import plain
 
     monkeypatch.chdir(place)
     words, call = PAIRS[name]

@@ -15,6 +15,7 @@ from robocal.arms import catalog
 from robocal.arms.conventions import chain
 from robocal.errors import ModelError
 from robocal.files.csvtable import csv_text
+from robocal.files.plain import plain
 from robocal.files.residuals import read_residuals
 from robocal.files.robot import describe
 from robocal.files.run import RESIDUAL_COLUMNS
@@ -23,7 +24,6 @@ from robocal.files.urdf import read_urdf
 from robocal.jobs.export import parameter_table
 from robocal.jobs.inputs import open_arm
 from robocal.jobs.offsets import joint_offsets
-from robocal.jobs.plain import plain
 from robocal.jobs.simulate import Errors, sample_joints, true_chain
 from robocal.jobs.urdf_text import urdf_text
 from robocal.verbs.stories.examples import example_folder

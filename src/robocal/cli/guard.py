@@ -110,7 +110,7 @@ def _document(words: Sequence[str], error: Exception | str) -> None:
         return
     import json
 
-    from robocal.jobs.plain import plain
+    from robocal.files.plain import plain
 
     keys = ("message", "file", "row", "column", "key", "found", "expected", "suggestion")
     told: dict[str, Any] = {k: plain(getattr(error, k, None)) for k in keys}

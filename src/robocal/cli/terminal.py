@@ -111,7 +111,7 @@ class Terminal:
     def document(self, value: Any) -> None:
         """The one JSON document, when it is wanted."""
         if self.json:
-            from robocal.jobs.plain import plain
+            from robocal.files.plain import plain
 
             sys.stdout.write(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Literal
 
-from pydantic import Field
-
-from robocal.files.parts import Number, Part
+from robocal.files.parts import Number
 
 __all__ = ["Compared", "Comparison", "LinearStep", "Linearity"]
 
 
-class LinearStep(Part):
+@dataclass(frozen=True, kw_only=True)
+class LinearStep:
     """One linear step, rms per component: before, what the linear equation promises, what the model leaves, the neglected
     terms of second order and beyond, and their share of the step's effect."""
 
@@ -23,7 +23,8 @@ class LinearStep(Part):
     noise: Number
 
 
-class Linearity(Part):
+@dataclass(frozen=True, kw_only=True)
+class Linearity:
     """One linear step from the baseline in the fitted parameters and in everything free (no priors), and the largest
     relative curvature within one sigma of the solution, with the parameter that such a step moves most."""
 
@@ -36,7 +37,8 @@ class Linearity(Part):
     ruins: bool = False
 
 
-class Compared(Part):
+@dataclass(frozen=True, kw_only=True)
+class Compared:
     """One estimator: mean errors, verdict, the parameter that ends farthest from the reference in sigmas, seconds; stopped: it
     ended without converging; failed says why there is nothing."""
 
@@ -55,12 +57,13 @@ class Compared(Part):
     failed: str = ""
 
 
-class Comparison(Part):
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
     """Estimators on the same data and split, the reference first, with the frames-only model and predicting the mean."""
 
     unit: str
     reference: str
-    methods: list[Compared] = Field(default_factory=list)
+    methods: list[Compared] = field(default_factory=list)
     before: Number = None
     held_out_before: Number = None
     leave_one_out_before: Number = None

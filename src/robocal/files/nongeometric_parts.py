@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Any
 
-from pydantic import Field
-
-from robocal.files.parts import Number, Part
+from robocal.files.parts import Number
 
 __all__ = ["Beyond", "Gain", "GroupTried", "LayerSummary"]
 
 
-class Gain(Part):
+@dataclass(frozen=True, kw_only=True)
+class Gain:
     """A mean reduction of the unseen error, with its paired bootstrap 95 % interval."""
 
     mean: Number
@@ -19,7 +19,8 @@ class Gain(Part):
     high: Number
 
 
-class GroupTried(Part):
+@dataclass(frozen=True, kw_only=True)
+class GroupTried:
     """A group beyond geometry that was asked for: what it gained on blocks of rows that were not used (before: the mean
     error without it), and why it entered or not (code: the same for machines); orders of ripple by joint."""
 
@@ -31,17 +32,19 @@ class GroupTried(Part):
     unit: str = ""
     before: Number = None
     gain: Gain | None = None
-    orders: dict[str, list[float]] = Field(default_factory=dict)
+    orders: dict[str, list[float]] = field(default_factory=dict)
 
 
-class Beyond(Part):
+@dataclass(frozen=True, kw_only=True)
+class Beyond:
     """A group that the identified robot has; options in SI."""
 
     name: str
-    options: dict[str, Any] = Field(default_factory=dict)
+    options: dict[str, Any] = field(default_factory=dict)
 
 
-class LayerSummary(Part):
+@dataclass(frozen=True, kw_only=True)
+class LayerSummary:
     """The residual layer: mean unseen error in mm without and with it, on blocks of rows that neither model nor layer had
     seen; coverage is the share of unseen components within its 95 % band."""
 

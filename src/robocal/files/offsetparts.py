@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Literal
 
-from pydantic import Field
-
 from robocal.files.nongeometric_parts import Gain
-from robocal.files.parts import Number, Part, Remark
+from robocal.files.parts import Number, Remark
 
 __all__ = ["JointOffset", "OffsetsAlone"]
 
 
-class JointOffset(Part):
+@dataclass(frozen=True, kw_only=True)
+class JointOffset:
     """What to add to one joint's value before the nominal model; sigma and interval as fitted. Not seen: 0, and note (remarks are
     the same as data) says what looks like it. fixed: the zero of this joint was not free."""
 
@@ -23,10 +23,11 @@ class JointOffset(Part):
     interval: tuple[Number, Number] | None = None
     status: Literal["identified", "dropped", "fixed"]
     note: str = ""
-    remarks: list[Remark] = Field(default_factory=list)
+    remarks: list[Remark] = field(default_factory=list)
 
 
-class OffsetsAlone(Part):
+@dataclass(frozen=True, kw_only=True)
+class OffsetsAlone:
     """Joint offsets fitted alone (with frames and tool, all else nominal), and mean errors on the unseen measurements of the
     main proof: the nominal model (before), with these offsets (after), the whole identified model (whole).
 
@@ -42,4 +43,4 @@ class OffsetsAlone(Part):
     n: int = 0
     gain: Gain | None = None
     how: str = ""
-    parameters: list[JointOffset] = Field(default_factory=list)
+    parameters: list[JointOffset] = field(default_factory=list)

@@ -1,54 +1,40 @@
-"""What every part of result.json is made of: numbers that may be missing, and models that refuse unknown fields, and
-what is said as data."""
+"""What several parts of a result are made of: numbers that may be missing, what is said as data, rows that were not read."""
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any, Literal
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from robocal.remarks.remark import Remark as Said
 
-__all__ = ["Number", "Part", "Remark", "RowsLeftOut", "finite"]
+__all__ = ["Number", "Remark", "RowsLeftOut", "kept"]
 
-
-def _plain(value: Any) -> Any:
-    """Arrays and their scalars as lists and numbers, tuples as lists."""
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    return {k: _plain(v) for k, v in value.items()} if isinstance(value, dict) else value
+Number: TypeAlias = float | None  # null, where there is no number
 
 
-def finite(value: Any) -> Any:
-    """A value, or None where it is a number that is not finite."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-Number = Annotated[float | None, BeforeValidator(finite)]
-
-
-class Part(BaseModel):
-    """A part of a result: unknown fields are refused, numpy values are taken as plain ones."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _as_plain(cls, data: Any) -> Any:
-        return _plain(data)
-
-
-class Remark(Part):
+@dataclass(frozen=True, kw_only=True)
+class Remark:
     """What is said, as data: its code, its sentence, what to do about it, and its numbers by name."""
 
     code: str
     sentence: str
     advice: str = ""
-    numbers: dict[str, Any] = Field(default_factory=dict)
+    numbers: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, said: Said) -> Remark:
+        """What a file keeps of a remark."""
+        return cls(**said.document)
 
 
-class RowsLeftOut(Part):
+def kept(remarks: Iterable[Said]) -> list[Remark]:
+    """What a file keeps of remarks, each once."""
+    return [Remark.of(r) for r in dict.fromkeys(remarks)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RowsLeftOut:
     """Rows of a file that were not read, as an editor numbers lines, and why."""
 
     file: str

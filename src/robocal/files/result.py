@@ -8,21 +8,19 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, Literal
-
-from pydantic import Field
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal
 
 from robocal.errors import FormatError
 from robocal.files.diagnostics import Comparison, Linearity
 from robocal.files.names import SAID, strange_part
 from robocal.files.nongeometric_parts import Beyond, GroupTried, LayerSummary
 from robocal.files.offsetparts import OffsetsAlone
-from robocal.files.parts import Number, Part, Remark, RowsLeftOut, finite
-from robocal.files.schema import validate
+from robocal.files.parts import Number, Remark, RowsLeftOut
+from robocal.files.plain import json_text, plain
 from robocal.files.strange import Outlier
 from robocal.files.text import read_text
 from robocal.files.trustparts import Coverage, Prediction, Scale, WorkingRange
-from robocal.files.yamlio import Document
 
 __all__ = [
     "AngleResiduals",
@@ -48,12 +46,14 @@ __all__ = [
     "Statistic",
     "Verdict",
     "WorkingRange",
+    "document",
     "read_result",
     "schema",
 ]
 
 
-class RobotSummary(Part):
+@dataclass(frozen=True, kw_only=True)
+class RobotSummary:
     """The robot that was identified."""
 
     name: str
@@ -62,17 +62,19 @@ class RobotSummary(Part):
     source: str = ""
 
 
-class Verdict(Part):
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
     """Whether the corrected model is better on data that it has not seen; `region` is where: in the whole working range, or
     near what was measured; `remarks` are the reasons as data."""
 
     status: Literal["improved", "not_improved", "refused"]
     region: Literal["measured", "working"] | None = None
-    reasons: list[str] = Field(default_factory=list)
-    remarks: list[Remark] = Field(default_factory=list)
+    reasons: list[str] = field(default_factory=list)
+    remarks: list[Remark] = field(default_factory=list)
 
 
-class ParameterResult(Part):
+@dataclass(frozen=True, kw_only=True)
+class ParameterResult:
     """One parameter; sigma as fitted, with what hidden (dropped) partners may be off by; sigma_conditional if these were
     exactly nominal, sigma_instrument if besides the stated noise were all there is; interval holds the truth with 95 %,
     bootstrap (when asked for) is the 95 % percentile interval of fits to configurations drawn again.
@@ -92,27 +94,30 @@ class ParameterResult(Part):
     status: Literal["identified", "prior", "dropped", "fixed"]
     data_share: Number = None
     note: str = ""
-    remarks: list[Remark] = Field(default_factory=list)
+    remarks: list[Remark] = field(default_factory=list)
     interval: tuple[Number, Number] | None = None
     bootstrap: tuple[Number, Number] | None = None
 
 
-class CombinationTerm(Part):
+@dataclass(frozen=True, kw_only=True)
+class CombinationTerm:
     """One parameter's part in a combination."""
 
     name: str
     coefficient: Number
 
 
-class Combination(Part):
+@dataclass(frozen=True, kw_only=True)
+class Combination:
     """A sum of parameters that the data cannot see, the dropped one first; alone, it has no effect on them."""
 
     text: str
     code: str = ""
-    terms: list[CombinationTerm] = Field(default_factory=list)
+    terms: list[CombinationTerm] = field(default_factory=list)
 
 
-class Observability(Part):
+@dataclass(frozen=True, kw_only=True)
+class Observability:
     """Observability indices of Borm and Menq (O1), Driels (O2), Nahvi (O3, O4) and Sun (O5)."""
 
     O1: Number = None
@@ -122,19 +127,21 @@ class Observability(Part):
     O5: Number = None
 
 
-class Identifiability(Part):
+@dataclass(frozen=True, kw_only=True)
+class Identifiability:
     """What the data can tell."""
 
     rank: int
     n_free: int
     condition: Number = None
-    dropped: list[str] = Field(default_factory=list)
-    combinations: list[Combination] = Field(default_factory=list)
+    dropped: list[str] = field(default_factory=list)
+    combinations: list[Combination] = field(default_factory=list)
     observability: Observability = Observability()
-    warnings: list[str] = Field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
 
 
-class Statistic(Part):
+@dataclass(frozen=True, kw_only=True)
+class Statistic:
     """Errors in one number each; profiled: local parameters were refitted on these data."""
 
     mean: Number
@@ -145,7 +152,8 @@ class Statistic(Part):
     profiled: bool = False
 
 
-class Fold(Part):
+@dataclass(frozen=True, kw_only=True)
+class Fold:
     """One round in which everything was held out once: mean errors, baseline and identified."""
 
     name: str
@@ -155,7 +163,8 @@ class Fold(Part):
     profiled: bool = False
 
 
-class AngleResiduals(Part):
+@dataclass(frozen=True, kw_only=True)
+class AngleResiduals:
     """Orientation errors."""
 
     unit: str
@@ -168,19 +177,21 @@ class AngleResiduals(Part):
     constant: Statistic | None = None
     k_fold: Statistic | None = None
     k_fold_before: Statistic | None = None
-    folds: list[Fold] = Field(default_factory=list)
+    folds: list[Fold] = field(default_factory=list)
     all_rows: AngleResiduals | None = (
         None  # the same with the gross rows that no mean above counts; null where there are none
     )
 
 
+@dataclass(frozen=True, kw_only=True)
 class Residuals(AngleResiduals):
     """Position errors; before is the nominal model with instrument and tool fitted, constant is predicting the mean."""
 
     angle: AngleResiduals | None = None
 
 
-class Group(Part):
+@dataclass(frozen=True, kw_only=True)
+class Group:
     """One sensor's share of the fit."""
 
     name: str
@@ -194,59 +205,69 @@ class Group(Part):
     sigma_source: str = ""
 
 
-class Fit(Part):
+@dataclass(frozen=True, kw_only=True)
+class Fit:
     """How the solver came to its end."""
 
     iterations: int
     reason: str
-    history: list[Number] = Field(default_factory=list)
+    history: list[Number] = field(default_factory=list)
     chi2: Number = None
     dof: Number = None
-    groups: list[Group] = Field(default_factory=list)
+    groups: list[Group] = field(default_factory=list)
     sigma_source: str = ""
 
 
-class Split(Part):
+@dataclass(frozen=True, kw_only=True)
+class Split:
     """Which configurations were fitted and which were held out, by id; embargoed ones share a place with held-out ones
     and are neither. how: what the verdict rests on."""
 
     held_out_fraction: Number = None
     seed: int | None = None
-    fit: list[str] = Field(default_factory=list)
-    held_out: list[str] = Field(default_factory=list)
-    embargoed: list[str] = Field(default_factory=list)
+    fit: list[str] = field(default_factory=list)
+    held_out: list[str] = field(default_factory=list)
+    embargoed: list[str] = field(default_factory=list)
     how: str = ""
 
 
-class Correlation(Part):
+@dataclass(frozen=True, kw_only=True)
+class Correlation:
     """Correlations of the identified parameters."""
 
-    names: list[str] = Field(default_factory=list)
-    matrix: list[list[Number]] = Field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    matrix: list[list[Number]] = field(default_factory=list)
 
 
-class InputHash(Part):
+@dataclass(frozen=True, kw_only=True)
+class InputHash:
     """An input file and the SHA-256 of its bytes."""
 
     file: str
     sha256: str
 
 
-class Provenance(Part):
+@dataclass(frozen=True, kw_only=True)
+class Provenance:
     """What made this result: enough to make it again."""
 
     version: str
     command: str = ""
-    inputs: list[InputHash] = Field(default_factory=list)
+    inputs: list[InputHash] = field(default_factory=list)
     seed: int | None = None
     started: str = ""
     seconds: Number = None
-    options: dict[str, Any] = Field(default_factory=dict)
-    left_out: list[RowsLeftOut] = Field(default_factory=list)
+    options: dict[str, Any] = field(default_factory=dict)
+    left_out: list[RowsLeftOut] = field(default_factory=list)
 
 
-class Result(Part):
+@dataclass(frozen=True, kw_only=True)
+class Result:
     """result.json."""
+
+    __pydantic_config__: ClassVar[dict[str, str]] = {
+        "extra": "forbid"
+    }  # its reader refuses unknown keys, of its parts too
 
     robocal: Literal[1] = 1
     robot: RobotSummary
@@ -260,36 +281,35 @@ class Result(Part):
     scale: Scale | None = None
     linearity: Linearity | None = None
     comparison: Comparison | None = None
-    outliers: list[Outlier] = Field(default_factory=list)
+    outliers: list[Outlier] = field(default_factory=list)
     fit: Fit
     split: Split = Split()
-    groups_tried: list[GroupTried] = Field(default_factory=list)
-    beyond: list[Beyond] = Field(default_factory=list)
+    groups_tried: list[GroupTried] = field(default_factory=list)
+    beyond: list[Beyond] = field(default_factory=list)
     layer: LayerSummary | None = None
     offsets: OffsetsAlone | None = None
     correlation: Correlation = Correlation()
-    warnings: list[str] = Field(default_factory=list)
-    remarks: list[Remark] = Field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    remarks: list[Remark] = field(default_factory=list)
     provenance: Provenance
     files: dict[str, str] | None = None  # SHA-256 of the other files of the run folder, report.html aside
 
     def to_json(self) -> str:
         """The text of result.json."""
-        return (
-            json.dumps(_without_nan(self.model_dump(mode="json")), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-        )
+        return json_text(self)
 
 
-def _without_nan(value: Any) -> Any:
-    """The same with null for what is not finite, wherever it hides (`options` may hold anything)."""
-    if isinstance(value, dict):
-        return {str(k): _without_nan(v) for k, v in value.items()}
-    return [_without_nan(v) for v in value] if isinstance(value, list) else finite(value)
+def document(result: Result) -> dict[str, Any]:
+    """A result as the mapping that its file holds."""
+    made: dict[str, Any] = plain(result)
+    return made
 
 
 def schema() -> dict[str, Any]:
     """The JSON Schema of result.json."""
-    made = Result.model_json_schema()
+    from robocal.files.schema import adapter
+
+    made = adapter(Result).json_schema()
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **made, "title": "robocal result.json"}
 
 
@@ -315,7 +335,10 @@ def read_result(path: str | os.PathLike[str]) -> Result:
         )
     if (strange := strange_part(data)) is not None:
         raise FormatError(SAID, file=source.path, key=strange[0], found=strange[1])
-    return validate(Result, Document(source.path, source.text, source.sha256, data))
+    from robocal.files.schema import validate  # pydantic: for reading alone
+    from robocal.files.yamlio import Document
+
+    return validate(Result, Document(source.path, source.text, source.sha256, plain(data)))
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -75,5 +76,5 @@ def write_run(
     recorded = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in files.items()}
     if report is not None:
         files[REPORT] = report
-    texts = {RESULT: result.model_copy(update={"files": recorded}).to_json(), **files}
+    texts = {RESULT: replace(result, files=recorded).to_json(), **files}
     return write_files(folder, texts, remove=(REPORT, *PARTS))

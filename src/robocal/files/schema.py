@@ -14,6 +14,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     FiniteFloat,
+    TypeAdapter,
     ValidationError,
     model_validator,
 )
@@ -24,9 +25,22 @@ from robocal.files.names import strange_character
 from robocal.files.yamlio import Document, Path_
 from robocal.parameters import FRAME_SYMBOLS
 
-__all__ = ["Columns", "FrameModel", "Free", "Model", "Name", "Triple", "UnitsModel", "Version", "refuse", "validate"]
+__all__ = [
+    "Columns",
+    "FrameModel",
+    "Free",
+    "Model",
+    "Name",
+    "Triple",
+    "UnitsModel",
+    "Version",
+    "adapter",
+    "refuse",
+    "validate",
+]
 
-M = TypeVar("M", bound=BaseModel)
+T = TypeVar("T")
+_ADAPTERS: dict[type[Any], TypeAdapter[Any]] = {}
 
 
 def refuse(message: str, *, found: object = None, expected: object = None, suggestion: str | None = None) -> NoReturn:
@@ -64,16 +78,24 @@ WORDS = {
     "bool_type": "true or false",
     "list_type": "a list",
     "dict_type": "a mapping",
+    "dataclass_type": "a mapping of keys",
     "model_type": "a mapping of keys",
     "model_attributes_type": "a mapping of keys",
     "finite_number": "a finite number",
 }
 
 
-def validate(model: type[M], document: Document, data: Any = None, at: Path_ = ()) -> M:
-    """The model of a document, or of its part `data` at a key path. Raises FormatError for the first fault."""
+def adapter(kind: type[T]) -> TypeAdapter[T]:
+    """What reads a model, or a plain dataclass, and tells its schema."""
+    if kind not in _ADAPTERS:
+        _ADAPTERS[kind] = TypeAdapter(kind)
+    return _ADAPTERS[kind]
+
+
+def validate(kind: type[T], document: Document, data: Any = None, at: Path_ = ()) -> T:
+    """The model or dataclass of a document, or of its part `data` at a key path. Raises FormatError for the first fault."""
     try:
-        return model.model_validate(document.data if data is None else data)
+        return adapter(kind).validate_python(document.data if data is None else data)
     except ValidationError as error:
         _explain(error.errors(include_url=False)[0], document, at)
 
@@ -89,6 +111,8 @@ def _explain(fault: ErrorDetails, document: Document, at: Path_) -> NoReturn:
         document.fail(
             "unknown key", (*path, context["key"]), expected=context["known"], suggestion=context["suggestion"]
         )
+    if kind == "unexpected_keyword_argument":
+        document.fail("unknown key", path)
     if kind == "robocal":
         seen = context["found"] if context["found"] is not None else found
         document.fail(

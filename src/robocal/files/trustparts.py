@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from dataclasses import dataclass, field
 
-from robocal.files.parts import Number, Part
+from robocal.files.parts import Number
 
 __all__ = ["Coverage", "Prediction", "Scale", "WorkingRange"]
 
 
-class Coverage(Part):
+@dataclass(frozen=True, kw_only=True)
+class Coverage:
     """How many of n held-out measurements lay in their bands of this level: component by component, and as a whole."""
 
     quantity: str
@@ -19,7 +20,8 @@ class Coverage(Part):
     n: int
 
 
-class Prediction(Part):
+@dataclass(frozen=True, kw_only=True)
+class Prediction:
     """Error predicted away from the data: one standard deviation over sampled joint configurations, of which `left` at every
     pose (what the model does not describe); null where no positions were measured. coverage says whether held-out
     measurements lay in their bands as fitted."""
@@ -31,10 +33,11 @@ class Prediction(Part):
     left: Number = None
     n: int
     region: str
-    coverage: list[Coverage] = Field(default_factory=list)
+    coverage: list[Coverage] = field(default_factory=list)
 
 
-class WorkingRange(Part):
+@dataclass(frozen=True, kw_only=True)
+class WorkingRange:
     """The working range by name, and rms over n configurations of it: `band`, what the model may be off by, `moved`, how far
     it is from the baseline; `chance` that the baseline is the better one there; and the same in words."""
 
@@ -47,7 +50,8 @@ class WorkingRange(Part):
     text: str = ""
 
 
-class Scale(Part):
+@dataclass(frozen=True, kw_only=True)
+class Scale:
     """The fitted lengths are 1 + factor times the nominal ones, all together (null where the data do not know); sigma with
     its parts, what the fit and a stated length leave open and what making leaves. stated: the data have no other scale
     than a stated length."""

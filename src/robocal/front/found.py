@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal.files.plain import plain
 from robocal.files.result import Result
 from robocal.files.runfolder import obstacle
 from robocal.files.writing import write_text
 from robocal.jobs.knowledge import map_columns
 from robocal.jobs.outcome import save
-from robocal.jobs.plain import plain
 from robocal.measure.reach import reach
 from robocal.remarks.remark import Said
 from robocal.report.page import embedded

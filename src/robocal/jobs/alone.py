@@ -8,7 +8,7 @@ from robocal.calibrate.offsets import JointOffset, OffsetsAlone
 from robocal.files import offsetparts as files
 from robocal.files.nongeometric_parts import Gain
 from robocal.files.opened import Opened
-from robocal.files.parts import Remark
+from robocal.files.parts import Remark, kept
 from robocal.files.units import UNITS, Unit
 
 __all__ = ["offset_result"]
@@ -30,7 +30,7 @@ def offset_result(found: OffsetsAlone | None, robot: Opened) -> files.OffsetsAlo
         gain = Gain(**{k: v / unit.factor for k, v in zip(("mean", "low", "high"), found.gain, strict=True)})
     return files.OffsetsAlone(
         status="improved" if found.proven else "not_improved",
-        reason=Remark.model_validate(found.reason.document),
+        reason=Remark.of(found.reason),
         unit=unit.name,
         before=mean(found.before),
         after=mean(found.after),
@@ -51,5 +51,5 @@ def _joint(o: JointOffset, unit: Unit) -> files.JointOffset:
         interval=None if o.interval is None else (o.interval[0] / unit.factor, o.interval[1] / unit.factor),
         status=o.status,  # type: ignore[arg-type]
         note="; ".join(map(str, o.notes)),
-        remarks=[Remark.model_validate(r.document) for r in o.notes],
+        remarks=kept(o.notes),
     )

@@ -79,7 +79,7 @@ class Checked:
             "baseline_mean_error_mm": None if self.misfit is None else self.misfit * 1e3,
             "baseline_mean_error_of_all_rows_mm": None if self.misfit_of_all is None else self.misfit_of_all * 1e3,
             **told(self.warnings),
-            "outliers": [outlier(o).model_dump(mode="json") for o in self.strange],
+            "outliers": [outlier(o) for o in self.strange],
             "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
         }
 

@@ -6,7 +6,7 @@ Parameters speak the units of the robot file; errors are in mm and deg, whatever
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,6 +24,7 @@ from robocal.files import result as files
 from robocal.files.layerfile import LAYER, layer_text
 from robocal.files.leaving import LeftOut
 from robocal.files.opened import Opened, rendered
+from robocal.files.parts import kept
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.text import InputFile
 from robocal.files.units import UNITS, Unit
@@ -34,7 +35,7 @@ from robocal.jobs.strange import outlier
 from robocal.jobs.trusted import band_remarks, prediction_part, range_part, scale_part
 from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark, documents, sentences
+from robocal.remarks.remark import Remark, sentences
 
 if TYPE_CHECKING:
     from robocal.calibrate.nongeometric.layer import Layer
@@ -106,7 +107,7 @@ def to_result(
             status=found.verdict.status,  # type: ignore[arg-type]
             region=found.verdict.region,  # type: ignore[arg-type]
             reasons=sentences(found.verdict.reasons),
-            remarks=_documents(found.verdict.reasons),
+            remarks=kept(found.verdict.reasons),
         ),
         parameters=[_parameter(p, robot, found.resampled) for p in found.parameters],
         identifiability=_identifiability(found, robot),
@@ -128,13 +129,9 @@ def to_result(
         offsets=offset_result(found.offsets, robot),
         correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
         warnings=sentences(said),
-        remarks=_documents(said),
+        remarks=kept(said),
         provenance=recipe,
     )
-
-
-def _documents(remarks: Iterable[Remark]) -> list[files.Remark]:
-    return [files.Remark.model_validate(d) for d in documents(remarks)]
 
 
 def _parameter(p: Any, robot: Opened, drawn: Resampled | None) -> files.ParameterResult:
@@ -153,7 +150,7 @@ def _parameter(p: Any, robot: Opened, drawn: Resampled | None) -> files.Paramete
         status=p.status,
         data_share=p.data_share,
         note=p.note,
-        remarks=_documents(p.notes),
+        remarks=kept(p.notes),
         interval=None if p.interval is None else tuple(unit.from_si(v) for v in p.interval),
         bootstrap=None if drawn is None or at is None else (unit.from_si(drawn.low[at]), unit.from_si(drawn.high[at])),
     )
@@ -246,7 +243,7 @@ def _fit(found: Identification[Machine]) -> files.Fit:
     return files.Fit(
         iterations=found.iterations,
         reason=ended(found.options.method, found.reason)[0],
-        history=list(found.history), chi2=found.chi2, dof=found.dof, groups=groups,
+        history=list(found.history), chi2=found.chi2, dof=float(found.dof), groups=groups,
         sigma_source=", ".join(sources),
     )  # fmt: skip
 
@@ -327,5 +324,4 @@ def save(outcome: Outcome, folder: Path) -> Outcome:
 
 
 def _warned(result: files.Result, more: Remark) -> files.Result:
-    said = {"warnings": [*result.warnings, str(more)], "remarks": [*result.remarks, *_documents((more,))]}
-    return result.model_copy(update=said)
+    return replace(result, warnings=[*result.warnings, str(more)], remarks=[*result.remarks, *kept((more,))])

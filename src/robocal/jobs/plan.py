@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from robocal.errors import ModelError
 from robocal.files.datawrite import data_text, table_text
+from robocal.files.plain import plain
 from robocal.files.poses import poses_text
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.files.units import Units
-from robocal.jobs.plain import plain
 from robocal.measure.data import DataSet
 from robocal.planning.candidates import Region, Template, observed
 from robocal.planning.poses import Plan, PlanOptions

@@ -32,5 +32,5 @@ def outlier(o: Outlier) -> Told:
         units=[u.name for u in units[: len(o.value)]],
         set_aside=o.set_aside,
         counted=o.counted,
-        cause=None if o.cause is None else Remark.model_validate(o.cause.document),
+        cause=None if o.cause is None else Remark.of(o.cause),
     )

@@ -14,7 +14,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from string import Formatter
-from typing import Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from robocal.remarks import english
 from robocal.remarks.code import Code
@@ -72,7 +72,7 @@ class Remark:
         return _filled(english.TABLE[self.code].advice, self.numbers)
 
     @property
-    def document(self) -> dict[str, object]:
+    def document(self) -> dict[str, Any]:
         """The same for machines: code, sentence, advice and numbers, quantities in the unit in which they are shown."""
         return {
             "code": str(self.code),
@@ -113,7 +113,7 @@ def sentences(remarks: Iterable[Remark]) -> list[str]:
     return [r.sentence for r in dict.fromkeys(remarks)]
 
 
-def documents(remarks: Iterable[Remark]) -> list[dict[str, object]]:
+def documents(remarks: Iterable[Remark]) -> list[dict[str, Any]]:
     """Remarks for machines, each once."""
     return [r.document for r in dict.fromkeys(remarks)]
 

@@ -53,9 +53,9 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Compensates targets; a folder gets compensated.csv and compensation.json. Raises InputError."""
+    from robocal.files.plain import json_text
     from robocal.files.writing import write_files
     from robocal.jobs.compensate import compensated
-    from robocal.jobs.plain import json_text
 
     found = compensated(o.robot, o.targets, o.nominal, o.tool, o.base, o.tip, command, watch)
     if o.output is not None:

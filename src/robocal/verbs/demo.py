@@ -46,7 +46,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         told.append(
             {
                 "case": case.name, "simulated": case.simulated, "title": finding.title, "expected": finding.expected, "ok": finding.ok,
-                "verdict": result.verdict.model_dump(), "residuals": result.residuals.model_dump(), "facts": list(finding.facts),
+                "verdict": result.verdict, "residuals": result.residuals, "facts": list(finding.facts),
                 "folder": str(folder), "command": finding.repeat,
             }
         )  # fmt: skip

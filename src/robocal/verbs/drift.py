@@ -43,10 +43,10 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Compares two run folders of one robot; a folder gets drift.json. Raises InputError when they cannot be compared."""
+    from robocal.files.plain import json_text
     from robocal.files.units import parse_quantity
     from robocal.files.writing import write_files
     from robocal.jobs.drift import drifted
-    from robocal.jobs.plain import json_text
 
     matters = parse_quantity(o.matters, "m", key="--matters")
     made = drifted(o.first, o.second, o.new_tool, matters, command, watch)

@@ -193,6 +193,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     Raises InputError for whatever is wrong with them."""
     from robocal.errors import FileError
     from robocal.files.opened import cable_file
+    from robocal.files.result import document
     from robocal.files.runfolder import obstacle
     from robocal.jobs.outcome import save
     from robocal.remarks.code import Code
@@ -210,7 +211,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         made = save(made, o.output)
     # A prediction is no warning; it is in the document.
     said = tuple(r for r in made.result.remarks if r.code != Code.ELSEWHERE)
-    return Outcome(made, lambda: made.result.model_dump(mode="json"), made.improved, said, written=made.written)
+    return Outcome(made, lambda: document(made.result), made.improved, said, written=made.written)
 
 
 def _arm(o: Options, solver: Solver, watch: Watch | None, command: str) -> Identified:
@@ -238,7 +239,7 @@ def _arm(o: Options, solver: Solver, watch: Watch | None, command: str) -> Ident
     said = (*inputs.warnings, *(remark for file in read for remark in file.remarks))
     recipe = recipe_of(found, o.record, command, every, timed, inputs.reading.left_out)
     more = {"comparison": others, "layer": layer_result(guarded)} | group_results(robot, tried)
-    result = to_result(found, robot, recipe, said).model_copy(update=more)
+    result = replace(to_result(found, robot, recipe, said), **more)
     return Outcome(result, residual_columns(found), found, robot, layer=guarded.layer if guarded else None)
 
 

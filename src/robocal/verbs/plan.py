@@ -101,12 +101,12 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from dataclasses import replace
 
     from robocal.errors import ModelError
+    from robocal.files.plain import json_text
     from robocal.files.poses import read_poses
     from robocal.files.writing import refuse_existing, write_files
     from robocal.jobs import plan as found
     from robocal.jobs.inputs import open_arm, read_inputs, robot_files
     from robocal.jobs.instruments import known, template
-    from robocal.jobs.plain import json_text
     from robocal.jobs.watching import computable
     from robocal.planning.poses import PlanOptions, plan
     from robocal.report.page import page

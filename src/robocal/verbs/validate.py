@@ -77,8 +77,8 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Validates a robot on data files; a folder gets validation.json and validation.html. Raises InputError."""
+    from robocal.files.plain import json_text
     from robocal.files.writing import write_files
-    from robocal.jobs.plain import json_text
     from robocal.jobs.validate import validated
     from robocal.report.page import page
 

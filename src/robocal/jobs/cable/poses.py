@@ -16,9 +16,9 @@ from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.program import list_text, program_text
+from robocal.files.plain import json_text
 from robocal.jobs.cable.load import numbers_of, said_of
 from robocal.jobs.cable.poses_result import Listed
-from robocal.jobs.plain import json_text
 from robocal.planning.cable import Noise
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from robocal.cables.boundary import Outline, outline
 from robocal.cables.workspace import Demand
+from robocal.files.plain import plain
 from robocal.geometry import se3
 from robocal.jobs.cable.document import how_made, limits_text
 from robocal.jobs.cable.poses_result import EXPECTED_OF, STOPPED_BY, Listed
-from robocal.jobs.plain import plain
 from robocal.remarks.remark import spoken
 from robocal.report.cable.lists import reached
 from robocal.report.cable.part import part

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from robocal.files.plain import plain
 from robocal.jobs.cable.document import how_made, limits_text
 from robocal.jobs.cable.tension_result import Tensions
-from robocal.jobs.plain import plain
 from robocal.remarks.remark import spoken
 from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene

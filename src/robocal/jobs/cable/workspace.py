@@ -13,9 +13,9 @@ from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.grid import cells_text, outlines_text
 from robocal.files.mesh import ply_text, stl_bytes
+from robocal.files.plain import json_text
 from robocal.jobs.cable.load import corners_of, numbers_of
 from robocal.jobs.cable.workspace_result import PLANES, RayStart, Workspace
-from robocal.jobs.plain import json_text
 from robocal.jobs.watching import Watch
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark

@@ -1,0 +1,39 @@
+"""Whatever a verb found, as strict JSON can hold it: the one way from dataclasses, arrays and mappings into a document."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+__all__ = ["json_text", "plain"]
+
+_NAMES: dict[type[Any], tuple[str, ...]] = {}  # the fields of every dataclass that was written
+
+
+def plain(value: Any) -> Any:
+    """Plain data that strict JSON can hold: dataclasses as mappings, arrays, tuples and sets as lists, null for what is not
+    finite, texts for whatever else."""
+    kind = type(value)
+    if kind is float:
+        return value if math.isfinite(value) else None
+    if value is None or kind in (str, int, bool):
+        return value
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple | set):
+        return [plain(v) for v in value]
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if is_dataclass(kind):
+        if kind not in _NAMES:
+            _NAMES[kind] = tuple(f.name for f in fields(kind))
+        return {name: plain(getattr(value, name)) for name in _NAMES[kind]}
+    return value if isinstance(value, int) else str(value)
+
+
+def json_text(value: Any) -> str:
+    """A document as the text of its file."""
+    return json.dumps(plain(value), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
