@@ -25,6 +25,7 @@ from robocal.files.layerfile import LAYER, layer_text
 from robocal.files.leaving import LeftOut
 from robocal.files.opened import Opened, rendered
 from robocal.files.parts import kept
+from robocal.files.plain import plain
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.text import InputFile
 from robocal.files.units import UNITS, Unit
@@ -84,7 +85,7 @@ def provenance(
         seed=seed,
         started=started,
         seconds=round(seconds, 3),
-        options=options,
+        options=plain(options),
         left_out=[o.document for o in left_out],  # type: ignore[misc]
     )
 
