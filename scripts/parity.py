@@ -35,6 +35,7 @@ RELATIVE, OF_SIGMA, TINY = 1e-9, 1e-6, 1e-12
 LONG = 24  # numbers in a row; longer lists are condensed
 # A pattern of COMMAND: PATH, and why it differs on purpose.
 INTENDED: dict[str, str] = {
+    r"parameters\[\d+\]\.expected": "new: what was expected of a parameter before anything was measured",
     r"--method pinv.*parameters\[3[23]\]\.(status|remarks)": "known less well than was expected without data: not claimed any more",
     r"--keep-all.*(condition|O1|correlation\.matrix\[7\])": "rounding, of a singular matrix",
     r"--keep-all.*offsets\..*(sigma|interval)": "the jackknife gave a direction that only a prior holds the leverage of its rounding",

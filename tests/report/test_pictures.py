@@ -311,3 +311,19 @@ def test_a_tracker_far_away_leaves_the_joints_their_scale() -> None:
     rows = parameter_rows(*frame, joint)
     at = {name: bar(row["change ± 2σ"]) for name, row in rows.items()}
     assert at["j2.a"][2] == pytest.approx(92.0, abs=0.1) and at["tracker.x"][1] > 90
+
+
+def test_the_band_behind_a_bar_is_what_was_expected() -> None:
+    """Two standard deviations on the scale of the change; a wide one fills the field and leaves the scale alone."""
+    told = [
+        parameter("j1.a", delta=0.4, sigma=0.05, expected=0.1),
+        parameter("j2.a", delta=0.2, sigma=0.05, expected=100.0),
+    ]
+    rows = parameter_rows(*told, parameter("j3.a", delta=0.1, sigma=0.05))
+    bands = {}
+    for name, row in rows.items():
+        cell = row["change ± 2σ"]
+        assert isinstance(cell, Noted)
+        bands[name] = re.findall(r'class="expected" d="M([-\d.]+) 3h([-\d.]+)', cell.svg)
+    assert bands["j1.a"] == [("30.4", "35.2")]  # 44 * 2 * 0.1 / 0.5 = 17.6 on either side of 48
+    assert bands["j2.a"] == [("0", "96")] and bands["j3.a"] == []

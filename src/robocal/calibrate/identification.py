@@ -53,6 +53,7 @@ class ParameterResult:
     data_share: float | None
     notes: tuple[Remark, ...] = ()
     interval: tuple[float, float] | None = None  # 95 %, from `sigma`
+    expected: float | None = None  # standard deviation of its error before anything was measured
 
     @property
     def note(self) -> str:

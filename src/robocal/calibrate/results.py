@@ -105,6 +105,7 @@ def parameter_results(
                 None
                 if half is None
                 else (float(max(values[i] - half, row.lower)), float(min(values[i] + half, row.upper))),
+                None if status == "fixed" else float(row.scale),
             )
         )
     return tuple(out)

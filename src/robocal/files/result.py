@@ -80,7 +80,8 @@ class ParameterResult:
     bootstrap (when asked for) is the 95 % percentile interval of fits to configurations drawn again.
 
     delta is identified minus nominal, and all sigmas are of that number: of a rotation vector, component by component.
-    data_share is how much of its value the data said (1) or the prior (0). remarks are the note as data.
+    data_share is how much of its value the data said (1) or the prior (0); expected is the standard deviation of its error before
+    anything was measured. remarks are the note as data.
     """
 
     name: str
@@ -97,6 +98,7 @@ class ParameterResult:
     remarks: list[Remark] = field(default_factory=list)
     interval: tuple[Number, Number] | None = None
     bootstrap: tuple[Number, Number] | None = None
+    expected: Number = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -153,6 +153,7 @@ def _parameter(p: Any, robot: Opened, drawn: Resampled | None) -> files.Paramete
         note=p.note,
         remarks=kept(p.notes),
         interval=None if p.interval is None else tuple(unit.from_si(v) for v in p.interval),
+        expected=None if p.expected is None else p.expected * size,
         bootstrap=None if drawn is None or at is None else (unit.from_si(drawn.low[at]), unit.from_si(drawn.high[at])),
     )
 

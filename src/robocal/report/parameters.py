@@ -47,7 +47,9 @@ SIGMA: tuple[Cell, ...] = (
     ("σ", "term"), " is one standard deviation of the identified value: about 95 % of such values lie within 2σ of the truth. ",
     ("Instrument", "term"), " counts only the stated noise of the sensors; ",
     ("as fitted", "term"), " also what the model leaves unexplained (noise is added to the stated one until χ²/dof is one) and "
-    "what hidden, dropped partners may be off by; it is the one to use. Digits beyond σ are not shown.",
+    "what hidden, dropped partners may be off by; it is the one to use. Digits beyond σ are not shown. In the pictures of the "
+    "changes, on one scale for each unit, the band behind is two standard deviations of what was ", ("expected", "term"),
+    " before anything was measured, as far as there is room.",
 )  # fmt: skip
 STATUS: tuple[Cell, ...] = (
     (f"{SIGNS['identified']} identified", "term"), ": known from the measurements. ",
@@ -136,19 +138,15 @@ def _reaches(found: Sequence[Any], frames: int) -> dict[str, float]:
     scale = [(p.unit, i < own) for i, p in enumerate(fitted)]
     reach: dict[tuple[str, bool], float] = {}
     for p, key in zip(fitted, scale, strict=True):
-        reach[key] = max(reach.get(key, 0.0), abs(p.delta) + 2 * (p.sigma or 0.0), _band(p))
+        reach[key] = max(reach.get(key, 0.0), abs(p.delta) + 2 * (p.sigma or 0.0))
     return {p.name: reach[key] for p, key in zip(fitted, scale, strict=True) if reach[key] > 0}
-
-
-def _band(p: Any) -> float:
-    """Two standard deviations of what was expected beforehand; 0 where nothing was."""
-    return 2 * (getattr(p, "expected", None) or 0.0)
 
 
 def _bar(p: Any, reach: float) -> str:
     """A whisker of two sigma and a dot at the change, in a field 96 wide with zero in the middle, before the band of what was
     expected."""
-    at, arm, band = 48 + 44 * p.delta / reach, 44 * 2 * (p.sigma or 0.0) / reach, 44 * _band(p) / reach
+    at, arm = 48 + 44 * p.delta / reach, 44 * 2 * (p.sigma or 0.0) / reach
+    band = min(44 * 2 * (p.expected or 0.0) / reach, 48.0)
     behind = f'<path class="expected" d="M{num(48 - band)} 3h{num(2 * band)}v10h{num(-2 * band)}z"/>' if band else ""
     return (
         f'<svg class="whisker" viewBox="0 0 96 16" aria-hidden="true">{behind}<path class="mid" d="M48 1v14"/>'
