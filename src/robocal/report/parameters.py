@@ -203,7 +203,7 @@ def _seen(seen: Any) -> Iterator[Block]:
         if len(c.terms) > 1
     ]
     if parts:
-        yield table("what cannot be parted", "as a sum", rows=parts)
+        yield Folded("The same as sums of parameters", (table("what cannot be parted", "as a sum", rows=parts),))
         yield Text.of(
             "Such a ", ("combination", "term"),
             " says what hides a parameter: only the sum of these effects can be seen, not each of them. Measuring something else "

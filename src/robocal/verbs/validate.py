@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -91,7 +91,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     facts = (("Compared with", made.against.name if made.against else ""),)
     shown = page(made.robot.name, sections(outcome), kind="Validation report", facts=facts)
     texts = {"validation.json": json_text(made.document), "validation.html": shown}
-    return replace(outcome, written=write_files(o.output, texts))
+    return outcome.kept(write_files(o.output, texts))
 
 
 def sections(made: Outcome) -> Iterator[Section]:
