@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import inspect
+import io
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -13,10 +15,15 @@ import pytest
 from cli.runs import robocal, small
 from cli.worlds import CABLE as CABLE_ROBOT
 from cli.worlds import PLACES, POSES, TARGETS
+from report.markup import Page
+from rich.console import Console
 
 import robocal as rc
+from robocal.cli.draw import drawn
 from robocal.errors import Cancelled, InputError, ModelError
 from robocal.files.cable.show import describe_cable
+from robocal.front.found import Found
+from robocal.report.page import page
 from robocal.verbs.option import entries
 from robocal.verbs.registry import CABLE, VERBS
 
@@ -95,13 +102,31 @@ def test_python_and_the_command_line_say_the_same(place: Path, monkeypatch: pyte
     same(json.loads(ran.out), json.loads(json.dumps(plain(found.document))))
     # A few lines, whatever it is; a notebook shows the sections of the terminal; the summary says what the terminal says.
     assert 0 < len(repr(found).splitlines()) <= 20, repr(found)
-    page, said = found._repr_html_(), found.summary()
+    html, said = found._repr_html_(), found.summary()
     for section in (s.short for s in found.sections):
         assert section is None or section.heading in said
         for block in section.blocks if section is not None else ():
             for row in getattr(block, "rows", ()):
                 first = row[0] if isinstance(row[0], str) else getattr(row[0], "word", None) or row[0][0]
-                assert first.strip() in said and first.replace("&", "&amp;").replace("<", "&lt;") in page, first
+                assert first.strip() in said and first.replace("&", "&amp;").replace("<", "&lt;") in html, first
+    everywhere(found)
+
+
+def everywhere(found: Found) -> None:
+    """What a verb says fits terminals of three widths, and is a whole page, in a notebook too."""
+    for width in (60, 80, 120):
+        stream = io.StringIO()
+        console = Console(file=stream, width=width, highlight=False, markup=False, emoji=False)
+        for part in drawn(found.sections):
+            console.print(part)
+        shown = stream.getvalue()
+        assert max(map(len, shown.splitlines()), default=0) <= width
+        assert bool(shown.strip()) == any(s.short is not None for s in found.sections)
+    whole = page("Everything", found.sections, kind="Test")
+    for text in (whole, found._repr_html_()):
+        read = Page(text)
+        assert len(set(read.ids)) == len(read.ids), sorted(read.ids)
+        assert not re.search(r"\b(None|nan|inf)\b", read.text), read.text
 
 
 @pytest.mark.parametrize("name", [*rc.CALLS, *(f"cable.{n}" for n in CABLE)])

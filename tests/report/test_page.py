@@ -7,15 +7,14 @@ import base64
 import copy
 import hashlib
 import re
-from html.parser import HTMLParser
 from typing import Any
 
 import pytest
 from report import samples
+from report.markup import Page
 
 from robocal.report.identified import report
 
-VOID = {"meta", "link", "br", "img", "input", "hr"}
 SECTIONS = (
     "errors",
     "parameters",
@@ -37,49 +36,6 @@ CASES = {
 def render(document: dict[str, Any], rows: dict[str, list[Any]]) -> str:
     """The page of a document."""
     return report(samples.result(document), rows, None)
-
-
-class Page(HTMLParser):
-    """Checks that every tag is closed in order; keeps identifiers, scripts, tags and the text that a reader sees."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__(convert_charrefs=True)
-        self.open: list[str] = []
-        self.ids: list[str] = []
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.scripts: list[tuple[dict[str, str | None], str]] = []
-        self.words: list[str] = []
-        self.feed(text)
-        self.close()
-        assert self.open == []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        found = dict(attrs)
-        assert len(found) == len(attrs), (tag, attrs)
-        self.tags.append((tag, found))
-        if "id" in found:
-            self.ids.append(str(found["id"]))
-        if tag == "script":
-            self.scripts.append((found, ""))
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open and self.open.pop() == tag, (tag, self.getpos())
-
-    def handle_data(self, data: str) -> None:
-        if self.open and self.open[-1] == "script":
-            attributes, text = self.scripts.pop()
-            self.scripts.append((attributes, text + data))
-        elif not self.open or self.open[-1] != "style":
-            self.words.append(data)
-
-    @property
-    def text(self) -> str:
-        return re.sub(r"[\s\u2007\u2008]+", " ", " ".join(self.words))
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, assert_never
 
 from rich.console import RenderableType
 from rich.padding import Padding
@@ -13,7 +13,10 @@ from robocal.cli.tables import PlainTable
 from robocal.report.sections import (
     Block,
     Cell,
+    Detail,
     Facts,
+    Figure,
+    Folded,
     Noted,
     Pair,
     Remarks,
@@ -21,6 +24,7 @@ from robocal.report.sections import (
     Style,
     Table,
     Text,
+    Tiles,
     Verdict,
     Written,
 )
@@ -71,8 +75,10 @@ def _drawn(block: Block) -> list[Any]:
             return [Rich(f"{name}: {value}") for name, value in block.pairs]
         case Pair():
             return [part for one in block.blocks for part in _drawn(one)]
-        case _:  # a picture, or what only pages have room for
-            return []
+        case Figure() | Tiles() | Folded() | Detail():
+            return []  # for pages
+        case _:
+            assert_never(block)
 
 
 def _part(cell: Cell) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
+from typing import assert_never
 
 from robocal.report.numbers import MISSING, align
 from robocal.report.sections import (
@@ -104,6 +105,8 @@ def _block(block: Block, heading: str) -> Iterator[str]:
             yield f"<details><summary>{escape(block.summary)}</summary>{inside}</details>"
         case Detail():
             yield from _blocks(block.make(), heading)
+        case _:
+            assert_never(block)
 
 
 def _verdict(block: Verdict) -> str:

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import assert_never
 
 from robocal.report.sections import (
     Block,
     Cell,
+    Detail,
     Facts,
     Figure,
+    Folded,
     Noted,
     Pair,
     Remarks,
     Section,
     Table,
     Text,
+    Tiles,
     Verdict,
     Written,
 )
@@ -60,6 +64,10 @@ def _lines(block: Block) -> Iterator[str]:
         case Figure():
             if block.caption:
                 yield f"[{block.caption}]"
+        case Tiles() | Folded() | Detail():
+            pass  # for pages
+        case _:
+            assert_never(block)
 
 
 def _word(cell: Cell) -> str:
