@@ -332,7 +332,7 @@ def test_a_unit_is_named_where_it_explains(tmp_path):
 
 def test_a_unit_that_leaves_most_of_the_misfit_explains_nothing(tmp_path, monkeypatch):
     from robocal.files.units import UNITS
-    from robocal.jobs import unit_check
+    from robocal.files.causes import unit_check
 
     put(tmp_path, *texts("position"))
     reading = read_datasets([tmp_path / "data.yaml"], ARM)

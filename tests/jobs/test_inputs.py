@@ -11,9 +11,9 @@ import pytest
 from cli.runs import small
 
 from robocal.errors import FileError, FormatError, ModelError
+from robocal.files.causes.unit_check import doubt_units, misfit
 from robocal.files.dataset import read_datasets
 from robocal.jobs.inputs import choose, open_arm, read_inputs
-from robocal.jobs.unit_check import doubt_units, misfit
 from robocal.measure.data import DataSet
 
 

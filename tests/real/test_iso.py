@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from robocal.apply.iso9283 import standard
 from robocal.apply.validate import distance_figures, every_pair, next_pairs, pose_figures, visits
 from robocal.arms.joints import with_sag
 from robocal.calibrate.identify import identify
@@ -16,7 +17,6 @@ from robocal.calibrate.options import Options
 from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
-from robocal.jobs.iso9283 import standard
 from robocal.jobs.validate import model_errors
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ur10-tracker"

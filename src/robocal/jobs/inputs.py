@@ -9,6 +9,8 @@ from pathlib import Path
 
 from robocal.arms.chain import Chain
 from robocal.errors import FileError, FormatError, InputError, ModelError, nearest
+from robocal.files.causes.naming import refuse_wrong
+from robocal.files.causes.unit_check import doubt_units, refuse_still
 from robocal.files.dataset import Reading, read_datasets
 from robocal.files.groups import added
 from robocal.files.kinds.registry import READERS, reader_of
@@ -18,8 +20,6 @@ from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
 from robocal.files.text import InputFile, read_text
 from robocal.files.units import parse_unit
 from robocal.files.yamlio import load
-from robocal.jobs.naming import refuse_wrong
-from robocal.jobs.unit_check import doubt_units, refuse_still
 from robocal.jobs.watching import Watch, computable
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._version import __version__
+from robocal.apply.iso9283 import Standard, standard
 from robocal.arms.chain import Chain
 from robocal.calibrate.evidence import Statistic, bootstrap_gain, constant_errors, errors
 from robocal.calibrate.identify import baseline, frame_names
@@ -25,7 +26,6 @@ from robocal.estimate.identifiability import analyse
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.jobs.inputs import Inputs, open_arm, read_inputs, robot_files
-from robocal.jobs.iso9283 import Standard, standard
 from robocal.jobs.layered import layer_beside, layer_words
 from robocal.jobs.offset_robot import OffsetRobot, offset_robot
 from robocal.jobs.seen import unseen

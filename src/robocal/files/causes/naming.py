@@ -11,15 +11,15 @@ from robocal.calibrate.hypotheses.changes import Change, What, changes
 from robocal.calibrate.hypotheses.explain import Explanation, Trial, alike, doubted, explain
 from robocal.calibrate.hypotheses.remounted import remounted
 from robocal.errors import FormatError, ToWrite
+from robocal.files.causes.telling import METRIC, SWAPPED, Told
 from robocal.files.dataset import Reading
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS
-from robocal.jobs.telling import METRIC, SWAPPED, Told
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
 if TYPE_CHECKING:
-    from robocal.jobs.otherlinks import Other, Reread
+    from robocal.files.causes.otherlinks import Other, Reread
 
 __all__ = ["refuse_wrong", "tried"]
 
@@ -53,7 +53,7 @@ def refuse_wrong(robot: Robot, reading: Reading, reread: Reread) -> tuple[Remark
     doubt = doubted(robot.chain, reading.dataset)
     if doubt is None:
         return _of_targets(robot, reading)
-    from robocal.jobs.otherlinks import other_links
+    from robocal.files.causes.otherlinks import other_links
 
     found = explain(robot.chain, reading.dataset, tried(robot, reading), doubt)
     others = other_links(robot, reading.dataset, doubt, reread)
@@ -74,7 +74,7 @@ def refuse_wrong(robot: Robot, reading: Reading, reread: Reread) -> tuple[Remark
 
 
 def _of_links(robot: Robot, other: Other) -> Told:
-    from robocal.jobs.otherlinks import option
+    from robocal.files.causes.otherlinks import option
 
     words = f"the chain that was measured is {other.robot.root} to {other.robot.tip}, not {robot.root} to {robot.tip}"
     return Told(words, option(robot, other.robot), str(robot.path), "")
