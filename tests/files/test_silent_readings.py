@@ -331,8 +331,8 @@ def test_a_unit_is_named_where_it_explains(tmp_path):
 
 
 def test_a_unit_that_leaves_most_of_the_misfit_explains_nothing(tmp_path, monkeypatch):
-    from robocal.files.units import UNITS
     from robocal.files.causes import unit_check
+    from robocal.files.units import UNITS
 
     put(tmp_path, *texts("position"))
     reading = read_datasets([tmp_path / "data.yaml"], ARM)

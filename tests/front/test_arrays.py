@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from called import identify as from_files
+from cli.runs import small
 
 import robocal as rc
 from robocal.errors import Cancelled, FileError, FormatError, InputError, ModelError
@@ -172,3 +174,45 @@ def test_types_and_names_are_the_same_list():
     assert told == set(rc.__all__)
     made = {n.name for n in body if isinstance(n, ast.FunctionDef)}
     assert all(f"import {n} as {n}" in stub or n in made for n in told)
+
+
+@pytest.mark.parametrize(
+    ("make", "word"),
+    [
+        (lambda: rc.robot(3), "names no robot"),
+        (lambda: rc.cable.robot([1, 2]), "names no robot"),
+        (lambda: rc.table([[1, 2]]), "no table"),
+        # Two letters are no two units: this was read as metres and metres.
+        (lambda: rc.measurements([[1.0, 2.0]], position=[[1.0, 2.0, 3.0]], units="mm"), "one by one"),
+        (lambda: rc.measurements([[1.0, 2.0]], position=[[1.0, 2.0, 3.0]], units=("deg",)), "one by one"),
+    ],
+)
+def test_what_is_no_robot_table_or_unit_is_said(make, word: str) -> None:
+    with pytest.raises(InputError, match=word):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("call", "word"),
+    [
+        (lambda arm: arm.inverse(2 * np.eye(4)), "this is no pose"),
+        (lambda arm: arm.inverse(np.diag([1.0, 1, -1, 1])), "this is no pose"),
+        (lambda arm: arm.tension(np.full((1, 4, 4), np.nan)), "these are no poses"),
+        (lambda arm: arm.tension(np.eye(4), wrench="down"), "column wrench: these are no numbers"),
+        (lambda arm: arm.forward("long"), "column lengths: these are no numbers"),
+        (lambda arm: arm.forward(arm.inverse(np.eye(4)), sigma="fine"), "column sigma"),
+    ],
+)
+def test_what_a_cable_robot_cannot_take_is_said(call, word: str) -> None:
+    arm = rc.cable.robot(Path(__file__).parents[2] / "examples" / "cable-laval" / "robot.yaml")
+    with pytest.raises(InputError, match=word):
+        call(arm)
+
+
+def test_results_survive_pickle(tmp_path: Path) -> None:
+    """They go to other processes, and keep everything that they say."""
+    small(tmp_path)
+    found = rc.identify(tmp_path / "robot.yaml", [tmp_path / "data.yaml"])
+    again = pickle.loads(pickle.dumps(found))
+    assert again.verdict == found.verdict and again.values == found.values
+    assert again.document == found.document and again.summary() == found.summary()

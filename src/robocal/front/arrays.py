@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal.errors import FileError, FormatError, nearest
+from robocal.errors import FileError, FormatError, ModelError, nearest
 from robocal.files.robot import Robot
 from robocal.files.text import Held
 from robocal.files.units import UNITS
@@ -56,7 +56,17 @@ def robot(name: Data, *, base: str | None = None, tip: str | None = None) -> Arm
 
     Raises InputError.
     """
-    return Arm(os.fspath(name), base, tip, open_arm(name, base=base, tip=tip))
+    opened = path(name)
+    return Arm(opened, base, tip, open_arm(opened, base=base, tip=tip))
+
+
+def path(name: Data) -> str:
+    """A name or path as text. Raises ModelError for anything else."""
+    if not isinstance(name, str | os.PathLike):
+        raise ModelError(
+            "this names no robot", found=type(name).__name__, expected="a name of the catalogue, or a path"
+        )
+    return os.fspath(name)
 
 
 @dataclass(frozen=True, repr=False)
@@ -102,6 +112,8 @@ def measurements(
     (3,) or (m, 3); turn_sigma the same of the rotations. `columns` are further ones (m,) by header: "temperature [degC]",
     "group". Raises FormatError for shapes, units or numbers that make no sense.
     """
+    if isinstance(units, str) or len(units) not in (2, 3):
+        raise FormatError("units are said one by one", column="units", found=units, expected='("deg", "mm")')
     q, p = _numbers(joints, "joints"), _numbers(position, "position", 3)
     turn = units[2] if len(units) > 2 else "rad"
     table = {f"q{i + 1} [{_unit(units[0], 'rad', 'm')}]": q[:, i] for i in range(q.shape[1])}
@@ -132,6 +144,11 @@ def table(columns: Mapping[str, ArrayLike] | Any) -> Measurements:
     """A table as a file would hold it: columns (m,) by headers that carry units ("q1 [deg]", "x [mm]"), from a mapping or a
     data frame (anything with `__dataframe__`: pandas, polars, pyarrow). Raises FormatError for columns of different lengths."""
     if not isinstance(columns, Mapping):
+        if not hasattr(columns, "__dataframe__"):
+            kind = type(columns).__name__
+            raise FormatError(
+                "this is no table", found=kind, expected="a data frame, or a mapping of columns by header"
+            )
         names = list(columns.__dataframe__().column_names())
         if (twice := next((n for n in names if names.count(n) > 1), None)) is not None:
             raise FormatError("two columns have this header", column=str(twice), expected="each header once")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,12 +16,14 @@ from robocal.cables.tension import Distribution, distribute
 from robocal.errors import FormatError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.robot import read_cable
+from robocal.front.arrays import path as text_of
 from robocal.front.calls import call
 from robocal.jobs.cable.load import held_robot, mass_of
 
 __all__ = ["CableArm", "robot"]
 
 Array = NDArray[np.float64]
+RIGID = 1e-6  # how far axes may be from orthonormal: what is left of poses that were printed with seven digits
 
 
 @dataclass(frozen=True, repr=False)
@@ -41,7 +43,7 @@ class CableArm:
 
         Raises ModelError for poses at which a cable has no length, and for what the robot's file does not know.
         """
-        return inverse(self.model.robot, _poses(poses), tension, sag=sag)[0]
+        return inverse(self.model.robot, _poses(poses), _numbers(tension, "tension"), sag=sag)[0]
 
     def forward(
         self,
@@ -57,11 +59,13 @@ class CableArm:
 
         sigma () or (m,) in m is the noise of a length; `starts` further starts look for other poses. Raises ModelError.
         """
-        if sigma is not None and not (np.asarray(sigma, float) > 0).all():
+        noise = _numbers(sigma, "sigma")
+        if noise is not None and not (noise > 0).all():
             raise FormatError("a noise is a standard deviation", column="sigma", found=sigma, expected="above 0")
         rng = np.random.default_rng(seed)
-        given: dict[str, Any] = {"tension": tension, "sag": sag, "sigma": sigma, "starts": starts, "rng": rng}
-        return forward(self.model.robot, lengths, **given)
+        held = _numbers(tension, "tension")
+        given: dict[str, Any] = {"tension": held, "sag": sag, "sigma": noise, "starts": starts, "rng": rng}
+        return forward(self.model.robot, _numbers(lengths, "lengths"), **given)
 
     def tension(self, poses: ArrayLike, *, wrench: ArrayLike = (0.0,) * 6, method: str = "norm") -> Distribution:
         """Tensions (k, m) in N that hold the platform's weight and a wrench (6,) or (k, 6) in N and N m at its origin, base
@@ -70,7 +74,7 @@ class CableArm:
         Raises InputError where the file knows no limits or no mass.
         """
         able, at = held_robot(self.model), _poses(poses)
-        load = gravity_wrench(at, mass_of(self.model), able.com) + np.asarray(wrench, float)
+        load = gravity_wrench(at, mass_of(self.model), able.com) + _numbers(wrench, "wrench")
         return distribute(structure_of(able, at), load[:, list(able.axes)], able.need("limits"), method)
 
     def workspace(self, **options: Any) -> Any:
@@ -88,16 +92,36 @@ class CableArm:
 
 def robot(path: str | os.PathLike[str]) -> CableArm:
     """A cable robot from its robot.yaml, or from CASPR's X_cables.xml. Raises InputError."""
-    name = os.fspath(path)
+    name = text_of(path)
     return CableArm(name, read_cable(name))
+
+
+@overload
+def _numbers(given: None, name: str) -> None: ...
+@overload
+def _numbers(given: ArrayLike, name: str) -> Array: ...
+@overload
+def _numbers(given: ArrayLike | None, name: str) -> Array | None: ...
+def _numbers(given: ArrayLike | None, name: str) -> Array | None:
+    """An array, or None as it is. Raises FormatError where these are no numbers."""
+    try:
+        return None if given is None else np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise FormatError("these are no numbers", column=name, expected="an array") from None
 
 
 def _poses(given: ArrayLike) -> Array:
     """Poses (k, 4, 4). Raises FormatError for another shape or numbers that are none."""
-    try:
-        out = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        raise FormatError("these are no numbers", column="poses", expected="(k, 4, 4) or (4, 4)") from None
+    out = _numbers(given, "poses")
     if out.shape[-2:] != (4, 4) or out.ndim > 3 or not np.isfinite(out).all():
         raise FormatError("these are no poses", column="poses", found=out.shape, expected="(k, 4, 4) or (4, 4), finite")
-    return out.reshape(-1, 4, 4)
+    out = out.reshape(-1, 4, 4)
+    turn = out[:, :3, :3]
+    off = np.abs(turn @ turn.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+    bad = (
+        (off > RIGID) | (np.linalg.det(turn) < 0) | (np.abs(out[:, 3] - [0, 0, 0, 1]).max(axis=1, initial=0.0) > RIGID)
+    )
+    if bad.any():
+        expected = "rigid motions: orthonormal axes, determinant 1, last row 0 0 0 1"
+        raise FormatError("this is no pose", column="poses", row=int(bad.argmax()), expected=expected)
+    return out

@@ -14,6 +14,16 @@ __all__ = ["Outcome", "Watch"]
 Watch = Callable[[dict[str, object]], None]
 
 
+@dataclass(frozen=True)
+class _Told:
+    """A document that was made already."""
+
+    document: Any
+
+    def __call__(self) -> Any:
+        return self.document
+
+
 @dataclass(frozen=True, eq=False)
 class Outcome:
     """What was found (`result`), its document for machines, whether it may be trusted (status 0, else 3), what is to be said of
@@ -27,6 +37,10 @@ class Outcome:
     text: str | None = None
     note: str = ""
     written: tuple[Path, ...] = ()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For pickle: the document as it is."""
+        return {**self.__dict__, "document": _Told(self.document())}
 
     def kept(self, written: tuple[Path, ...]) -> Outcome:
         """The same with the files that were written, which the document lists too."""
