@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from robocal.files.parts import Number
+from robocal.quantities import Amount, Mean, ShownUnit
 
 __all__ = ["Compared", "Comparison", "LinearStep", "Linearity"]
 
@@ -15,12 +16,12 @@ class LinearStep:
     """One linear step, rms per component: before, what the linear equation promises, what the model leaves, the neglected
     terms of second order and beyond, and their share of the step's effect."""
 
-    before: Number
-    promised: Number
-    left: Number
-    neglected: Number
+    before: Amount | None
+    promised: Amount | None
+    left: Amount | None
+    neglected: Amount | None
     share: Number
-    noise: Number
+    noise: Amount | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +29,7 @@ class Linearity:
     """One linear step from the baseline in the fitted parameters and in everything free (no priors), and the largest
     relative curvature within one sigma of the solution, with the parameter that such a step moves most."""
 
-    unit: str
+    unit: ShownUnit
     fitted: LinearStep
     everything: LinearStep | None = None
     curvature: Number = None
@@ -47,10 +48,10 @@ class Compared:
     verdict: Literal["improved", "not_improved", "refused", ""] = ""
     reason: str = ""
     stopped: bool = False
-    after: Number = None
-    held_out: Number = None
-    leave_one_out: Number = None
-    k_fold: Number = None
+    after: Mean | None = None
+    held_out: Mean | None = None
+    leave_one_out: Mean | None = None
+    k_fold: Mean | None = None
     farthest: str = ""
     sigmas: Number = None
     seconds: Number = None
@@ -61,11 +62,11 @@ class Compared:
 class Comparison:
     """Estimators on the same data and split, the reference first, with the frames-only model and predicting the mean."""
 
-    unit: str
+    unit: ShownUnit
     reference: str
     methods: list[Compared] = field(default_factory=list)
-    before: Number = None
-    held_out_before: Number = None
-    leave_one_out_before: Number = None
-    constant: Number = None
-    k_fold_before: Number = None
+    before: Mean | None = None
+    held_out_before: Mean | None = None
+    leave_one_out_before: Mean | None = None
+    constant: Mean | None = None
+    k_fold_before: Mean | None = None

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from robocal.files.parts import Number
+from robocal.quantities import Amount, ShownUnit
 
 __all__ = ["Beyond", "Gain", "GroupTried", "LayerSummary"]
 
@@ -14,9 +15,9 @@ __all__ = ["Beyond", "Gain", "GroupTried", "LayerSummary"]
 class Gain:
     """A mean reduction of the unseen error, with its paired bootstrap 95 % interval."""
 
-    mean: Number
-    low: Number
-    high: Number
+    mean: Amount | None
+    low: Amount | None
+    high: Amount | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,8 +30,8 @@ class GroupTried:
     entered: bool
     reason: str
     code: str = ""
-    unit: str = ""
-    before: Number = None
+    unit: ShownUnit = ""
+    before: Amount | None = None
     gain: Gain | None = None
     orders: dict[str, list[float]] = field(default_factory=dict)
 
@@ -51,9 +52,9 @@ class LayerSummary:
     used: bool
     reason: str
     code: str = ""
-    unit: str = "mm"
-    before: Number = None
-    after: Number = None
+    unit: ShownUnit = "mm"
+    before: Amount | None = None
+    after: Amount | None = None
     gain: Gain | None = None
     n: int = 0
     points: int = 0

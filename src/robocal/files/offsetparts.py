@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from robocal.files.nongeometric_parts import Gain
-from robocal.files.parts import Number, Remark
+from robocal.files.parts import Remark
+from robocal.quantities import Amount, Mean, OwnUnit, ShownUnit
 
 __all__ = ["JointOffset", "OffsetsAlone"]
 
@@ -17,10 +18,10 @@ class JointOffset:
     the same as data) says what looks like it. fixed: the zero of this joint was not free."""
 
     joint: str
-    unit: str
-    offset: Number
-    sigma: Number = None
-    interval: tuple[Number, Number] | None = None
+    unit: OwnUnit
+    offset: Amount | None
+    sigma: Amount | None = None
+    interval: tuple[Amount | None, Amount | None] | None = None
     status: Literal["identified", "dropped", "fixed"]
     note: str = ""
     remarks: list[Remark] = field(default_factory=list)
@@ -36,10 +37,10 @@ class OffsetsAlone:
 
     status: Literal["improved", "not_improved"]
     reason: Remark
-    unit: str
-    before: Number = None
-    after: Number = None
-    whole: Number = None
+    unit: ShownUnit
+    before: Mean | None = None
+    after: Mean | None = None
+    whole: Mean | None = None
     n: int = 0
     gain: Gain | None = None
     how: str = ""

@@ -4,20 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from robocal.calibrate.statistics import Coverage
 from robocal.files.parts import Number
+from robocal.quantities import Amount, ShownUnit
 
-__all__ = ["Coverage", "Prediction", "Scale", "WorkingRange"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Coverage:
-    """How many of n held-out measurements lay in their bands of this level: component by component, and as a whole."""
-
-    quantity: str
-    level: float
-    components: Number
-    whole: Number
-    n: int
+__all__ = ["Prediction", "Scale", "WorkingRange"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,11 +17,11 @@ class Prediction:
     pose (what the model does not describe); null where no positions were measured. coverage says whether held-out
     measurements lay in their bands as fitted."""
 
-    unit: str
-    mean: Number = None
-    p95: Number = None
-    max: Number = None
-    left: Number = None
+    unit: ShownUnit
+    mean: Amount | None = None
+    p95: Amount | None = None
+    max: Amount | None = None
+    left: Amount | None = None
     n: int
     region: str
     coverage: list[Coverage] = field(default_factory=list)
@@ -42,9 +33,9 @@ class WorkingRange:
     it is from the baseline; `chance` that the baseline is the better one there; and the same in words."""
 
     name: str
-    unit: str
-    band: Number
-    moved: Number
+    unit: ShownUnit
+    band: Amount | None
+    moved: Amount | None
     chance: Number
     n: int
     text: str = ""

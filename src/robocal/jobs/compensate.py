@@ -13,7 +13,7 @@ from robocal._version import __version__
 from robocal.apply.compensate import LEAP, SINGULAR_BELOW, STATUS, Compensation
 from robocal.apply.compensate import compensate as solve
 from robocal.arms.chain import Chain
-from robocal.calibrate.evidence import Statistic
+from robocal.calibrate.statistics import Statistic
 from robocal.calibrate.workspace import predict
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import LEVEL, radius

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from robocal._version import __version__
 from robocal.arms.chain import Chain
-from robocal.calibrate.evidence import Statistic, bootstrap_gain, constant_errors, errors
+from robocal.calibrate.evidence import bootstrap_gain, constant_errors, errors
 from robocal.calibrate.identify import baseline, frame_names
 from robocal.calibrate.split import leave_one_out_rounds
+from robocal.calibrate.statistics import Statistic
 from robocal.errors import MissingExtra
 from robocal.estimate.identifiability import analyse
 from robocal.files.plain import json_text, plain
