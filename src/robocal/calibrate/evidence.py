@@ -51,6 +51,11 @@ class Verdict:
     reasons: tuple[Remark, ...]
     region: str | None = None
 
+    @property
+    def remarks(self) -> tuple[Remark, ...]:
+        """The reasons, each once."""
+        return tuple(dict.fromkeys(self.reasons))
+
     def refused(self, *why: Remark) -> Verdict:
         """Refused after all: these reasons first."""
         return self.instead("refused", *why)

@@ -17,7 +17,7 @@ from robocal.files.diagnostics import Comparison, Linearity
 from robocal.files.names import SAID, strange_part
 from robocal.files.nongeometric_parts import Beyond, GroupTried, LayerSummary
 from robocal.files.offsetparts import OffsetsAlone
-from robocal.files.parts import Number, Remark, RowsLeftOut
+from robocal.files.parts import InputHash, Number, Remark, RowsLeftOut
 from robocal.files.plain import json_text, plain
 from robocal.files.strange import Outlier
 from robocal.files.text import read_text
@@ -207,14 +207,6 @@ class Correlation:
 
     names: list[str] = field(default_factory=list)
     matrix: list[list[Number]] = field(default_factory=list)
-
-
-@dataclass(frozen=True, kw_only=True)
-class InputHash:
-    """An input file and the SHA-256 of its bytes."""
-
-    file: str
-    sha256: str
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -86,8 +86,8 @@ def _converter(hint: Any) -> Convert:
     if origin in (list, tuple):
         each, made = _converter(inner[0]), origin
         return lambda values, scope: made(each(v, scope) for v in values)
-    if hint is float:
-        return lambda value, scope: float(value)
+    if hint in (float, str):
+        return lambda value, scope: hint(value)
     if hint is Remark:
         return lambda value, scope: Remark.of(value)
     if is_dataclass(hint):

@@ -14,19 +14,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal._version import __version__
 from robocal.calibrate.bootstrap import Resampled
 from robocal.calibrate.estimators import ended, estimator
 from robocal.calibrate.identification import Identification, ParameterResult, RowTable
 from robocal.errors import MissingExtra
 from robocal.files import result as files
 from robocal.files.layerfile import LAYER, layer_text
-from robocal.files.leaving import LeftOut
 from robocal.files.opened import Opened, rendered
 from robocal.files.parts import kept
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.shown import shown
-from robocal.files.text import InputFile
 from robocal.jobs.knowledge import knowledge_files, map_columns
 from robocal.jobs.strange import outlier
 from robocal.jobs.trusted import band_remarks, prediction_part, range_part, scale_part
@@ -37,7 +34,7 @@ from robocal.remarks.remark import Remark, sentences
 if TYPE_CHECKING:
     from robocal.calibrate.nongeometric.layer import Layer
 
-__all__ = ["Outcome", "provenance", "residual_columns", "save", "to_result"]
+__all__ = ["Outcome", "residual_columns", "save", "to_result"]
 
 Array = NDArray[np.float64]
 
@@ -62,29 +59,6 @@ class Outcome:
         return verdict.status == "improved" and (verdict.region != "measured" or self.identification.options.measured)
 
 
-def provenance(
-    command: str,
-    inputs: Sequence[InputFile],
-    seed: int,
-    started: str,
-    seconds: float,
-    options: dict[str, Any],
-    left_out: Sequence[LeftOut] = (),
-) -> files.Provenance:
-    """What made a result."""
-    hashes = [files.InputHash(file=str(i.file), sha256=i.sha256) for i in inputs]
-    return files.Provenance(
-        version=__version__,
-        command=command,
-        inputs=hashes,
-        seed=seed,
-        started=started,
-        seconds=round(seconds, 3),
-        options=options,
-        left_out=[o.document for o in left_out],  # type: ignore[misc]
-    )
-
-
 def to_result(
     found: Identification[Machine], robot: Opened, recipe: files.Provenance, warnings: Sequence[Remark] = ()
 ) -> files.Result:
@@ -93,18 +67,16 @@ def to_result(
     machine = found.nominal
     held = len(found.held_ids)
     count = held + len(found.fit_ids) + len(found.embargoed_ids)
-    return files.Result(
+    method, loss = estimator(found.options.method).title, found.options.loss
+    return shown(
+        files.Result,
+        found,
+        robot.units,
         robot=files.RobotSummary(
             name=machine.name, convention=robot.convention, joints=len(machine.joints), source=robot.source
         ),
-        method=estimator(found.options.method).title
-        + ("" if found.options.loss == "none" else f", {found.options.loss} loss"),
-        verdict=files.Verdict(
-            status=found.verdict.status,  # type: ignore[arg-type]
-            region=found.verdict.region,  # type: ignore[arg-type]
-            reasons=sentences(found.verdict.reasons),
-            remarks=kept(found.verdict.reasons),
-        ),
+        method=method if loss == "none" else f"{method}, {loss} loss",
+        verdict=shown(files.Verdict, found.verdict, reasons=sentences(found.verdict.reasons)),
         parameters=[_parameter(p, robot, found.resampled) for p in found.parameters],
         identifiability=_identifiability(found, robot),
         residuals=_residuals(found),
@@ -120,9 +92,7 @@ def to_result(
         prediction=prediction_part(found),
         working_range=range_part(found),
         scale=scale_part(found),
-        linearity=None if found.linearity is None else shown(files.Linearity, found.linearity),
         outliers=[outlier(o) for o in found.outliers],
-        offsets=None if found.offsets is None else shown(files.OffsetsAlone, found.offsets, robot.units),
         correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
         warnings=sentences(said),
         remarks=kept(said),

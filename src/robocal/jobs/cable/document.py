@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robocal._version import __version__
 from robocal.cables.geometry import CableRobot
+from robocal.files.parts import made_by
 from robocal.files.text import InputFile
 from robocal.remarks.remark import Remark, told
 
@@ -28,11 +28,7 @@ def framed(
         **found,
         "assumed": list(robot.assumed),
         **told(warnings),
-        "provenance": {
-            "version": __version__,
-            "command": command,
-            "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in inputs],
-        },
+        "provenance": made_by(command, inputs),
     }
 
 
