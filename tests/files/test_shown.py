@@ -46,10 +46,15 @@ def test_parts_may_speak_in_the_units_of_the_robots_file():
 
 def test_a_tuple_of_numbers_is_the_part_whose_fields_they_are():
     class Tried:
-        name, parameters, entered, unit, gain = "ripple", 4, True, "m", (1e-3, -1e-3, math.inf)
+        name, parameters, entered, unit, gain, before = "ripple", 4, True, "m", (1e-3, -1e-3, math.inf), None
 
     made = shown(GroupTried, Tried(), reason="why", code="code", orders={})
     assert (made.gain.mean, made.gain.low, made.gain.high) == (1.0, -1.0, None)
+
+
+def test_nothing_is_left_to_a_default():
+    with pytest.raises(AttributeError, match="angle"):
+        shown(Residuals, stages("m"))
 
 
 def test_every_number_with_a_unit_stands_below_one():

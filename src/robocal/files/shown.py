@@ -2,7 +2,7 @@
 
 `shown(Part, found)` makes a Part of whatever has the names of its fields (the same class in SI, or another): every number by what it
 is (`robocal.quantities`) in the unit in force, which a field of the part names; parts within parts, remarks as data, a tuple of
-numbers as the part whose fields they are. What has another name, or is no copy, is given beside it.
+numbers as the part whose fields they are. What has another name, or is no copy, is given beside it; nothing is left to a default.
 """
 
 from __future__ import annotations
@@ -53,11 +53,7 @@ def _made(part: type[P], found: object, scope: _Scope, beside: dict[str, Any]) -
         si = getattr(found, "unit", scope.unit.si)
         scope = _Scope(scope.units, scope.units.of(si) if own is OWN else shown_unit(si))
         beside = {"unit": scope.unit.name, **beside}
-    told = {
-        name: convert(getattr(found, name), scope)
-        for name, convert in plan.items()
-        if name not in beside and hasattr(found, name)
-    }
+    told = {name: convert(getattr(found, name), scope) for name, convert in plan.items() if name not in beside}
     return part(**told, **beside)
 
 

@@ -68,10 +68,7 @@ def to_result(
     held = len(found.held_ids)
     count = held + len(found.fit_ids) + len(found.embargoed_ids)
     method, loss = estimator(found.options.method).title, found.options.loss
-    return shown(
-        files.Result,
-        found,
-        robot.units,
+    return files.Result(
         robot=files.RobotSummary(
             name=machine.name, convention=robot.convention, joints=len(machine.joints), source=robot.source
         ),
@@ -92,6 +89,8 @@ def to_result(
         prediction=prediction_part(found),
         working_range=range_part(found),
         scale=scale_part(found),
+        linearity=None if found.linearity is None else shown(files.Linearity, found.linearity),
+        offsets=None if found.offsets is None else shown(files.OffsetsAlone, found.offsets, robot.units),
         outliers=[outlier(o) for o in found.outliers],
         correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
         warnings=sentences(said),
