@@ -11,8 +11,7 @@ import pytest
 
 from robocal.calibrate.offsets import JointOffset as Found
 from robocal.calibrate.statistics import Fold, Stages, Statistic
-from robocal.files.nongeometric_parts import GroupTried
-from robocal.files.offsetparts import JointOffset
+from robocal.files.evidence import GroupTried, JointOffset
 from robocal.files.result import AngleResiduals, Residuals, Result
 from robocal.files.shown import shown
 from robocal.files.units import UNITS, Units

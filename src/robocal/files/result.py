@@ -13,15 +13,22 @@ from typing import Any, ClassVar, Literal
 
 from robocal.calibrate.statistics import Coverage, Stages, Statistic
 from robocal.errors import FormatError
-from robocal.files.diagnostics import Comparison, Linearity
+from robocal.files.evidence import (
+    Beyond,
+    Comparison,
+    GroupTried,
+    LayerSummary,
+    Linearity,
+    OffsetsAlone,
+    Outlier,
+    Prediction,
+    Scale,
+    WorkingRange,
+)
 from robocal.files.names import SAID, strange_part
-from robocal.files.nongeometric_parts import Beyond, GroupTried, LayerSummary
-from robocal.files.offsetparts import OffsetsAlone
 from robocal.files.parts import InputHash, Number, Remark, RowsLeftOut
 from robocal.files.plain import json_text, plain
-from robocal.files.strange import Outlier
 from robocal.files.text import read_text
-from robocal.files.trustparts import Prediction, Scale, WorkingRange
 from robocal.quantities import Amount, OwnUnit, ShownUnit, Value
 
 __all__ = [

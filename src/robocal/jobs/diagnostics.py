@@ -9,7 +9,7 @@ from robocal.calibrate.estimators import ESTIMATORS, estimator
 from robocal.calibrate.identification import Identification
 from robocal.calibrate.options import Options
 from robocal.errors import ModelError
-from robocal.files import diagnostics as files
+from robocal.files import evidence as files
 from robocal.files.shown import shown
 from robocal.jobs.watching import Watch
 from robocal.measure.data import DataSet

@@ -15,7 +15,7 @@ from robocal.calibrate.identify import FEW
 from robocal.calibrate.noise import apply_noise
 from robocal.calibrate.options import Options
 from robocal.calibrate.split import SHARE, make_split, places
-from robocal.files import nongeometric_parts as files
+from robocal.files import evidence as files
 from robocal.files.groups import plain_options
 from robocal.files.robot import Robot
 from robocal.files.shown import shown

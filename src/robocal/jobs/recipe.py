@@ -10,6 +10,7 @@ from typing import Any
 from robocal.calibrate.identification import Identification
 from robocal.files.leaving import LeftOut
 from robocal.files.parts import RowsLeftOut, made_by
+from robocal.files.plain import plain
 from robocal.files.result import Provenance
 from robocal.files.shown import shown
 from robocal.files.text import InputFile
@@ -49,6 +50,6 @@ def recipe_of(
         seed=choices["seed"],
         started=timed.started.isoformat(timespec="seconds"),
         seconds=round(timed.seconds, 3),
-        options={**choices, **decided},
+        options=plain({**choices, **decided}),
         left_out=[shown(RowsLeftOut, o) for o in left_out],
     )

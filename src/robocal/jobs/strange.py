@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from robocal.calibrate.outliers import Outlier
+from robocal.files.evidence import Outlier as Told
 from robocal.files.shown import shown, shown_unit
-from robocal.files.strange import Outlier as Told
 from robocal.measure.base import KINDS
 
 __all__ = ["outlier"]

@@ -7,7 +7,7 @@ from scipy import special
 
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Identification
-from robocal.files import trustparts as files
+from robocal.files import evidence as files
 from robocal.files.shown import shown
 from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
