@@ -12,7 +12,8 @@ from calibrate import machines as made
 from robocal.calibrate.identify import identify
 from robocal.calibrate.options import Options
 from robocal.files.opened import Bare
-from robocal.jobs.outcome import Outcome, provenance, residual_columns, save, to_result
+from robocal.files.result import Provenance
+from robocal.jobs.outcome import Outcome, residual_columns, save, to_result
 from robocal.measure.base import synthesise
 
 MACHINES = {
@@ -106,7 +107,7 @@ def test_a_machine_of_somebody_elses_has_a_run_folder(tmp_path):
     robot, truth, data = made.turntable(rng, 40)
     found = identify(robot, made.recorded(truth, data, rng, forget=False))
     opened = Bare(robot, convention="turntable")
-    result = to_result(found, opened, provenance("", (), 0, "2026-01-01T00:00:00+00:00", 1.0, {}))
+    result = to_result(found, opened, Provenance(version=""))
     kept = save(Outcome(result, residual_columns(found), found, opened), tmp_path / "run")
     assert {p.name for p in kept.written} >= {"result.json", "residuals.csv", "report.html", "calibrated.yaml"}
     assert result.verdict.status == "improved" and result.robot.convention == "turntable"

@@ -40,7 +40,7 @@ def draw(seed, m, *, everything=False, size=5e-3, fresh=1000, folds=None):
     moved = {n: robot.table[n].value + rng.normal(0, scale[robot.table[n].unit]) for n in names}
     truth = robot.with_values(moved)
     found = identify(robot, measured(robot, truth, rng, m), Options(seed=seed, folds=folds)).offsets
-    held = with_offsets(robot, {o.joint: o.offset for o in found.offsets})
+    held = with_offsets(robot, {o.joint: o.offset for o in found.parameters})
     there = measured(robot, truth, rng, fresh)
     before, after = (model_errors(r, there, tool=True) for r in (robot, held))
     return found, before.position.mean() * before.factor, after.position.mean() * after.factor
@@ -84,7 +84,7 @@ def test_two_joints_that_are_far_off():
     truth = robot.with_values({n: robot.table[n].value + v for n, v in true.items()})
     found = identify(robot, measured(robot, truth, rng, 40)).offsets
     assert found.proven and found.after.mean < 0.05 * found.before.mean
-    by = {z.parameter: o for z, o in zip(robot.zeros, found.offsets, strict=True)}
+    by = {z.parameter: o for z, o in zip(robot.zeros, found.parameters, strict=True)}
     for n, v in true.items():
         assert by[n].offset == pytest.approx(v, abs=5 * by[n].sigma) and by[n].sigma < 1e-3
 

@@ -69,13 +69,13 @@ def side_by_side(request):
 def test_why_the_thesis_estimators_failed(side_by_side):
     """Chapters 5 and 6: fitted and unseen errors of the linear step and of the filter, beside the models without them."""
     name, found = side_by_side
-    by = {e.method: e for e in found.entries}
-    for e in found.entries:
+    by = {e.method: e for e in found.methods}
+    for e in found.methods:
         print(
             f"{name} {e.method}: {e.after.mean / CM:.1f} cm fitted, {e.leave_one_out.mean / CM:.1f} cm unseen, {e.verdict}"
         )
     print(f"frames only {found.leave_one_out_before.mean / CM:.1f} cm, mean {found.constant.mean / CM:.1f} cm")
-    assert not any(e.failed or e.verdict == "improved" for e in found.entries)
+    assert not any(e.failed or e.verdict == "improved" for e in found.methods)
     # One linear step throws the arm away; the filter bends it to the ten poses and misses the others.
     assert by["lse"].leave_one_out.mean > 5 * found.constant.mean
     assert by["ekf-100"].after.mean < 0.4 * found.before.mean

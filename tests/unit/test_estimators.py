@@ -159,7 +159,7 @@ def test_names_are_known_and_others_get_the_nearest():
 def test_compare_holds_the_same_configurations_out():
     data = measured(40)
     found = compare(arm(), data, ("lm", "ekf", "lse"), Options(seed=3))
-    lm, ekf, lse = found.entries
+    lm, ekf, lse = found.methods
     assert lm.held_out.n == ekf.held_out.n == lse.held_out.n == 8 and found.held_out_before.n == 8
     assert lm.sigmas is None and ekf.sigmas < 1e-3 and lse.sigmas > ekf.sigmas and ekf.farthest
     alone = identify(arm(), data, Options(seed=3, method="ekf"))
@@ -169,12 +169,12 @@ def test_compare_holds_the_same_configurations_out():
 
 def test_a_bootstrap_of_the_chosen_method_hinders_no_other():
     found = compare(arm(), measured(12), ("lm", "lse"), Options(bootstrap=100, leave_one_out=False))
-    assert not any(e.failed for e in found.entries)
+    assert not any(e.failed for e in found.methods)
 
 
 def test_compare_tells_what_cannot_be_done():
     found = compare(arm(), measured(40), ("lm", "ekf-100"), Options(loss="huber", leave_one_out=False))
-    assert "knows no robust loss" in found.entries[1].failed and found.entries[0].held_out is not None
+    assert "knows no robust loss" in found.methods[1].failed and found.methods[0].held_out is not None
     with pytest.raises(ModelError, match="none of these"):
         compare(arm(), measured(40), ("ekf-100",), Options(loss="huber"))
 

@@ -9,9 +9,10 @@ from unit.arm_data import arm as five
 from unit.arm_data import measured
 from unit.plain_terms import Plain, linear, plain_problem
 
-from robocal.calibrate.evidence import Statistic, bootstrap_gain, constant_errors, errors, judge
+from robocal.calibrate.evidence import bootstrap_gain, constant_errors, errors, judge
 from robocal.calibrate.folds import leave_one_out
 from robocal.calibrate.split import Split
+from robocal.calibrate.statistics import Statistic
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.rows import Residuals
 from robocal.measure.base import problem

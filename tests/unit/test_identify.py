@@ -32,7 +32,7 @@ def test_a_simulated_arm_improves_where_nothing_was_measured(kind, stated):
     assert [s.unit for s in found.stages] == (["m", "rad"] if kind == "pose" else ["m"])
     assert sorted((*found.fit_ids, *found.held_ids)) == sorted(f"p{i}" for i in range(60))
     assert 0.6 < found.chi2 / found.dof < 1.4 and found.history[-1] <= found.history[0]
-    assert found.options.hold_out == 0.2 and found.groups[0].source == ("stated" if stated else "estimated")
+    assert found.options.hold_out == 0.2 and found.groups[0].sigma_source == ("stated" if stated else "estimated")
 
 
 def test_the_same_seed_gives_the_same_result():

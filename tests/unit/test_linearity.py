@@ -63,7 +63,7 @@ def test_local_blocks_and_other_units_have_none(rng):
 def test_a_robot_a_little_off_is_nearly_linear():
     found = identify(arm(), measured(40), Options(leave_one_out=False)).linearity
     assert not found.misleads and not found.ruins
-    assert found.fitted.left < 1.5 * found.fitted.noise and found.curvature.value < 0.1
+    assert found.fitted.left < 1.5 * found.fitted.noise and found.curvature < 0.1
 
 
 def test_a_robot_far_off_is_not_and_identify_says_so():

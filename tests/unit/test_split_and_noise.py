@@ -94,7 +94,7 @@ def groups_of(data, robot=None, **options):
 def test_a_right_sigma_stands():
     found = groups_of(measured(80))
     (g,) = found.groups
-    assert g.tau == 0 and g.source == "stated" and g.sigma == g.stated == pytest.approx(2e-5)
+    assert g.tau == 0 and g.sigma_source == "stated" and g.sigma == g.stated == pytest.approx(2e-5)
     assert 0.7 < g.chi2 / g.dof < 1.3 and g.rms == pytest.approx(2e-5, rel=0.2) and g.n == 240
     np.testing.assert_array_equal(found.data.observations[0].sigma, 2e-5)
 
@@ -104,7 +104,7 @@ def test_a_sigma_that_is_too_small_is_enlarged_to_what_the_model_leaves():
     small = DataSet(data.configurations, (replace(data.observations[0], sigma=np.full((200, 3), 1e-5)),))
     (g,) = groups_of(small).groups
     assert (
-        g.source == "stated, with model error added"
+        g.sigma_source == "stated, with model error added"
         and g.sigma == pytest.approx(1e-4, rel=0.1)
         and g.tau == pytest.approx(1e-4, rel=0.1)
     )
@@ -114,7 +114,7 @@ def test_a_sigma_that_is_too_small_is_enlarged_to_what_the_model_leaves():
 
 def test_unstated_sigma_is_estimated():
     (g,) = groups_of(measured(200, sigma=7e-5, stated=False)).groups
-    assert g.source == "estimated" and g.stated is None and g.chi2 is None
+    assert g.sigma_source == "estimated" and g.stated is None and g.chi2 is None
     assert g.sigma == g.tau == pytest.approx(7e-5, rel=0.1)
 
 

@@ -29,6 +29,7 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.scatter import Kept, Scatter, scatter
 from robocal.estimate.uncertainty import Total
 from robocal.geometry import so3
+from robocal.quantities import Amount, OwnUnit, Value
 
 __all__ = ["MATTERS", "Change", "Drift", "Single", "compare", "differs"]
 
@@ -48,11 +49,11 @@ class Change:
     for the most conspicuous of all (Holm)."""
 
     name: str
-    unit: str
-    first: float
-    second: float
-    change: float
-    sigma: float
+    unit: OwnUnit
+    first: Value
+    second: Value
+    change: Amount
+    sigma: Amount
     p_value: float
     p_of_all: float
 
@@ -63,9 +64,9 @@ class Single:
     what it leaves unexplained. A robot's parameter need not have been fitted for that."""
 
     name: str
-    unit: str
-    change: float
-    sigma: float
+    unit: OwnUnit
+    change: Amount
+    sigma: Amount
     p_rest: float
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal.calibrate.noise import Group, apply_noise
+from robocal.calibrate.statistics import Coverage
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term, spread
 from robocal.estimate.uncertainty import LEVEL, Total, quantile
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Bands",
-    "Coverage",
     "claimed",
     "coverage",
     "coverage_of",
@@ -48,6 +48,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+QUANTITIES = {"m": "position", "rad": "orientation", "px": "pixels"}
 CHUNK = 2000  # rows whose dense Jacobian is held at once
 
 
@@ -77,17 +78,6 @@ class Bands:
         distance = np.einsum("mi,mi->m", r, np.linalg.solve(v, r[..., None])[..., 0])
         limit = special.chdtri(d, 1 - level) if not np.isfinite(dof) else d * special.fdtri(d, max(dof, 1.0), level)
         return np.asarray(distance <= limit)
-
-
-@dataclass(frozen=True)
-class Coverage:
-    """Of `n` measurements that the fit had not seen, how many lay in their bands: by component, and whole (in space)."""
-
-    unit: str
-    level: float
-    components: float
-    whole: float
-    n: int
 
 
 def measured_range(configurations: Configurations) -> Array | None:
@@ -144,7 +134,7 @@ def measured_bands(
 
 
 def coverage(bands: Iterable[Bands], dof: float = np.inf, level: float = LEVEL) -> tuple[Coverage, ...]:
-    """How many of these measurements lie in their bands, by SI unit."""
+    """How many of these measurements lie in their bands, by quantity."""
     found: dict[str, list[tuple[NDArray[np.bool_], NDArray[np.bool_]]]] = {}
     for b in bands:
         inside = b.inside(dof, level)
@@ -155,7 +145,9 @@ def coverage(bands: Iterable[Bands], dof: float = np.inf, level: float = LEVEL) 
         whole = np.concatenate([w for _, w in parts])
         if len(whole):
             components = np.concatenate([i.ravel() for i, _ in parts])
-            out.append(Coverage(unit, level, float(components.mean()), float(whole.mean()), len(whole)))
+            out.append(
+                Coverage(QUANTITIES.get(unit, unit), level, float(components.mean()), float(whole.mean()), len(whole))
+            )
     return tuple(out)
 
 

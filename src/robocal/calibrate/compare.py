@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robocal.calibrate.estimators import ended, estimator
-from robocal.calibrate.evidence import Statistic
 from robocal.calibrate.identification import Identification
 from robocal.calibrate.identify import FEW, identify
 from robocal.calibrate.options import Options
 from robocal.calibrate.split import places
+from robocal.calibrate.statistics import Statistic
 from robocal.errors import ModelError
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
@@ -52,16 +52,21 @@ class Entry:
 
 @dataclass(frozen=True)
 class Comparison:
-    """The entries; the first is the reference. `before`, `held_out_before`, `leave_one_out_before` are the frames-only
+    """The methods; the first is the reference. `before`, `held_out_before`, `leave_one_out_before` are the frames-only
     model, `constant` predicting the mean."""
 
     unit: str
-    entries: tuple[Entry, ...]
+    methods: tuple[Entry, ...]
     before: Statistic | None
     held_out_before: Statistic | None
     leave_one_out_before: Statistic | None
     constant: Statistic | None
     k_fold_before: Statistic | None = None
+
+    @property
+    def reference(self) -> str:
+        """The first method that found anything."""
+        return next(e.method for e in self.methods if not e.failed)
 
 
 def compare(
@@ -137,7 +142,7 @@ def _entry(found: Identification[Machine], reference: Identification[Machine], t
         s.k_fold,
         farthest,
         sigmas,
-        seconds,
+        round(seconds, 3),
     )
 
 

@@ -22,9 +22,6 @@ from robocal.remarks.remark import Quantity, Remark
 
 __all__ = [
     "PROOF",
-    "Fold",
-    "Stages",
-    "Statistic",
     "Verdict",
     "bootstrap_gain",
     "by_unit",
@@ -47,39 +44,17 @@ ROUNDING = 1e-12  # of the largest error, or of a metre, a radian, a pixel
 
 
 @dataclass(frozen=True)
-class Statistic:
-    """Mean, rms, 95th percentile and maximum of n errors (m or rad); `profiled` when local parameters were refitted on
-    them."""
-
-    mean: float
-    rms: float
-    p95: float
-    max: float
-    n: int
-    profiled: bool = False
-
-    @classmethod
-    def of(cls, values: Array, profiled: bool = False) -> Statistic | None:
-        """The statistic of some errors, None of none."""
-        if not len(values):
-            return None
-        return cls(
-            float(values.mean()),
-            float(np.sqrt(np.mean(values**2))),
-            float(np.percentile(values, 95)),
-            float(values.max()),
-            len(values),
-            profiled,
-        )
-
-
-@dataclass(frozen=True)
 class Verdict:
     """improved, not_improved or refused, with the reasons; `region` says where an improvement holds: working or measured."""
 
     status: str
     reasons: tuple[Remark, ...]
     region: str | None = None
+
+    @property
+    def remarks(self) -> tuple[Remark, ...]:
+        """The reasons, each once."""
+        return tuple(dict.fromkeys(self.reasons))
 
     def refused(self, *why: Remark) -> Verdict:
         """Refused after all: these reasons first."""
@@ -241,34 +216,3 @@ def judge(
     if low > 0:
         return Verdict("improved", (span(Code.GAIN_PROVEN),))
     return Verdict("not_improved", (span(Code.GAIN_NOT_PROVEN),))
-
-
-@dataclass(frozen=True)
-class Fold:
-    """One round of a k-fold: mean error (m or rad) of the baseline and of the identified model on n held-out
-    measurements."""
-
-    name: str
-    n: int
-    before: float
-    after: float
-    profiled: bool
-
-
-@dataclass(frozen=True)
-class Stages:
-    """The error of one quantity at every stage (m or rad): baseline and identified on fitted and on unseen
-    configurations."""
-
-    unit: str
-    before: Statistic | None
-    after: Statistic | None
-    held_out_before: Statistic | None
-    held_out: Statistic | None
-    leave_one_out_before: Statistic | None
-    leave_one_out: Statistic | None
-    constant: Statistic | None
-    k_fold_before: Statistic | None = None
-    k_fold: Statistic | None = None
-    folds: tuple[Fold, ...] = ()
-    everything: Stages | None = None  # the same with the gross rows; None where none was set aside

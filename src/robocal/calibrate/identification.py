@@ -9,9 +9,8 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.bands import Coverage
 from robocal.calibrate.bootstrap import Resampled
-from robocal.calibrate.evidence import Stages, Verdict
+from robocal.calibrate.evidence import Verdict
 from robocal.calibrate.linear import Linearity
 from robocal.calibrate.noise import Group
 from robocal.calibrate.offsets import OffsetsAlone
@@ -20,6 +19,7 @@ from robocal.calibrate.outliers import Outlier
 from robocal.calibrate.region import Holds
 from robocal.calibrate.scale import Scale
 from robocal.calibrate.scatter import Kept
+from robocal.calibrate.statistics import Coverage, Stages
 from robocal.estimate.identifiability import Identifiability
 from robocal.estimate.least_squares import Reason
 from robocal.estimate.uncertainty import Total
@@ -51,14 +51,14 @@ class ParameterResult:
     sigma_conditional: float | None
     status: str  # identified | prior | dropped | fixed
     data_share: float | None
-    notes: tuple[Remark, ...] = ()
+    remarks: tuple[Remark, ...] = ()
     interval: tuple[float, float] | None = None  # 95 %, from `sigma`
     expected: float | None = None  # standard deviation of its error before anything was measured
 
     @property
     def note(self) -> str:
-        """The notes in one line."""
-        return "; ".join(map(str, self.notes))
+        """The remarks in one line."""
+        return "; ".join(map(str, self.remarks))
 
 
 @dataclass(frozen=True)

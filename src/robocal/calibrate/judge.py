@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +17,14 @@ from robocal.calibrate.bands import claimed, total_of
 from robocal.calibrate.baseline import frame_names
 from robocal.calibrate.digits import FINE, WITHIN, carried
 from robocal.calibrate.estimators import estimator
-from robocal.calibrate.evidence import PROOF, Fold, Stages, Statistic, Verdict, by_unit, constant_errors, errors, judge
+from robocal.calibrate.evidence import PROOF, Verdict, by_unit, constant_errors, errors, judge
 from robocal.calibrate.fit import Fit
 from robocal.calibrate.folds import Unseen
 from robocal.calibrate.gross import MOST, share
 from robocal.calibrate.noise import owners
 from robocal.calibrate.options import Options
 from robocal.calibrate.split import Split, leave_one_out_rounds, places
+from robocal.calibrate.statistics import Fold, Stages, Statistic
 from robocal.calibrate.warn import ABSOLUTE, implausible, unmade
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
@@ -74,7 +76,7 @@ def stages(
     known = (data, base, base_x, part, fit_units, proofs, unit)
     unused = any((~t.used).any() for t in part.problem.terms)
     found = _stages(*known, everything=False)
-    return replace(found, everything=_stages(*known, everything=True)) if unused or _left_out(proofs) else found
+    return replace(found, all_rows=_stages(*known, everything=True)) if unused or _left_out(proofs) else found
 
 
 def _left_out(proofs: Mapping[str, Proof]) -> bool:
@@ -97,7 +99,7 @@ def _stages(
     inside = np.isin(at, fit_units)
     if not everything:
         inside &= by_unit(part.problem.terms, [t.used for t in part.problem.terms], unit)
-    seen: dict[str, Statistic | None] = {}
+    seen: dict[str, Any] = {}
     for name in ("held_out", "k_fold", "leave_one_out"):
         proof = proofs.get(name)
         seen[name] = seen[f"{name}_before"] = None
@@ -109,18 +111,13 @@ def _stages(
     # Where a configuration's own pose is fitted to its rows, predicting the mean of them is no rival.
     constant = _constant(data, base, best(proofs), everything) if unit == "m" and not base.blocks else None
     return Stages(
-        unit,
-        Statistic.of(before[inside]),
-        Statistic.of(after[inside]),
-        seen["held_out_before"],
-        seen["held_out"],
-        seen["leave_one_out_before"],
-        seen["leave_one_out"],
+        unit=unit,
+        before=Statistic.of(before[inside]),
+        after=Statistic.of(after[inside]),
         # A target that only held-out rows show has no mean to predict.
-        Statistic.of(constant[np.isfinite(constant)]) if constant is not None else None,
-        seen["k_fold_before"],
-        seen["k_fold"],
-        _folds(proofs["k_fold"], unit, at, everything) if "k_fold" in proofs else (),
+        constant=Statistic.of(constant[np.isfinite(constant)]) if constant is not None else None,
+        folds=_folds(proofs["k_fold"], unit, at, everything) if "k_fold" in proofs else (),
+        **seen,
     )
 
 

@@ -29,7 +29,22 @@ class Linearity:
 
     fitted: Step
     everything: Step | None
-    curvature: Curvature | None
+    bend: Curvature | None
+
+    @property
+    def unit(self) -> str:
+        """The SI unit of both steps."""
+        return self.fitted.unit
+
+    @property
+    def curvature(self) -> float | None:
+        """The largest relative curvature within one sigma."""
+        return None if self.bend is None else self.bend.value
+
+    @property
+    def curvature_parameter(self) -> str:
+        """What such a step moves most."""
+        return "" if self.bend is None else self.bend.parameter
 
     @property
     def misleads(self) -> bool:
@@ -75,7 +90,6 @@ def linearity_words(found: Linearity | None) -> tuple[Remark, ...]:
     if found.ruins and found.everything is not None:
         before = Quantity(found.everything.before, found.fitted.unit)
         out.append(told(Code.ONE_STEP_MISLEADS, found.everything, before))
-    if found.curvature is not None and found.curvature.value > CURVED:
-        bend = found.curvature
-        out.append(Remark.of(Code.CURVED, curvature=bend.value, parameter=bend.parameter))
+    if found.curvature is not None and found.curvature > CURVED:
+        out.append(Remark.of(Code.CURVED, curvature=found.curvature, parameter=found.curvature_parameter))
     return tuple(out)

@@ -53,7 +53,7 @@ class Group:
         return float(np.hypot(self.stated or 0.0, self.tau))
 
     @property
-    def source(self) -> str:
+    def sigma_source(self) -> str:
         """Where sigma comes from: stated, estimated, or stated and enlarged by what the model leaves."""
         if self.stated is None:
             return "estimated"

@@ -18,12 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.calibrate.baseline import frame_names
-from robocal.calibrate.evidence import PROOF, Statistic, bootstrap_gain
+from robocal.calibrate.evidence import PROOF, bootstrap_gain
 from robocal.calibrate.fit import Fit
 from robocal.calibrate.folds import local_names, unseen
 from robocal.calibrate.judge import Proof, drawn, units_of
 from robocal.calibrate.prove import Proven
 from robocal.calibrate.split import places
+from robocal.calibrate.statistics import Statistic
 from robocal.estimate.identifiability import Combination, analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -50,7 +51,12 @@ class JointOffset:
     sigma: float | None = None
     interval: tuple[float, float] | None = None
     status: str = "dropped"  # identified | dropped | fixed
-    notes: tuple[Remark, ...] = ()
+    remarks: tuple[Remark, ...] = ()
+
+    @property
+    def note(self) -> str:
+        """The remarks in one line."""
+        return "; ".join(map(str, self.remarks))
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,7 @@ class OffsetsAlone:
     """The offsets of all joints, fitted alone, with mean errors on unseen measurements (m, rad or px): baseline, offsets
     alone, whole model; `gain` is the mean reduction against the baseline with its 95 % interval."""
 
-    offsets: tuple[JointOffset, ...]
+    parameters: tuple[JointOffset, ...]
     proven: bool
     reason: Remark
     unit: str
@@ -67,6 +73,16 @@ class OffsetsAlone:
     whole: Statistic | None = None
     gain: tuple[float, float, float] | None = None
     how: str = ""
+
+    @property
+    def status(self) -> str:
+        """improved, or not_improved."""
+        return "improved" if self.proven else "not_improved"
+
+    @property
+    def n(self) -> int:
+        """How many unseen measurements the means are of."""
+        return self.before.n if self.before else 0
 
 
 @dataclass(frozen=True)
@@ -144,7 +160,7 @@ def _offsets(model: Machine, found: _Found, zeros: Sequence[Zero]) -> tuple[Join
             out.append(JointOffset(joint.name, unit, 0.0, status="fixed"))
         elif z.parameter not in found.problem.free:
             notes = tuple(r for n, r in found.notes.items() if n == z.parameter)
-            out.append(JointOffset(joint.name, unit, 0.0, notes=notes))
+            out.append(JointOffset(joint.name, unit, 0.0, remarks=notes))
         else:
             change = float(found.x[0, table.index[z.parameter]]) - model.table[z.parameter].value
             value, bar = change / z.factor, float(sigma[z.parameter] / abs(z.factor))

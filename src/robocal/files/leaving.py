@@ -41,11 +41,6 @@ class LeftOut:
         few = tuple(map(str, self.rows[:SHOWN])) + (("...",) if len(self.rows) > SHOWN else ())
         return Remark.of(code, file=str(self.file), count=len(self.rows), rows=few)
 
-    @property
-    def document(self) -> dict[str, object]:
-        """The same for machines."""
-        return {"file": str(self.file), "rows": list(self.rows), "why": self.why}
-
 
 def words_of(given: Iterable[object]) -> tuple[str, ...]:
     """Words given one by one or separated by commas."""

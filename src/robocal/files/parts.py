@@ -6,9 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
+from robocal._version import __version__
+from robocal.files.text import InputFile
 from robocal.remarks.remark import Remark as Said
 
-__all__ = ["Number", "Remark", "RowsLeftOut", "kept"]
+__all__ = ["InputHash", "Made", "Number", "Remark", "RowsLeftOut", "hashes", "kept", "made_by"]
 
 Number: TypeAlias = float | None  # null, where there is no number
 
@@ -31,6 +33,33 @@ class Remark:
 def kept(remarks: Iterable[Said]) -> list[Remark]:
     """What a file keeps of remarks, each once."""
     return [Remark.of(r) for r in dict.fromkeys(remarks)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class InputHash:
+    """An input file and the SHA-256 of its bytes."""
+
+    file: str
+    sha256: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Made:
+    """What made a document."""
+
+    version: str
+    command: str
+    inputs: list[InputHash]
+
+
+def hashes(inputs: Iterable[InputFile]) -> list[InputHash]:
+    """What a document keeps of the files that were read."""
+    return [InputHash(file=str(i.file), sha256=i.sha256) for i in inputs]
+
+
+def made_by(command: str, inputs: Iterable[InputFile]) -> Made:
+    """What makes a document: this version, by a command, of these files."""
+    return Made(version=__version__, command=command, inputs=hashes(inputs))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,16 +11,25 @@ import os
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
+from robocal.calibrate.statistics import Coverage, Stages, Statistic
 from robocal.errors import FormatError
-from robocal.files.diagnostics import Comparison, Linearity
+from robocal.files.evidence import (
+    Beyond,
+    Comparison,
+    GroupTried,
+    LayerSummary,
+    Linearity,
+    OffsetsAlone,
+    Outlier,
+    Prediction,
+    Scale,
+    WorkingRange,
+)
 from robocal.files.names import SAID, strange_part
-from robocal.files.nongeometric_parts import Beyond, GroupTried, LayerSummary
-from robocal.files.offsetparts import OffsetsAlone
-from robocal.files.parts import Number, Remark, RowsLeftOut
+from robocal.files.parts import InputHash, Number, Remark, RowsLeftOut
 from robocal.files.plain import json_text, plain
-from robocal.files.strange import Outlier
 from robocal.files.text import read_text
-from robocal.files.trustparts import Coverage, Prediction, Scale, WorkingRange
+from robocal.quantities import Amount, OwnUnit, ShownUnit, Value
 
 __all__ = [
     "AngleResiduals",
@@ -32,7 +41,9 @@ __all__ = [
     "Group",
     "Identifiability",
     "InputHash",
+    "Linearity",
     "Observability",
+    "OffsetsAlone",
     "Outlier",
     "ParameterResult",
     "Prediction",
@@ -85,20 +96,20 @@ class ParameterResult:
     """
 
     name: str
-    unit: str
-    nominal: Number
-    identified: Number
-    delta: Number
-    sigma: Number = None
-    sigma_instrument: Number = None
-    sigma_conditional: Number = None
+    unit: OwnUnit
+    nominal: Value | None
+    identified: Value | None
+    delta: Amount | None
+    sigma: Amount | None = None
+    sigma_instrument: Amount | None = None
+    sigma_conditional: Amount | None = None
     status: Literal["identified", "prior", "dropped", "fixed"]
     data_share: Number = None
     note: str = ""
     remarks: list[Remark] = field(default_factory=list)
-    interval: tuple[Number, Number] | None = None
-    bootstrap: tuple[Number, Number] | None = None
-    expected: Number = None
+    interval: tuple[Value | None, Value | None] | None = None
+    bootstrap: tuple[Value | None, Value | None] | None = None
+    expected: Amount | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,43 +154,9 @@ class Identifiability:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Statistic:
-    """Errors in one number each; profiled: local parameters were refitted on these data."""
-
-    mean: Number
-    rms: Number
-    p95: Number
-    max: Number
-    n: int
-    profiled: bool = False
-
-
-@dataclass(frozen=True, kw_only=True)
-class Fold:
-    """One round in which everything was held out once: mean errors, baseline and identified."""
-
-    name: str
-    n: int
-    before: Number
-    after: Number
-    profiled: bool = False
-
-
-@dataclass(frozen=True, kw_only=True)
-class AngleResiduals:
+class AngleResiduals(Stages):
     """Orientation errors."""
 
-    unit: str
-    before: Statistic | None = None
-    after: Statistic | None = None
-    held_out: Statistic | None = None
-    held_out_before: Statistic | None = None
-    leave_one_out: Statistic | None = None
-    leave_one_out_before: Statistic | None = None
-    constant: Statistic | None = None
-    k_fold: Statistic | None = None
-    k_fold_before: Statistic | None = None
-    folds: list[Fold] = field(default_factory=list)
     all_rows: AngleResiduals | None = (
         None  # the same with the gross rows that no mean above counts; null where there are none
     )
@@ -201,9 +178,9 @@ class Group:
     n: int
     dof: Number = None
     chi2: Number = None
-    rms: Number = None
-    unit: str = ""
-    sigma: Number = None
+    rms: Amount | None = None
+    unit: ShownUnit = ""
+    sigma: Amount | None = None
     sigma_source: str = ""
 
 
@@ -239,14 +216,6 @@ class Correlation:
 
     names: list[str] = field(default_factory=list)
     matrix: list[list[Number]] = field(default_factory=list)
-
-
-@dataclass(frozen=True, kw_only=True)
-class InputHash:
-    """An input file and the SHA-256 of its bytes."""
-
-    file: str
-    sha256: str
 
 
 @dataclass(frozen=True, kw_only=True)

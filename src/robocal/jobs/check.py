@@ -16,6 +16,7 @@ from robocal.calibrate.warn import few_numbers, input_remarks
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.headers import cables_of
 from robocal.files.opened import Opened
+from robocal.files.parts import hashes
 from robocal.files.text import InputFile
 from robocal.jobs.strange import outlier
 from robocal.jobs.watching import Watch, computable
@@ -80,7 +81,7 @@ class Checked:
             "baseline_mean_error_of_all_rows_mm": None if self.misfit_of_all is None else self.misfit_of_all * 1e3,
             **told(self.warnings),
             "outliers": [outlier(o) for o in self.strange],
-            "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
+            "inputs": hashes(self.inputs),
         }
 
 

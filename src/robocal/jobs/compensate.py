@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal._version import __version__
 from robocal.apply.compensate import LEAP, SINGULAR_BELOW, STATUS, Compensation
 from robocal.apply.compensate import compensate as solve
 from robocal.arms.chain import Chain
-from robocal.calibrate.evidence import Statistic
+from robocal.calibrate.statistics import Statistic
 from robocal.calibrate.workspace import predict
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE
 from robocal.files.layerfile import LAYER
+from robocal.files.parts import made_by
 from robocal.files.robot import Robot
 from robocal.files.targets import TargetFile, compensated_text, read_targets
 from robocal.files.text import InputFile
@@ -88,7 +88,6 @@ class Compensated:
         """What compensation.json holds."""
         m = self.made
         stages = {"before": self.before, "after": self.after, "after_by_tcp": self.after_by_tcp}
-        named = {k: None if s is None else s.__dict__ for k, s in stages.items()}
         known = None if self.within is None else Statistic.of(1e3 * self.within[np.isfinite(self.within)])
         return {
             "robocal": 1,
@@ -98,7 +97,7 @@ class Compensated:
             "simulated": "errors of the calibrated model driven with what is commanded",
             "targets": len(m.status),
             "status": self.counts,
-            "errors": {"unit": "mm"} | named,
+            "errors": {"unit": "mm"} | stages,
             "expected_of_the_real_robot": None if known is None else {"unit": "mm", "level": LEVEL} | known.__dict__,
             "rows": [
                 {
@@ -111,11 +110,7 @@ class Compensated:
                 for name, s, a, note in zip(self.file.ids, m.status, m.after.tolist(), self.notes, strict=True)
             ],
             **told(self.warnings),
-            "provenance": {
-                "version": __version__,
-                "command": self.command,
-                "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
-            },
+            "provenance": made_by(self.command, self.inputs),
         }
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +14,10 @@ from robocal.apply.drift import Change, Drift, Single, compare
 from robocal.calibrate.workspace import sample_joints
 from robocal.errors import ModelError
 from robocal.files.covariance import Knowledge
+from robocal.files.plain import plain
 from robocal.files.robot import Robot
 from robocal.files.runfolder import open_run
+from robocal.files.shown import shown
 from robocal.jobs.drifting import doubts, reasons, void
 from robocal.jobs.inputs import open_arm
 from robocal.jobs.predict import known_of
@@ -74,33 +75,17 @@ class Comparison:
                 "unit": "mm", "region": self.region, "n": apart.n, **mm, "p_value": apart.p_value, "worst": place,
             },
             "scatter": None if seen is None else {
-                "factor": seen.factor, "by": seen.by, "same_poses": seen.same, "dof": _finite(seen.dof),
+                "factor": seen.factor, "by": seen.by, "same_poses": seen.same, "dof": seen.dof,
             },
             "joint_test": {
-                "statistic": self.found.statistic, "rank": self.found.rank, "dof": _finite(self.found.dof),
+                "statistic": self.found.statistic, "rank": self.found.rank, "dof": self.found.dof,
                 "p_value": self.found.p_value,
             },
-            "changes": [self._change(c) for c in self.found.changes],
-            "single_causes": [self._single(c) for c in self.found.singles],
+            "changes": [plain(shown(Change, c, self.robot.units)) for c in self.found.changes],
+            "single_causes": [plain(shown(Single, c, self.robot.units)) for c in self.found.singles],
             **told(self.warnings),
             "command": self.command,
         }  # fmt: skip
-
-    def _single(self, c: Single) -> dict[str, Any]:
-        unit = self.robot.units.of(c.unit)
-        sizes = {k: getattr(c, k) / unit.factor for k in ("change", "sigma")}
-        return {"name": c.name, "unit": unit.name, **sizes, "p_rest": c.p_rest}
-
-    def _change(self, c: Change) -> dict[str, Any]:
-        unit = self.robot.units.of(c.unit)
-        size = {k: getattr(c, k) / unit.factor for k in ("change", "sigma")}
-        values = {k: unit.from_si(getattr(c, k)) for k in ("first", "second")}
-        chances = {k: v for k, v in asdict(c).items() if k.startswith("p_")}
-        return {"name": c.name, "unit": unit.name, **values, **size, **chances}
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def drifted(

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from robocal.calibrate.evidence import Statistic
 from robocal.calibrate.nongeometric.layered import layer_rows, layered_errors
+from robocal.calibrate.statistics import Statistic
 from robocal.errors import FormatError
 from robocal.files.layerfile import LAYER, read_layer
 from robocal.jobs.inputs import Inputs

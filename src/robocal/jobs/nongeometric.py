@@ -15,9 +15,10 @@ from robocal.calibrate.identify import FEW
 from robocal.calibrate.noise import apply_noise
 from robocal.calibrate.options import Options
 from robocal.calibrate.split import SHARE, make_split, places
-from robocal.files import nongeometric_parts as files
+from robocal.files import evidence as files
 from robocal.files.groups import plain_options
 from robocal.files.robot import Robot
+from robocal.files.shown import shown
 from robocal.jobs.watching import Watch
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     from robocal.calibrate.nongeometric.layered import Guarded
 
 __all__ = ["group_results", "guard_layer", "layer_result", "select_groups"]
-
-SHOWN = {"m": (1e3, "mm"), "rad": (180.0 / np.pi, "deg"), "px": (1.0, "px")}
 
 
 def select_groups(
@@ -64,18 +63,10 @@ def guard_layer(found: Identification[Chain], data: DataSet, watch: Watch | None
 
 def group_results(robot: Robot, tried: Sequence[Tried]) -> dict[str, Any]:
     """The groups of a result: what was tried, and what the robot has, so that it can be made again."""
-    told = []
-    for t in tried:
-        factor, unit = SHOWN[t.unit]
-        gain = None if t.gain is None else [v * factor for v in t.gain]
-        told.append(
-            files.GroupTried(
-                name=t.name, parameters=t.parameters, entered=t.entered, reason=t.reason.sentence, code=t.reason.code, unit=unit,
-                before=None if t.before is None else t.before * factor,
-                gain=None if gain is None else files.Gain(mean=gain[0], low=gain[1], high=gain[2]),
-                orders={joint: list(orders) for joint, orders in t.orders},
-            )
-        )  # fmt: skip
+    told = [
+        shown(files.GroupTried, t, reason=str(t.reason), code=t.reason.code, orders={j: list(o) for j, o in t.orders})
+        for t in tried
+    ]
     beyond = [files.Beyond(name=g.name, options=plain_options(g.options)) for g in robot.chain.groups]
     return {"groups_tried": told, "beyond": beyond}
 
@@ -84,11 +75,6 @@ def layer_result(found: Guarded | None) -> files.LayerSummary | None:
     """The residual layer of a result, in mm."""
     if found is None:
         return None
-    scaled = [None if v is None else v * 1e3 for v in (found.before, found.after, *(found.gain or (None,) * 3))]
-    before, after, mean, low, high = scaled
-    gain = None if mean is None else files.Gain(mean=mean, low=low, high=high)
-    return files.LayerSummary(
-        used=found.layer is not None, reason=found.reason.sentence, code=found.reason.code,
-        before=before, after=after, gain=gain, n=found.rows,
-        points=0 if found.layer is None else len(found.layer.points), coverage=found.coverage,
-    )  # fmt: skip
+    points = 0 if found.layer is None else len(found.layer.points)
+    said: dict[str, Any] = {"reason": str(found.reason), "code": found.reason.code}
+    return shown(files.LayerSummary, found, used=found.layer is not None, n=found.rows, points=points, **said)

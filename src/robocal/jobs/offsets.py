@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from robocal.arms.chain import Chain
 from robocal.arms.zeros import joint_offsets, with_offsets
 from robocal.errors import ModelError
-from robocal.files.offsetparts import OffsetsAlone
+from robocal.files.evidence import OffsetsAlone
 from robocal.files.offsets import OFFSETS, Offset
 from robocal.files.robot import Robot
 from robocal.files.units import parse_unit, same

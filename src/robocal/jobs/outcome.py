@@ -14,23 +14,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal._version import __version__
-from robocal.calibrate import evidence
 from robocal.calibrate.bootstrap import Resampled
 from robocal.calibrate.estimators import ended, estimator
-from robocal.calibrate.evidence import Stages
-from robocal.calibrate.identification import Identification, RowTable
+from robocal.calibrate.identification import Identification, ParameterResult, RowTable
 from robocal.files import result as files
 from robocal.files.layerfile import LAYER, layer_text
-from robocal.files.leaving import LeftOut
 from robocal.files.opened import Opened, rendered
 from robocal.files.parts import kept
-from robocal.files.plain import plain
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
-from robocal.files.text import InputFile
-from robocal.files.units import UNITS, Unit
-from robocal.jobs.alone import offset_result
-from robocal.jobs.diagnostics import linear
+from robocal.files.shown import shown
 from robocal.jobs.knowledge import knowledge_files, map_columns
 from robocal.jobs.strange import outlier
 from robocal.jobs.trusted import band_remarks, prediction_part, range_part, scale_part
@@ -41,10 +33,9 @@ from robocal.remarks.remark import Remark, sentences
 if TYPE_CHECKING:
     from robocal.calibrate.nongeometric.layer import Layer
 
-__all__ = ["Outcome", "provenance", "residual_columns", "save", "to_result"]
+__all__ = ["Outcome", "residual_columns", "save", "to_result"]
 
 Array = NDArray[np.float64]
-MM, DEG = UNITS["mm"], UNITS["deg"]
 
 
 @dataclass(frozen=True)
@@ -67,29 +58,6 @@ class Outcome:
         return verdict.status == "improved" and (verdict.region != "measured" or self.identification.options.measured)
 
 
-def provenance(
-    command: str,
-    inputs: Sequence[InputFile],
-    seed: int,
-    started: str,
-    seconds: float,
-    options: dict[str, Any],
-    left_out: Sequence[LeftOut] = (),
-) -> files.Provenance:
-    """What made a result."""
-    hashes = [files.InputHash(file=str(i.file), sha256=i.sha256) for i in inputs]
-    return files.Provenance(
-        version=__version__,
-        command=command,
-        inputs=hashes,
-        seed=seed,
-        started=started,
-        seconds=round(seconds, 3),
-        options=plain(options),
-        left_out=[o.document for o in left_out],  # type: ignore[misc]
-    )
-
-
 def to_result(
     found: Identification[Machine], robot: Opened, recipe: files.Provenance, warnings: Sequence[Remark] = ()
 ) -> files.Result:
@@ -98,18 +66,13 @@ def to_result(
     machine = found.nominal
     held = len(found.held_ids)
     count = held + len(found.fit_ids) + len(found.embargoed_ids)
+    method, loss = estimator(found.options.method).title, found.options.loss
     return files.Result(
         robot=files.RobotSummary(
             name=machine.name, convention=robot.convention, joints=len(machine.joints), source=robot.source
         ),
-        method=estimator(found.options.method).title
-        + ("" if found.options.loss == "none" else f", {found.options.loss} loss"),
-        verdict=files.Verdict(
-            status=found.verdict.status,  # type: ignore[arg-type]
-            region=found.verdict.region,  # type: ignore[arg-type]
-            reasons=sentences(found.verdict.reasons),
-            remarks=kept(found.verdict.reasons),
-        ),
+        method=method if loss == "none" else f"{method}, {loss} loss",
+        verdict=shown(files.Verdict, found.verdict, reasons=sentences(found.verdict.reasons)),
         parameters=[_parameter(p, robot, found.resampled) for p in found.parameters],
         identifiability=_identifiability(found, robot),
         residuals=_residuals(found),
@@ -125,9 +88,9 @@ def to_result(
         prediction=prediction_part(found),
         working_range=range_part(found),
         scale=scale_part(found),
-        linearity=linear(found.linearity),
+        linearity=None if found.linearity is None else shown(files.Linearity, found.linearity),
+        offsets=None if found.offsets is None else shown(files.OffsetsAlone, found.offsets, robot.units),
         outliers=[outlier(o) for o in found.outliers],
-        offsets=offset_result(found.offsets, robot),
         correlation=files.Correlation(names=list(found.correlation_names), matrix=found.correlation.tolist()),
         warnings=sentences(said),
         remarks=kept(said),
@@ -135,32 +98,11 @@ def to_result(
     )
 
 
-def _parameter(p: Any, robot: Opened, drawn: Resampled | None) -> files.ParameterResult:
-    unit = robot.units.of(p.unit)
+def _parameter(p: ParameterResult, robot: Opened, drawn: Resampled | None) -> files.ParameterResult:
     at = None if drawn is None or p.name not in drawn.names else drawn.names.index(p.name)
-    size = _size(unit)
-    return files.ParameterResult(
-        name=p.name,
-        unit=unit.name,
-        nominal=unit.from_si(p.nominal),
-        identified=unit.from_si(p.identified),
-        delta=p.delta * size,
-        sigma=None if p.sigma is None else p.sigma * size,
-        sigma_instrument=None if p.sigma_instrument is None else p.sigma_instrument * size,
-        sigma_conditional=None if p.sigma_conditional is None else p.sigma_conditional * size,
-        status=p.status,
-        data_share=p.data_share,
-        note=p.note,
-        remarks=kept(p.notes),
-        interval=None if p.interval is None else tuple(unit.from_si(v) for v in p.interval),
-        expected=None if p.expected is None else p.expected * size,
-        bootstrap=None if drawn is None or at is None else (unit.from_si(drawn.low[at]), unit.from_si(drawn.high[at])),
-    )
-
-
-def _size(unit: Unit) -> float:
-    """How many of a unit a difference of one SI unit is."""
-    return 1.0 / unit.factor
+    unit = robot.units.of(p.unit)
+    ends = None if drawn is None or at is None else (unit.from_si(drawn.low[at]), unit.from_si(drawn.high[at]))
+    return shown(files.ParameterResult, p, robot.units, bootstrap=ends)
 
 
 def _identifiability(found: Identification[Machine], robot: Opened) -> files.Identifiability:
@@ -174,80 +116,29 @@ def _identifiability(found: Identification[Machine], robot: Opened) -> files.Ide
         terms += [files.CombinationTerm(name=n, coefficient=-v * own / units[n].factor) for n, v in c.partners]
         combinations.append(files.Combination(text=c.remark.sentence, code=c.remark.code, terms=terms))
     hidden = [f"{p.name}: {p.note}" for p in found.parameters if p.status == "prior" and p.note]
-    return files.Identifiability(
-        rank=seen.rank,
+    return shown(
+        files.Identifiability,
+        seen,
         n_free=len(seen.names),
-        condition=seen.condition,
-        dropped=list(seen.dropped),
         combinations=combinations,
         observability=files.Observability(**seen.indices),
         warnings=hidden,
     )
 
 
-def _statistic(s: evidence.Statistic | None, unit: Unit) -> files.Statistic | None:
-    if s is None:
-        return None
-    k = _size(unit)
-    return files.Statistic(mean=s.mean * k, rms=s.rms * k, p95=s.p95 * k, max=s.max * k, n=s.n, profiled=s.profiled)
-
-
-def _stage(stages: Stages | None, unit: Unit) -> dict[str, Any]:
-    if stages is None:
-        return {"unit": unit.name}
-    names = (
-        *("before", "after", "held_out", "held_out_before"),
-        *("leave_one_out", "leave_one_out_before", "constant", "k_fold", "k_fold_before"),
-    )
-    k = _size(unit)
-    folds = [
-        files.Fold(name=f.name, n=f.n, before=f.before * k, after=f.after * k, profiled=f.profiled)
-        for f in stages.folds
-    ]
-    told: dict[str, Any] = {"unit": unit.name, "folds": folds}
-    told |= {n: _statistic(getattr(stages, n), unit) for n in names}
-    if stages.everything is not None:
-        told["all_rows"] = files.AngleResiduals(**_stage(stages.everything, unit))
-    return told
-
-
 def _residuals(found: Identification[Machine]) -> files.Residuals:
+    """The errors of positions with those of angles beside them, else of pixels; of bearings alone, those of angles, once."""
     by_unit = {s.unit: s for s in found.stages}
-    main = by_unit.get("m")
-    angle = files.AngleResiduals(**_stage(by_unit["rad"], DEG)) if "rad" in by_unit else None
-    if main is None and "px" in by_unit:
-        return files.Residuals(**_stage(by_unit["px"], UNITS["px"]), angle=angle)
-    if main is None and "rad" in by_unit:
-        # Bearings alone: what else is told in mm is told in deg, once.
-        return files.Residuals(**_stage(by_unit["rad"], DEG))
-    return files.Residuals(**_stage(main, MM), angle=angle)
+    main = next((by_unit[u] for u in ("m", "px", "rad") if u in by_unit), None)
+    beside = by_unit.get("rad") if main is None or main.unit != "rad" else None
+    angle = None if beside is None else shown(files.AngleResiduals, beside)
+    return files.Residuals(unit="mm") if main is None else shown(files.Residuals, main, angle=angle)
 
 
 def _fit(found: Identification[Machine]) -> files.Fit:
-    groups = []
-    for g in found.groups:
-        unit = {"m": MM, "rad": DEG}.get(g.unit, UNITS.get(g.unit, UNITS["1"]))
-        k = _size(unit)
-        groups.append(
-            files.Group(
-                name=g.name,
-                kind=g.kind,
-                n=g.n,
-                dof=g.dof,
-                chi2=g.chi2,
-                rms=g.rms * k,
-                unit=unit.name,
-                sigma=g.sigma * k,
-                sigma_source=g.source,
-            )
-        )
-    sources = list(dict.fromkeys(g.source for g in found.groups))
-    return files.Fit(
-        iterations=found.iterations,
-        reason=ended(found.options.method, found.reason)[0],
-        history=list(found.history), chi2=found.chi2, dof=float(found.dof), groups=groups,
-        sigma_source=", ".join(sources),
-    )  # fmt: skip
+    sources = list(dict.fromkeys(g.sigma_source for g in found.groups))
+    ends = ended(found.options.method, found.reason)[0]
+    return shown(files.Fit, found, reason=ends, sigma_source=", ".join(sources))
 
 
 def residual_columns(found: Identification[Machine]) -> dict[str, list[Any]]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from robocal.errors import ModelError
 from robocal.files.datawrite import data_text, table_text
+from robocal.files.parts import hashes
 from robocal.files.plain import plain
 from robocal.files.poses import poses_text
 from robocal.files.robot import Robot
@@ -78,7 +79,7 @@ class Planned:
                     for i, k in enumerate(p.path)
                 ],
                 **told(self.warnings),
-                "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
+                "inputs": hashes(self.inputs),
             }
         )  # fmt: skip
         return found

@@ -16,6 +16,7 @@ from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
 from robocal.files.csvtable import csv_text
 from robocal.files.layerfile import LAYER
+from robocal.files.parts import hashes
 from robocal.files.robot import Robot
 from robocal.files.runfolder import open_run
 from robocal.files.targets import read_targets
@@ -58,7 +59,7 @@ class Prediction:
             "relative_to": "base" if self.absolute else "the best place of the base over the workspace",
             "units": {"length": "mm", "angle": "deg"},
             "poses": list(self.rows),
-            "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
+            "inputs": hashes(self.inputs),
             **told(self.warnings),
             "written": [str(p) for p in self.written],
         }

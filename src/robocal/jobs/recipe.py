@@ -9,9 +9,11 @@ from typing import Any
 
 from robocal.calibrate.identification import Identification
 from robocal.files.leaving import LeftOut
+from robocal.files.parts import RowsLeftOut, made_by
+from robocal.files.plain import plain
 from robocal.files.result import Provenance
+from robocal.files.shown import shown
 from robocal.files.text import InputFile
-from robocal.jobs.outcome import provenance
 from robocal.measure.machine import Machine
 
 __all__ = ["Timed", "recipe_of"]
@@ -42,5 +44,12 @@ def recipe_of(
         "hold_out": found.options.hold_out,
         "leave_one_out": any(s.leave_one_out is not None for s in found.stages),
     }
-    stamp = timed.started.isoformat(timespec="seconds")
-    return provenance(command, inputs, choices["seed"], stamp, timed.seconds, {**choices, **decided}, left_out)
+    return shown(
+        Provenance,
+        made_by(command, inputs),
+        seed=choices["seed"],
+        started=timed.started.isoformat(timespec="seconds"),
+        seconds=round(timed.seconds, 3),
+        options=plain({**choices, **decided}),
+        left_out=[shown(RowsLeftOut, o) for o in left_out],
+    )

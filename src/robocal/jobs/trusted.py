@@ -7,7 +7,8 @@ from scipy import special
 
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.identification import Identification
-from robocal.files import trustparts as files
+from robocal.files import evidence as files
+from robocal.files.shown import shown
 from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -15,25 +16,17 @@ from robocal.remarks.remark import Quantity, Remark
 __all__ = ["band_remarks", "prediction_part", "range_part", "scale_part"]
 
 NOTHING = 1e-9  # m: two models that differ by rounding are one, and neither is the better
-WHOLE = {"m": "positions", "rad": "orientations"}
-QUANTITY = {"m": "position", "rad": "orientation", "px": "pixels"}
+WHOLE = {"position": "positions", "orientation": "orientations"}
 
 
 def prediction_part(found: Identification[Machine]) -> files.Prediction | None:
     """The predicted error in mm with the check of the bands; a method that fits what cannot be seen has no honest one."""
     if estimator(found.options.method).blind:
         return None
-    shares = [
-        files.Coverage(
-            quantity=QUANTITY.get(c.unit, c.unit), level=c.level, components=c.components, whole=c.whole, n=c.n
-        )
-        for c in found.coverage
-    ]
-    b = found.band
-    if b is None:
+    shares = list(found.coverage)
+    if found.band is None:
         return files.Prediction(unit="mm", n=0, region="", coverage=shares) if shares else None
-    sizes = {"mean": b.mean * 1e3, "p95": b.p95 * 1e3, "max": b.max * 1e3, "left": b.left * 1e3}
-    return files.Prediction(unit="mm", **sizes, n=b.n, region=b.region, coverage=shares)
+    return shown(files.Prediction, found.band, coverage=shares)
 
 
 def band_remarks(found: Identification[Machine]) -> tuple[Remark, ...]:
@@ -41,10 +34,10 @@ def band_remarks(found: Identification[Machine]) -> tuple[Remark, ...]:
     if estimator(found.options.method).blind:
         return ()
     narrow = [
-        Remark.of(Code.BAND_TOO_NARROW, whole=c.whole, n=c.n, quantity=WHOLE[c.unit])
+        Remark.of(Code.BAND_TOO_NARROW, whole=c.whole, n=c.n, quantity=WHOLE[c.quantity])
         for c in found.coverage
         # Fewer than one honest band in a thousand would miss so many.
-        if c.unit in WHOLE and special.bdtr(round(c.whole * c.n), c.n, c.level) < 1e-3
+        if c.quantity in WHOLE and special.bdtr(round(c.whole * c.n), c.n, c.level) < 1e-3
     ]
     b = found.band
     if b is None:
@@ -62,8 +55,7 @@ def range_part(found: Identification[Machine]) -> files.WorkingRange | None:
     said = Remark.of(
         Code.OVER_THE_RANGE, region=h.name, band=Quantity(h.band), moved=Quantity(h.moved), chance=h.chance
     )
-    sizes = {"band": h.band * 1e3, "moved": h.moved * 1e3, "chance": h.chance}
-    return files.WorkingRange(name=h.name, unit="mm", **sizes, n=h.n, text=said.sentence)
+    return shown(files.WorkingRange, h, text=said.sentence)
 
 
 def scale_part(found: Identification[Machine]) -> files.Scale | None:
@@ -73,6 +65,4 @@ def scale_part(found: Identification[Machine]) -> files.Scale | None:
         return None
     told = s.seen or s.beyond
     said = Remark.of(Code.SCALE_SEEN, factor=s.factor, sigma=s.sigma).sentence if s.stated and told else ""
-    return files.Scale(
-        factor=s.factor if told else None, sigma=s.sigma, fit=s.fit, making=s.making, stated=s.stated, text=said
-    )
+    return shown(files.Scale, s, factor=s.factor if told else None, text=said)

@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal._version import __version__
 from robocal.apply.iso9283 import Standard, standard
 from robocal.arms.chain import Chain
-from robocal.calibrate.evidence import Statistic, bootstrap_gain, constant_errors, errors
+from robocal.calibrate.evidence import bootstrap_gain, constant_errors, errors
 from robocal.calibrate.identify import baseline, frame_names
 from robocal.calibrate.split import leave_one_out_rounds
+from robocal.calibrate.statistics import Statistic
 from robocal.estimate.identifiability import analyse
+from robocal.files.parts import made_by
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.jobs.inputs import Inputs, open_arm, read_inputs, robot_files
@@ -98,10 +99,8 @@ class Validation:
             "against": None if self.against is None else self.against.name,
             "trusted": self.trusted,
             "reasons": sentences(self.reasons),
-            "errors": {"unit": "mm"} | {k: None if s is None else asdict(s) for k, s in named},
-            "angle": None
-            if self.angle is None
-            else {"unit": "deg"} | {k: None if s is None else asdict(s) for k, s in angles},
+            "errors": {"unit": "mm"} | dict(named),
+            "angle": None if self.angle is None else {"unit": "deg"} | dict(angles),
             "layer": None if self.layer is None else {"unit": "mm"} | asdict(self.layer),
             "gain": None if self.gain is None else dict(zip(("mean", "low", "high"), self.gain, strict=True)),
             "predicting_the_mean": self.constant,
@@ -111,11 +110,7 @@ class Validation:
             "poses": list(self.poses),
             "warnings": sentences(self.warnings),
             "remarks": documents((*self.reasons, *self.warnings)),
-            "provenance": {
-                "version": __version__,
-                "command": self.command,
-                "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in self.inputs],
-            },
+            "provenance": made_by(self.command, self.inputs),
         }
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from robocal.arms.chain import Chain
 from robocal.errors import FileError, InputError
 from robocal.files.dataset import read_datasets
-from robocal.files.offsetparts import OffsetsAlone
+from robocal.files.evidence import OffsetsAlone
 from robocal.files.result import Result
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robocal._version import __version__
+import numpy as np
+from numpy.typing import NDArray
+
 from robocal.cables.geometry import CableRobot
+from robocal.files.parts import made_by
 from robocal.files.text import InputFile
 from robocal.remarks.remark import Remark, told
 
@@ -28,22 +31,18 @@ def framed(
         **found,
         "assumed": list(robot.assumed),
         **told(warnings),
-        "provenance": {
-            "version": __version__,
-            "command": command,
-            "inputs": [{"file": str(i.file), "sha256": i.sha256} for i in inputs],
-        },
+        "provenance": made_by(command, inputs),
     }
 
 
-def how_made(document: Mapping[str, Any]) -> list[str]:
+def how_made(robot: CableRobot, command: str, inputs: Sequence[InputFile]) -> list[str]:
     """Paragraphs for a page: what was assumed, which files were read, by which command."""
-    assumed, recipe = document["assumed"], document["provenance"]
+    recipe, assumed = made_by(command, inputs), robot.assumed
     out = [f"Assumed, not measured: {', '.join(assumed)}. The result depends on it."] if assumed else []
-    out += [f"{i['file']}: SHA-256 {i['sha256']}" for i in recipe["inputs"]]
-    return [*out, f"robocal {recipe['version']}: {recipe['command']}"]
+    out += [f"{i.file}: SHA-256 {i.sha256}" for i in recipe.inputs]
+    return [*out, f"robocal {recipe.version}: {recipe.command}"]
 
 
-def limits_text(limits: Sequence[Sequence[float]]) -> str:
+def limits_text(limits: NDArray[np.float64]) -> str:
     """Tension limits (m, 2) N in words, each pair once."""
-    return ", ".join(sorted({f"{low:g} to {high:g} N" for low, high in limits}))
+    return ", ".join(sorted({f"{low:g} to {high:g} N" for low, high in limits.tolist()}))

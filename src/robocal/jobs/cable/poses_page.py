@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.boundary import Outline, outline
 from robocal.cables.workspace import Demand
-from robocal.files.plain import plain
 from robocal.geometry import se3
 from robocal.jobs.cable.document import how_made, limits_text
 from robocal.jobs.cable.poses_result import EXPECTED_OF, STOPPED_BY, Listed
@@ -30,7 +26,6 @@ MOST = 500  # rows of the table
 
 def poses_details(made: Listed) -> list[Section]:
     """What a page has room for: pictures, every pose, how it was worked out."""
-    found = plain(made.document)
     robot, listing, n = made.robot, made.listing, len(made.names)
     shown = np.arange(n) if made.choice is None else np.sort(made.choice.chosen)
     some = "the list" if made.choice is None else "the choice"
@@ -60,7 +55,7 @@ def poses_details(made: Listed) -> list[Section]:
     if made.choice is not None:
         blocks.append(part("Poses to measure", _choice(made), table=_gain(made)))
     blocks += [part("Pose by pose", _said(made, shown), table=_table(made, shown))]
-    blocks += [part("How it was worked out", _how(made, found))]
+    blocks += [part("How it was worked out", _how(made))]
     return blocks
 
 
@@ -166,16 +161,16 @@ def _table(made: Listed, shown: NDArray[np.int64]) -> list[list[str]]:
     return [head, *rows]
 
 
-def _how(made: Listed, found: Mapping[str, Any]) -> str:
+def _how(made: Listed) -> str:
     robot, box = made.robot, made.box
     z = ", ".join(significant(v) for v in (2 * box.translation).tolist())
     turns = ", ".join(significant(v) for v in np.degrees(box.rotation).tolist())
     parts = [
         f"Z is {z} m along the axes and turns by up to {turns} deg, seed {made.seed}; limits "
-        f"{limits_text(found['limits_N'])}; {significant(float(robot.need('mass')))} kg; lengths are {found['lengths']}.",
+        f"{limits_text(robot.need('limits'))}; {significant(float(robot.need('mass')))} kg; lengths are {made.lengths}.",
         "Cables are straight rods, and no contact on a way is jumped over. Sag, the frame and the floor are left out.",
     ]
-    return "\n\n".join([*parts, *how_made(found), *map(spoken, made.warnings)])
+    return "\n\n".join([*parts, *how_made(robot, made.command, made.inputs), *map(spoken, made.warnings)])
 
 
 def _point(p: Array) -> str:

@@ -67,6 +67,11 @@ class Listed:
         return {name: int((self.listing.limit == i).sum()) for i, name in enumerate(LIMITS)}
 
     @property
+    def lengths(self) -> str:
+        """Which lengths the list holds."""
+        return "stretched by the tensions" if self.program.stretched else "geometric"
+
+    @property
     def document(self) -> dict[str, Any]:
         """What list.json holds."""
         made, listing, (k, l) = self.program, self.listing, self.start.nearest
@@ -88,7 +93,7 @@ class Listed:
             "diameter_m": self.clearance.diameter,
             "reached": listing.reached,
             "stopped_by": self.limits,
-            "lengths": "stretched by the tensions" if made.stretched else "geometric",
+            "lengths": self.lengths,
             "steps": len(made.shares) - 1,
             "poses": [
                 {

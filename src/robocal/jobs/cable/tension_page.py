@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
-from robocal.files.plain import plain
+from robocal.cables.tension import Distribution
 from robocal.jobs.cable.document import how_made, limits_text
 from robocal.jobs.cable.tension_result import Tensions
 from robocal.remarks.remark import spoken
@@ -31,13 +30,12 @@ METHODS = {
 
 def tension_details(made: Tensions) -> list[Section]:
     """What a page has room for: pictures, every pose, how it was worked out."""
-    found = plain(made.document)
     shown = tensions(made.names, made.spread.tension, made.spread.limits, made.robot.cables)
     return [
-        part("What the cables bear", _summary(found), shown),
+        part("What the cables bear", _summary(made.spread), shown),
         *_places(made),
-        part("Pose by pose", _said(found), table=_table(found)),
-        part("How it was worked out", _how(made, found)),
+        part("Pose by pose", _said(len(made.names)), table=_table(made)),
+        part("How it was worked out", _how(made)),
     ]
 
 
@@ -65,41 +63,38 @@ def _places(made: Tensions) -> Iterator[Section]:
             yield part(heading, f"{caption}. {words}", drawn)
 
 
-def _summary(found: Mapping[str, Any]) -> str:
-    rows = found["poses"]
-    held = found["feasible"]
-    text = f"{held} of {len(rows)} poses are held within the limits."
-    if held < len(rows):
+def _summary(spread: Distribution) -> str:
+    held, count = int(spread.feasible.sum()), len(spread.feasible)
+    text = f"{held} of {count} poses are held within the limits."
+    if held < count:
         text += " At the others no tensions within the limits balance the load."
-    without = sum(row["tension_N"] is None and row["feasible"] for row in rows)
+    without = int((spread.feasible & ~spread.found).sum())
     if without:
         text += f" At {without} of those that are held this method leaves the limits, where others do not."
-    return f"{text}\n\nOf all tensions that hold the platform these are {METHODS[found['method']]}."
+    return f"{text}\n\nOf all tensions that hold the platform these are {METHODS[spread.method]}."
 
 
-def _said(found: Mapping[str, Any]) -> str:
-    more = len(found["poses"]) - MOST
+def _said(count: int) -> str:
     words = "Tensions and margin in N; missing: what would have to be added to what acts on the platform, in N and Nm."
-    return words + (f" The first {MOST} poses; {more} more are in tensions.csv." if more > 0 else "")
+    return words + (f" The first {MOST} poses; {count - MOST} more are in tensions.csv." if count > MOST else "")
 
 
-def _table(found: Mapping[str, Any]) -> list[list[str]]:
-    axes, cables = found["wrenches"]["axes"], found["cables"]
-    lacking = any(row["missing"] for row in found["poses"])
-    head = ["pose", *cables, "margin", *(f"missing {a}" for a in axes if lacking)]
-    out = [head]
-    for row in found["poses"][:MOST]:
-        pulls = ["\u2013"] * len(cables) if row["tension_N"] is None else map(significant, row["tension_N"])
-        short = [""] * len(axes) if row["missing"] is None else [significant(v) for v in row["missing"]]
-        out.append([row["name"], *pulls, significant(row["margin_N"]), *(short if lacking else [])])
+def _table(made: Tensions) -> list[list[str]]:
+    axes, cables, spread = made.axes, made.robot.cables, made.spread
+    lacking = not spread.feasible.all()
+    out = [["pose", *cables, "margin", *(f"missing {a}" for a in axes if lacking)]]
+    for i, name in enumerate(made.names[:MOST]):
+        pulls = map(significant, spread.tension[i].tolist()) if spread.found[i] else ["\u2013"] * len(cables)
+        short = [""] * len(axes) if spread.feasible[i] else map(significant, made.missing[i].tolist())
+        out.append([name, *pulls, significant(float(made.margin[i])), *(short if lacking else [])])
     return out
 
 
-def _how(made: Tensions, found: Mapping[str, Any]) -> str:
-    method = found["method"] + (f", power {found['power']:g}" if found["power"] else "")
+def _how(made: Tensions) -> str:
+    method = made.spread.method + (f", power {made.used_power:g}" if made.used_power else "")
     model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
     words = (
-        f"{model}; method {method}; limits {limits_text(found['limits_N'])}; {significant(found['mass_kg'])} kg. "
-        f"Of margins, moments are divided by {found['length_m']:g} m."
+        f"{model}; method {method}; limits {limits_text(made.spread.limits)}; {significant(made.mass)} kg. "
+        f"Of margins, moments are divided by {made.length:g} m."
     )
-    return "\n\n".join([words, *how_made(found), *map(spoken, made.warnings)])
+    return "\n\n".join([words, *how_made(made.robot, made.command, made.inputs), *map(spoken, made.warnings)])

@@ -41,17 +41,27 @@ class Tensions:
     command: str = ""
 
     @property
+    def axes(self) -> tuple[str, ...]:
+        """The components of wrenches, by name."""
+        return tuple(WRENCH[i] for i in self.robot.axes)
+
+    @property
+    def used_power(self) -> float | None:
+        """The power of the sum, of a method that has one."""
+        return self.power if self.spread.method == "p-norm" else None
+
+    @property
     def document(self) -> dict[str, Any]:
         """What tension.json holds."""
         spread = self.spread
         rows = zip(self.names, spread.tension, self.margin, self.missing, spread.wrench, strict=True)
         found = {
             "method": spread.method,
-            "power": self.power if spread.method == "p-norm" else None,
+            "power": self.used_power,
             "limits_N": spread.limits,
             "mass_kg": self.mass,
             "length_m": self.length,
-            "wrenches": {"axes": [WRENCH[i] for i in self.robot.axes], "unit": "N, N m"},
+            "wrenches": {"axes": self.axes, "unit": "N, N m"},
             "feasible": int(spread.feasible.sum()),
             "poses": [
                 {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.cables.workspace import Demand, Grid, grid
-from robocal.files.plain import plain
 from robocal.geometry import se3, so3
 from robocal.jobs.cable.document import how_made, limits_text
 from robocal.jobs.cable.workspace_result import Workspace
@@ -31,8 +29,8 @@ MOST = 20  # orientations that are listed
 
 def workspace_details(made: Workspace) -> list[Section]:
     """What a page has room for: the robot, sections with margins, what was demanded, how it was worked out."""
-    robot, demand, document = made.robot, made.demand, plain(made.document)
-    blocks = [part("What belongs to it", _found(document))]
+    robot, demand = made.robot, made.demand
+    blocks = [part("What belongs to it", _found(made))]
     if made.boundary is not None:
         blocks.append(_picture(robot, demand, made.boundary))
     for name, line in made.sections.items():
@@ -49,13 +47,13 @@ def workspace_details(made: Workspace) -> list[Section]:
         axes = (robot.axes[0], robot.axes[1])
         blocks.append(part("The grid", text, section(robot, [], made.grid, axes)))
     blocks.append(part("What was demanded", _words(demand), table=_demanded(demand)))
-    blocks.append(part("How it was worked out", _how(made, document)))
+    blocks.append(part("How it was worked out", _how(made)))
     return blocks
 
 
-def _found(document: Mapping[str, Any]) -> str:
+def _found(made: Workspace) -> str:
     text = "A position of the platform's origin belongs to the workspace when tensions within the limits balance everything demanded."
-    where = [f"{side[0]} is {'least' if side[1] == '-' else 'greatest'}" for side in document["reaches_box"]]
+    where = [f"{side[0]} is {'least' if side[1] == '-' else 'greatest'}" for side in made.cut]
     return text + (f" It is cut off by the box where {', '.join(where)}." if where else "")
 
 
@@ -97,10 +95,12 @@ def _demanded(demand: Demand) -> list[list[str]]:
     ]
 
 
-def _how(made: Workspace, document: Mapping[str, Any]) -> str:
+def _how(made: Workspace) -> str:
     model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
-    limits = limits_text(document["demand"]["limits_N"])
-    return "\n\n".join([f"{model}, what they weigh left out; limits {limits}.", *how_made(document)])
+    limits = limits_text(made.robot.need("limits"))
+    return "\n\n".join(
+        [f"{model}, what they weigh left out; limits {limits}.", *how_made(made.robot, made.command, made.inputs)]
+    )
 
 
 def _angles(vector: Array) -> str:

@@ -67,6 +67,11 @@ class Workspace:
         return self.boundary.area if isinstance(self.boundary, Outline) else self.boundary.volume
 
     @property
+    def cut(self) -> tuple[str, ...]:
+        """The sides of the box that it reaches."""
+        return () if self.regions is None or self.grid.margin is None else tuple(cut_off(self.regions.extent, self.box))
+
+    @property
     def document(self) -> dict[str, Any]:
         """What workspace.json holds."""
         made, size = self.grid, self.size
@@ -124,7 +129,7 @@ class Workspace:
         return {
             "centre_m": found.centre,
             "extent_m": found.extent,
-            "reaches_box": list(cut_off(found.extent, self.box)),
+            "reaches_box": list(self.cut),
             f"parts_{what}": [n * one for n in found.parts],
             f"holes_{what}": [n * one for n in found.holes],
             "margin_N": _spread(margin),

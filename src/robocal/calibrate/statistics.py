@@ -1,0 +1,82 @@
+"""Errors in few numbers: their statistic, the rounds of a k-fold, every stage of an identification, the check of the bands.
+
+The same classes stand in result.json, in the units that are shown.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.quantities import Amount, Share, ShownUnit
+
+__all__ = ["Coverage", "Fold", "Stages", "Statistic"]
+
+
+@dataclass(frozen=True)
+class Statistic:
+    """Errors in one number each; profiled: local parameters were refitted on these data."""
+
+    mean: Amount
+    rms: Amount
+    p95: Amount
+    max: Amount
+    n: int
+    profiled: bool = False
+
+    @classmethod
+    def of(cls, values: NDArray[np.float64], profiled: bool = False) -> Statistic | None:
+        """The statistic of some errors, None of none."""
+        if not len(values):
+            return None
+        return cls(
+            float(values.mean()),
+            float(np.sqrt(np.mean(values**2))),
+            float(np.percentile(values, 95)),
+            float(values.max()),
+            len(values),
+            profiled,
+        )
+
+
+@dataclass(frozen=True)
+class Fold:
+    """One round in which everything was held out once: mean errors, baseline and identified."""
+
+    name: str
+    n: int
+    before: Amount
+    after: Amount
+    profiled: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stages:
+    """The error of one quantity at every stage: baseline (before) and identified (after), on fitted and on unseen configurations;
+    constant is predicting the mean."""
+
+    unit: ShownUnit
+    before: Statistic | None = None
+    after: Statistic | None = None
+    held_out: Statistic | None = None
+    held_out_before: Statistic | None = None
+    leave_one_out: Statistic | None = None
+    leave_one_out_before: Statistic | None = None
+    constant: Statistic | None = None
+    k_fold: Statistic | None = None
+    k_fold_before: Statistic | None = None
+    folds: tuple[Fold, ...] = field(default_factory=tuple)
+    all_rows: Stages | None = None  # the same with the gross rows that no mean above counts; None where there are none
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """How many of n held-out measurements lay in their bands of this level: component by component, and as a whole."""
+
+    quantity: str  # position | orientation | pixels
+    level: float
+    components: Share
+    whole: Share
+    n: int
