@@ -177,7 +177,7 @@ def test_several_kinds_in_one_identification(together):
         sum(g.n for g in found.groups) - len(found.correlation_names)
     )
     for g in found.groups:
-        assert g.source == "stated" and abs(g.chi2 / g.dof - 1) < 5 * np.sqrt(2 / g.dof), g.name
+        assert g.sigma_source == "stated" and abs(g.chi2 / g.dof - 1) < 5 * np.sqrt(2 / g.dof), g.name
 
 
 def test_a_wrong_sensor_model_shows_in_its_own_chi2(together):
@@ -186,7 +186,7 @@ def test_a_wrong_sensor_model_shows_in_its_own_chi2(together):
     found = identify(five(), DataSet(together.configurations, wrong), Options(leave_one_out=False))
     ratio = {g.name: g.chi2 / g.dof for g in found.groups}
     assert max(ratio, key=ratio.get) == "k2ear1" and ratio["k2ear1"] > 3
-    assert {g.name for g in found.groups if g.source != "stated"} == {"k2ear1"}
+    assert {g.name for g in found.groups if g.sigma_source != "stated"} == {"k2ear1"}
 
 
 def test_the_error_of_a_spherical_reading_is_the_distance_between_two_places():

@@ -67,11 +67,13 @@ class Split:
         out nothing are dropped."""
         told: Bools = np.asarray(held.any(axis=1))
         held, names = held[told], tuple(n for n, t in zip(names, told, strict=True) if t)
-        touch = _touched(data)
-        seen = (
-            scipy.sparse.csr_array(held.astype(np.float64)) @ touch
-        )  # (K, P) how often a round's held-out rows touch a place
-        tied = (seen @ touch.T).toarray() > 0
+        unit, place = _touched(data)
+        tied = np.zeros_like(held)
+        for row, out in zip(tied, held, strict=True):
+            seen = (
+                np.bincount(place[out[unit]], minlength=int(place.max(initial=0)) + 1) > 0
+            )  # by rows that are held out
+            row[unit[seen[place]]] = True
         return cls(held, ~held & ~tied, names, how, together)
 
 
@@ -90,27 +92,43 @@ def _labels(configurations: Configurations, near: float) -> Ints:
         return np.arange(len(configurations))
     # Encoders jitter: what is nearer than that is the same place.
     known = np.nan_to_num(place)
-    some = _beside(known, near)
-    label, pairs = np.arange(len(place)), some[:0]
+    label = _chains(known, near)
+    some = _loose(known, label, near)
     if len(some):
         pairs = some[scipy.spatial.cKDTree(known[some]).query_pairs(near, p=np.inf, output_type="ndarray")]
-    if len(pairs):
         graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(place), len(place)))
-        label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
-    # A configuration without joint values (two sockets a known distance apart) is a place of its own.
+        linked = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
+        label[some] = len(place) + linked[some]
+    # Numbered by the first of each; one without joint values (two sockets a known distance apart) is a place of its own.
+    _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
+    order = first[inverse.ravel()]
     unknown = np.flatnonzero(np.isnan(place).any(axis=1))
-    label[unknown] = len(place) + np.arange(len(unknown))
-    return np.unique(label, return_inverse=True)[1].ravel()
+    order[unknown] = len(place) + np.arange(len(unknown))
+    return np.unique(order, return_inverse=True)[1].ravel()
 
 
-def _beside(place: Array, near: float) -> Ints:
-    """Rows that have another one this near in every component, each by itself: all others have no neighbour."""
-    beside = np.ones(len(place), dtype=bool)
-    for values in place.T:
-        order = np.argsort(values, kind="stable")
-        close = np.diff(values[order]) <= near * (1 + 1e-9)
-        beside[order] &= np.append(close, False) | np.append(False, close)
-    return np.flatnonzero(beside)
+def _chains(place: Array, near: float) -> Ints:
+    """A number for every row, equal at least where rows are linked by steps of at most `near` in every component: rows are parted
+    wherever a component has a gap, until no gap is left."""
+    label, count = np.zeros(len(place), dtype=np.int64), 0
+    while True:
+        for values in place.T:
+            order = np.lexsort((values, label))
+            gap = (np.diff(values[order]) > near * (1 + 1e-9)) | (np.diff(label[order]) > 0)
+            label[order] = np.concatenate([[0], np.cumsum(gap)])
+        if (now := int(label.max(initial=0))) == count:
+            return label
+        count = now
+
+
+def _loose(place: Array, label: Ints, near: float) -> Ints:
+    """Rows of those chains that are longer than one step, whose rows are to be linked one by one."""
+    order = np.argsort(label, kind="stable")
+    starts = np.flatnonzero(np.append(True, np.diff(label[order]) > 0))
+    rows = place[order]
+    span = np.maximum.reduceat(rows, starts) - np.minimum.reduceat(rows, starts)
+    wide = np.asarray((span > near).any(axis=1))
+    return np.sort(order[wide[label[order]]])
 
 
 def _stood(configurations: Configurations) -> Bools:
@@ -120,8 +138,8 @@ def _stood(configurations: Configurations) -> Bools:
     return np.ones(len(configurations), dtype=bool) if joints is None else np.asarray(np.isfinite(joints).all(axis=1))
 
 
-def _touched(data: DataSet) -> scipy.sparse.csr_array:
-    """Which places each unit touches, its own and the ends of its rows, without hubs; (U, P) sparse."""
+def _touched(data: DataSet) -> tuple[Ints, Ints]:
+    """Which places each unit touches, its own and the ends of its rows, without hubs: units and places, one by one."""
     label = places(data.configurations)
     pairs = [(o.configuration, o.second) for o in data.observations if o.second is not None]
     unit, place = [np.arange(len(label))], [label]
@@ -135,8 +153,7 @@ def _touched(data: DataSet) -> scipy.sparse.csr_array:
         keep = ~hub[both[1]]
         unit.append(first[keep])
         place.append(both[1][keep])
-    u, p = np.concatenate(unit), np.concatenate(place)
-    return scipy.sparse.csr_array((np.ones(len(u)), (u, p)), shape=(len(label), int(label.max(initial=0)) + 1))
+    return np.concatenate(unit), np.concatenate(place)
 
 
 def groups_of(data: DataSet) -> tuple[str, ...]:
