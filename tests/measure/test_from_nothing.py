@@ -83,7 +83,7 @@ def test_from_nothing(name):
     found = identify(nominal, data, Options(leave_one_out=False))
     assert found.verdict.status == "improved", found.verdict.reasons
     for g in found.groups:
-        assert g.source == "stated" and g.chi2 / g.dof < 1 + 5 * np.sqrt(2 / g.dof), g.name
+        assert g.sigma_source == "stated" and g.chi2 / g.dof < 1 + 5 * np.sqrt(2 / g.dof), g.name
     # What was free of the tip is found: 5 mm, or 30 mm, within what it is said to be off by.
     unknown = [p for p in found.parameters if p.name == "tip.radius" and p.status != "fixed"]
     assert len(unknown) == ("unknown" in name)
