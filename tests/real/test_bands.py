@@ -13,7 +13,7 @@ from robocal.calibrate.options import Options
 
 
 def shares(model, data, fitted, held, seeds):
-    """Per split and SI unit the share of held-out components in their bands, and of whole errors in their regions."""
+    """Per split and quantity the share of held-out components in their bands, and of whole errors in their regions."""
     out = []
     for seed in seeds:
         order = np.random.default_rng(seed).permutation(len(data.configurations))
@@ -23,14 +23,14 @@ def shares(model, data, fitted, held, seeds):
         got = coverage(measured_bands(found.nominal, other, values, found.total, found.groups), found.total.dof)
         assert [c.n for c in got] == [held] * len(got)
         out.append([(c.components, c.whole) for c in got])
-    return np.array(out), [c.unit for c in got]
+    return np.array(out), [c.quantity for c in got]
 
 
 def check(name, model, data, fitted, held, seeds):
-    each, units = shares(model, data, fitted, held, seeds)
-    for unit, (components, whole), (low, high) in zip(units, each.mean(axis=0), _range(each), strict=True):
+    each, quantities = shares(model, data, fitted, held, seeds)
+    for quantity, (components, whole), (low, high) in zip(quantities, each.mean(axis=0), _range(each), strict=True):
         print(
-            f"\n{name} [{unit}]: {components:.1%} of held-out components in their 95 % bands, {whole:.1%} of errors in their "
+            f"\n{name} [{quantity}]: {components:.1%} of held-out components in their 95 % bands, {whole:.1%} of errors in their "
             f"regions (mean of {len(each)} splits; components of single splits {low:.1%} to {high:.1%})"
         )
         assert 0.90 <= components <= 0.98

@@ -22,6 +22,7 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.workspace import motion_field
 from robocal.estimate.uncertainty import LEVEL
 from robocal.geometry import fits
+from robocal.quantities import Amount
 
 __all__ = ["Apart", "Shows", "apart", "shows"]
 
@@ -43,15 +44,15 @@ class Apart:
     is, None where that cannot be told.
     """
 
-    change: float
-    low: float
-    high: float
+    change: Amount
+    low: Amount
+    high: Amount
     p_value: float
-    rms: float
-    largest: float
-    expected: float
-    limit: float
-    place: tuple[float, float, float]
+    rms: Amount
+    largest: Amount
+    expected: Amount
+    limit: Amount
+    place: tuple[Amount, Amount, Amount]
     joints: tuple[float, ...]
     n: int
     more: float | None = None

@@ -47,11 +47,16 @@ class Checked:
     misfit_of_all: float | None = None  # the mean error with gross rows
 
     @property
+    def cables(self) -> tuple[str, ...]:
+        """The cables of a cable robot; none of an arm."""
+        return tuple(cables_of(self.robot.machine))
+
+    @property
     def document(self) -> dict[str, Any]:
         """The same for machines."""
         machine, seen = self.robot.machine, self.seen
         joints = [{"name": j.name, "type": j.type, "lower": j.lower, "upper": j.upper} for j in machine.joints]
-        cables = {"cables": list(cables_of(machine))} if cables_of(machine) else {}
+        cables = {"cables": list(self.cables)} if self.cables else {}
         found = None
         if seen is not None:
             found = {

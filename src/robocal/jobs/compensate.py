@@ -19,6 +19,7 @@ from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE
 from robocal.files.layerfile import LAYER
 from robocal.files.parts import made_by
+from robocal.files.plain import plain
 from robocal.files.robot import Robot
 from robocal.files.targets import TargetFile, compensated_text, read_targets
 from robocal.files.text import InputFile
@@ -84,11 +85,15 @@ class Compensated:
         return Statistic.of(1e3 * self.made.by_command[self.made.reached])
 
     @property
+    def expected(self) -> Statistic | None:
+        """How near its targets the real robot is expected, 95 % (mm); None where no run says."""
+        return None if self.within is None else Statistic.of(1e3 * self.within[np.isfinite(self.within)])
+
+    @property
     def document(self) -> dict[str, Any]:
         """What compensation.json holds."""
-        m = self.made
+        m, known = self.made, self.expected
         stages = {"before": self.before, "after": self.after, "after_by_tcp": self.after_by_tcp}
-        known = None if self.within is None else Statistic.of(1e3 * self.within[np.isfinite(self.within)])
         return {
             "robocal": 1,
             "robot": self.robot.name,
@@ -98,7 +103,7 @@ class Compensated:
             "targets": len(m.status),
             "status": self.counts,
             "errors": {"unit": "mm"} | stages,
-            "expected_of_the_real_robot": None if known is None else {"unit": "mm", "level": LEVEL} | known.__dict__,
+            "expected_of_the_real_robot": None if known is None else {"unit": "mm", "level": LEVEL} | plain(known),
             "rows": [
                 {
                     "target": name,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._version import __version__
+from robocal.apply.apart import Apart
 from robocal.apply.drift import Change, Drift, Single, compare
 from robocal.calibrate.workspace import sample_joints
 from robocal.errors import ModelError
@@ -52,20 +53,34 @@ class Comparison:
         return "possible" if self.void else self.found.status
 
     @property
+    def why(self) -> tuple[Remark, ...]:
+        """The reasons of that."""
+        return self.void or self.reasons
+
+    @property
+    def apart(self) -> Apart:
+        """How far it has changed, in mm."""
+        return shown(Apart, self.found.apart)
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """Of the parameters, in the units of the robot file."""
+        return tuple(shown(Change, c, self.robot.units) for c in self.found.changes)
+
+    @property
     def document(self) -> dict[str, Any]:
         """drift.json: lengths in mm, angles in deg, parameters in the units of the robot file."""
-        apart, seen = self.found.apart, self.found.scatter
-        why = self.void or self.reasons
-        mm = {k: 1e3 * getattr(apart, k) for k in ("rms", "largest", "expected", "limit")}
-        size = {k: 1e3 * getattr(apart, k) for k in ("change", "low", "high")}
-        place = {"place": [1e3 * v for v in apart.place], "joints": [float(v) for v in np.degrees(apart.joints)]}
+        apart, seen = self.apart, self.found.scatter
+        mm = {k: getattr(apart, k) for k in ("rms", "largest", "expected", "limit")}
+        size = {k: getattr(apart, k) for k in ("change", "low", "high")}
+        place = {"place": apart.place, "joints": np.degrees(apart.joints)}
         return {
             "robocal": 1,
             "version": __version__,
             "robot": self.robot.name,
             "runs": list(self.runs),
             "verdict": {
-                "status": self.status, **told(why, "reasons"),
+                "status": self.status, **told(self.why, "reasons"),
             },
             "change": {
                 "unit": "mm", **size, "matters": 1e3 * self.found.matters, "p_value": apart.p_value, "region": self.region,
@@ -81,7 +96,7 @@ class Comparison:
                 "statistic": self.found.statistic, "rank": self.found.rank, "dof": self.found.dof,
                 "p_value": self.found.p_value,
             },
-            "changes": [plain(shown(Change, c, self.robot.units)) for c in self.found.changes],
+            "changes": [plain(c) for c in self.changes],
             "single_causes": [plain(shown(Single, c, self.robot.units)) for c in self.found.singles],
             **told(self.warnings),
             "command": self.command,

@@ -69,9 +69,8 @@ def sections(made: Outcome) -> Iterator[Section]:
     found: Checked = made.result
     machine = found.robot.machine
     parts = [f"{j.name}{'' if j.type == 'revolute' else ' (prismatic)'}" for j in machine.joints]
-    noun, cables = "joints", found.document["robot"].get("cables")
-    if cables:
-        noun, parts = "cables", cables
+    noun = "cables" if found.cables else "joints"
+    parts = list(found.cables) or parts
     words = f"   convention {found.robot.convention}; {len(parts)} {noun}: {', '.join(parts)}"
     yield Section.of("", Text.of((machine.name, "strong"), words))
     if found.instruments:

@@ -80,9 +80,9 @@ def sections(made: Outcome) -> Iterator[Section]:
         if s is not None
     ]
     errors = table("simulated error [mm]", "mean", "rms", "95 %", "max", "n", right=(1, 2, 3, 4, 5), rows=rows)
-    real, told = found.document["expected_of_the_real_robot"], None
-    if real:
-        mean, worst = figure(real["mean"], 3), figure(real["max"], 3)
+    real, told = found.expected, None
+    if real is not None:
+        mean, worst = figure(real.mean, 3), figure(real.max, 3)
         told = Text.of(f"the real robot is expected within {mean} mm (95 %, mean of the targets; worst {worst} mm)")
     yield Section.of("", errors, *quiet("if the calibrated model is the truth"), told)
     # What has no correction comes first.

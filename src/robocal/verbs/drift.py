@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
+from robocal.remarks.remark import sentences
 from robocal.report.sections import Cell, Remarks, Section, Style, Text, Written, figure, quiet, table
 from robocal.verbs.option import Arg, Opt, Told
 from robocal.verbs.outcome import Outcome, Watch
@@ -58,24 +59,21 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 def sections(made: Outcome) -> Iterator[Section]:
     """The verdict, how far predictions are apart, and the parameters that changed most."""
     found = made.result
-    document = found.document
-    status, change = document["verdict"]["status"], document["change"]
-    size = (
-        f"change {figure(change['change'], 2)} mm, 95 %: {figure(change['low'], 2)} to {figure(change['high'], 2)} mm"
-    )
-    word: Cell = (status.upper(), STYLES[status])
+    apart = found.apart
+    size = f"change {figure(apart.change, 2)} mm, 95 %: {figure(apart.low, 2)} to {figure(apart.high, 2)} mm"
+    word: Cell = (found.status.upper(), STYLES[found.status])
     yield Section.of(
         "",
         Text.of((found.robot.name, "strong"), f"   {found.runs[0]} and {found.runs[1]}"),
         Text.of(word) if found.void else Text.of(word, "   ", (size, "strong")),
-        *(Text.of(reason, indent=2) for reason in document["verdict"]["reasons"]),
+        *(Text.of(reason, indent=2) for reason in sentences(found.why)),
     )
-    changes = sorted(document["changes"], key=lambda c: c["p_value"])
+    changes = sorted(found.changes, key=lambda c: c.p_value)
     rows: list[tuple[Cell, ...]] = []
     for c in changes[:TEN]:
-        numbers = (figure(c["first"], 6), figure(c["second"], 6), f"{c['change']:+.4g}", figure(1.96 * c["sigma"], 2))
-        rows.append((c["name"], *numbers, c["unit"], f"{c['p_value']:.1g}", f"{c['p_of_all']:.1g}"))
-    styles: list[Style] = ["" if c["p_of_all"] < 0.05 else "quiet" for c in changes[:TEN]]
+        numbers = (figure(c.first, 6), figure(c.second, 6), f"{c.change:+.4g}", figure(1.96 * c.sigma, 2))
+        rows.append((c.name, *numbers, c.unit, f"{c.p_value:.1g}", f"{c.p_of_all:.1g}"))
+    styles: list[Style] = ["" if c.p_of_all < 0.05 else "quiet" for c in changes[:TEN]]
     columns = ("parameter", "first", "second", "change", "± 95 %", "unit", "chance", "of all")
     lines = [f"... and {len(changes) - TEN} more in --json"] if len(changes) > TEN else []
     lines.append("chance: of such a change by noise alone; of all: after looking at every parameter")
