@@ -20,6 +20,7 @@ __all__ = ["embedded", "page"]
 
 # What no page may hold: control characters but line feeds and tabs.
 UNSEEN = re.compile("[\x00-\x08\x0b-\x1f]")
+IDENTIFIER = re.compile(r'((?:\bid|\baria-labelledby)=")([^"]*)"')
 # Scripts, each with what a page holds that needs it: something folded, pictures that can be turned.
 SCRIPTS = {"page.js": "<details>", "viewer.js": 'id="arrow-data"', "cable/turn.js": 'data-eye="'}
 
@@ -54,9 +55,12 @@ def page(
 
 
 def embedded(sections: Iterable[Section], key: str) -> str:
-    """Sections for a page that is not ours, such as a notebook: their style is nested, so it concerns nothing else."""
+    """Sections for a page that is not ours, such as a notebook: their style is nested, so it concerns nothing else, and `key`
+    begins all identifiers, so that several results, or one twice, stand on one page."""
     style = _asset("style.css").replace(":root", "&")
-    return f'<div class="robocal"><style>.robocal {{\n{style}}}</style>\n{html(sections, key)}</div>'
+    body = IDENTIFIER.sub(lambda m: m[1] + " ".join(f"{key}-{name}" for name in m[2].split()) + '"', html(sections))
+    own = "background: var(--paper); color: var(--ink); padding: 0.5rem 1rem; line-height: 1.5;"
+    return f'<div class="robocal"><style>.robocal {{ {own}\n{style}}}</style>\n{body}</div>'
 
 
 def _ways(sections: Sequence[Section], body: str) -> str:
