@@ -34,7 +34,7 @@ def test_what_is_set_aside_moves_neither_model_nor_mean(loss):
     found = identify(arm(), spoiled(measured(60), FAR), Options(loss=loss, leave_one_out=False))
     assert found.verdict.status == clean.verdict.status == "improved"
     stage, every, whole = found.stages[0], found.stages[0].all_rows, clean.stages[0]
-    assert clean.stages[0].everything is None
+    assert clean.stages[0].all_rows is None
     assert stage.held_out.mean == pytest.approx(whole.held_out.mean, rel=0.15)
     assert stage.held_out_before.mean == pytest.approx(whole.held_out_before.mean, rel=0.15)
     counts = [s.after.n + s.held_out.n for s in (stage, every, whole)]
