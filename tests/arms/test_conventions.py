@@ -47,6 +47,7 @@ def test_home_stands_between_joints_and_tool(convention, rng):
     assert not any(n.startswith("home") for n in robot.usual)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("convention", NAMES)
 def test_parameter_jacobian(convention, rng):
     for types in ("RRPR", "PRR"):

@@ -49,6 +49,7 @@ def grown(model):
     return model
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("convention", NAMES)
 def test_zero_changes_nothing_and_the_jacobian_is_exact(convention, rng):
     bare = arm(convention, rng)

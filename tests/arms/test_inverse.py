@@ -26,6 +26,7 @@ def turned(a, b):
     return np.linalg.norm(so3.log(a[..., :3, :3] @ np.swapaxes(b[..., :3, :3], -1, -2)), axis=-1)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["ur10", "irb-120", "panda", "iiwa-14", "rv-2aj"])
 def test_poses_are_reached_within_the_limits(name, rng):
     robot = catalog.get(name)

@@ -83,6 +83,7 @@ def worst(robot, demand, position):
     return least, case
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("kind", ["crossed", "over pulleys", "upright"])
 def test_everything_at_once_against_hyperplanes_and_linear_programs(kind, machine, rng):
     machine = {"crossed": machine, "over pulleys": over_pulleys(machine), "upright": upright()}[kind]

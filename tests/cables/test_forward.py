@@ -60,6 +60,7 @@ def test_a_single_hopeless_start_can_end_in_a_local_minimum(rng):
 TENSIONS = {"ipanema_1": 300.0, "ipanema_2": 1000.0, "ipanema_3": 1000.0, "cogiro": 2000.0, "laval": 60.0, "box": 60.0}
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("name", [*PUBLISHED, "box"])
 @pytest.mark.parametrize("model", [model for model in MODELS if model != "straight"])
 def test_every_length_model(model, name, rng):
@@ -96,6 +97,7 @@ def planar(degrees, plane, m, rng):
     return robot, Pulleys(rng.uniform(0.02, 0.08, m), axis)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(("degrees", "plane"), PLANAR)
 @pytest.mark.parametrize("model", list(MODELS))
 def test_planar_robots_stay_in_their_plane(degrees, plane, model, rng):
@@ -120,6 +122,7 @@ def test_planar_robots_stay_in_their_plane(degrees, plane, model, rng):
         assert many.covariance.shape == (10, len(axes), len(axes)) and (many.solutions == 1).all()
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("m", range(6, 13))
 def test_no_quiet_wrong_answer(m, rng):
     """Six cables have several poses for the same lengths, and which was meant nobody knows: then more than one are
@@ -138,6 +141,7 @@ def test_no_quiet_wrong_answer(m, rng):
     assert max(wrong) > 0 if m == 6 else max(wrong) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ["spatial", "pulleys", "sag over pulleys", "1R2T", "2T", "1R2T over pulleys"])
 def test_covariance_is_the_scatter(case, rng):
     """2000 noisy solutions: the sum of their chi-squares lies within the 99.9 % bounds, and so does that of every

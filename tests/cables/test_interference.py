@@ -228,6 +228,7 @@ def random_robot(rng, m=4):
     return rng.uniform(-2, 2, (m, 3)), rng.uniform(-0.7, 0.7, (m, 3))
 
 
+@pytest.mark.slow
 def test_no_contact_of_wild_motions_is_missed():
     """Random robots that turn by as much as a whole turn and more: the rotation's bounds are what is tried here."""
     rng = np.random.default_rng(6)

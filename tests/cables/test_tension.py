@@ -59,6 +59,7 @@ def test_least_norm_is_quadprogs(d, m, rng):
     assert 10 < feasible.sum() < 290
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize(("d", "m"), SHAPES)
 def test_every_method_balances_within_limits_and_agrees_on_feasibility(d, m, rng):
     w, load, limits = random_rig(d, m, 200, rng)

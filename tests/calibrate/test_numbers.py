@@ -64,6 +64,7 @@ def longer(by):
     return lambda obs: replace(obs, value=obs.value + by * np.eye(obs.value.shape[1])[0])
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", ["range", wires, "spherical", "sphere", "plane", "pixels"])
 def test_right_numbers_are_not_questioned(kind):
     true = {"range": {"speed": 345.5, "delay": 2e-3}}.get(kind, {})

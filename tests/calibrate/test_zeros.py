@@ -28,6 +28,7 @@ def measured():
     return chain, truth, synthesise(truth, DataSet(where, (replace(observations("position", 60), frame=None),)), rng)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("off", [(0, 0, -28), (0, 17, -28), (20, 17, -28), (0, 0, 15)])
 def test_a_lost_zero_is_no_length(measured, off):
     chain, truth, data = measured

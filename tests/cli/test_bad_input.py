@@ -199,6 +199,7 @@ def test_all_rows_equal_is_a_verdict(case: Path) -> None:
     assert "all configurations are equal" in ran.out and "result.json" in files(case / "run")
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("rows", [1, 2, 3, 4, 5, 6])
 def test_fewer_rows_than_parameters_is_a_verdict(case: Path, rows: int) -> None:
     lines = (case / "data.csv").read_text(encoding="utf-8").splitlines()

@@ -84,6 +84,7 @@ def test_the_files_say_one_thing(robot, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_what_is_demanded_makes_it_smaller(robot):
     def volume(*more):
         ran = robocal("cable", "workspace", robot, "--cells", 11, "--rays", 50, "--json", *more)

@@ -116,6 +116,7 @@ def test_what_is_proven_is_what_is_handed_back(tmp_path):
     assert found["verdict"]["status"] != "improved" or left < 1.0, (left, found["verdict"])
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("kind", "unit"), [("bearing", "deg"), ("pixels", "px"), ("position", "mm")])
 def test_residuals_and_report_in_the_unit_of_the_kind(tmp_path, kind, unit):
     sim = simulated(tmp_path, kind)

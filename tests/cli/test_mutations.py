@@ -144,6 +144,7 @@ def test_damaged_files(tmp_path: Path, one_app: None, name: str, chunk: int) -> 
     )  # a fuzz that sees one end tests nothing
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["robots", "kinds", "cables"])
 def test_a_misspelt_key_is_never_passed_over(tmp_path: Path, one_app: None, name: str) -> None:
     """It is refused, or its word is said."""

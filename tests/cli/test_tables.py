@@ -67,6 +67,7 @@ def shown(parts: list[object], width: int) -> str:
     return stream.getvalue()
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("verb", VERBS)
 def test_no_number_breaks(place: Path, monkeypatch: pytest.MonkeyPatch, verb: str) -> None:
     parts: list[object] = []

@@ -242,6 +242,7 @@ def test_simulate_then_identify_recovers_a_set_value(case: Path) -> None:
     robocal("simulate", "robot.yaml", "-o", "x", "--set", "j3.dd=1").assert_refused("j3.d")
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("kind", ["position", "pose"])
 @pytest.mark.parametrize("frame", ["auto", "none", "100,200,300,0,0,90"])
 def test_simulate_kinds_and_frames(case: Path, kind: str, frame: str) -> None:

@@ -26,7 +26,7 @@ def said(name):
     return [float(cell.replace("%", "")) for cell in row.split("|")]
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_workspace(name, tmp_path, monkeypatch, rng):
     monkeypatch.chdir(tmp_path)

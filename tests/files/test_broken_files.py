@@ -114,6 +114,7 @@ def test_robot(tmp_path, data):
     only_input_errors(lambda: use(tmp_path / "robot.yaml"))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @settings(parent=quick, max_examples=30)
 @given(data=st.data())
@@ -130,6 +131,7 @@ def test_urdf(tmp_path, data):
     only_input_errors(lambda: use(tmp_path / "arm.urdf"))
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("text", [DATA, POSE, TRACKER.replace("FILE", "table.csv")])
 @quick
 @given(data=st.data())
@@ -139,6 +141,7 @@ def test_data_file(tmp_path, text, data):
     only_input_errors(lambda: read_dataset(tmp_path / "data.yaml", ARM))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("kind", KINDS)
 @settings(parent=quick, max_examples=40)
 @given(data=st.data())

@@ -118,6 +118,7 @@ GROWING = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", GROWING)
 def test_time_grows_as_the_file_does(tmp_path, what):
     """Four times the file takes four times as long, not sixteen times."""

@@ -78,6 +78,7 @@ def reading(folder: Path, described: str | None, table: str) -> tuple[Any, tuple
     return (made.dataset.configurations, observations, made.units), made.warnings
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("kind", KINDS)
 def test_data_files_of_every_kind(kind, tmp_path):
     described, table = texts(kind)

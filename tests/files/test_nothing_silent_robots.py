@@ -52,6 +52,7 @@ OPTIONAL_ROBOT = {
 }
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("convention", NAMES)
 def test_robots_of_every_convention(convention):
     rng = np.random.default_rng(5)

@@ -258,6 +258,7 @@ def same_poses(a, b):
     np.testing.assert_allclose(a.pose(q), b.pose(q), atol=1e-12)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @settings(max_examples=15)
 @given(data=st.data())

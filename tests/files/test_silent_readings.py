@@ -307,6 +307,7 @@ def test_a_place_that_nobody_touches_is_said_as_what_it_is(tmp_path):
     assert any(o.kind == "distance" for o in read_datasets([tmp_path / "data.yaml"], ARM).dataset.observations)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", ["position", "point", "distance", "pixels"])
 @pytest.mark.parametrize("key", ["alpha: -90, ", "alpha: 20, ", "d: 250, ", "d: 40, "])
 def test_a_forgotten_key_is_said_and_no_unit_is_blamed(kind, key, tmp_path):

@@ -56,6 +56,7 @@ def by_position(folder: Path, names: str) -> Path:
 LEFT = "left_1, left_2, left_3, left_4"
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("given", "line"),
     [

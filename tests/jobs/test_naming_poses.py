@@ -67,6 +67,7 @@ def written(folder: Path, place: Path, orientation: str, names: list[str], value
     (folder / "data.yaml").write_text(text, encoding="utf-8")
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("truth", "stated", "line"),
     [

@@ -60,6 +60,7 @@ def test_every_verb_reads_a_run_as_it_was_written(runs):
         assert robocal(*at(runs, words, runs / "run-two")).status in (0, 3), name
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_mixture_of_two_runs_is_refused(runs, tmp_path, verb):
     names = sorted(content(runs / "run-one").keys() - {"report.html"})

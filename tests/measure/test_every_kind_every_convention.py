@@ -69,7 +69,7 @@ def case_of(kind, convention, again=""):
     return Case(nominal, truth, data.take(np.arange(m)), synthesise(truth, data.take(np.arange(m, 2 * m))))
 
 
-@pytest.mark.sampled(6)
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(("kind", "convention"), PAIRS)
 def test_every_kind_with_every_convention(kind, convention):
     c = case_of(kind, convention)

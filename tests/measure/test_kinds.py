@@ -180,6 +180,7 @@ def test_several_kinds_in_one_identification(together):
         assert g.sigma_source == "stated" and abs(g.chi2 / g.dof - 1) < 5 * np.sqrt(2 / g.dof), g.name
 
 
+@pytest.mark.slow
 def test_a_wrong_sensor_model_shows_in_its_own_chi2(together):
     """One receiver whose clock runs fast, which the shared speed of sound cannot say: its chi2 tells, the others stay."""
     wrong = tuple(replace(o, value=o.value * 1.002) if o.label == "k2ear1" else o for o in together.observations)

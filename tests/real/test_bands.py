@@ -41,7 +41,7 @@ def _range(each):
     return np.stack([each[..., 0].min(axis=0), each[..., 0].max(axis=0)], axis=1)
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("series", "kind", "held"), [("C", "position", 500), ("D", "position", 482), ("C", "pose", 500)]
 )
@@ -49,7 +49,7 @@ def test_ur10(ur10, series, kind, held):  # noqa: F811
     check(f"UR10 series {series}, {kind}", *ur10(series, kind), 150, held, range(5))
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["position", "pose"])
 def test_fr3(franka, kind):  # noqa: F811
     check(f"FR3, {kind}", *franka(kind), 80, 34, range(10))

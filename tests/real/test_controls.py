@@ -78,6 +78,7 @@ def test_control(name, shared_data, tmp_path):
     check(maker(tmp_path, shared_data), *expected)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("kind", READERS)
 def test_instrument(kind, tmp_path):
     check(c.example(f"instruments/{kind}")(tmp_path, None), 0, "improved", "working", *INSTRUMENTS[kind])

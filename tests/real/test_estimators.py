@@ -54,6 +54,7 @@ def test_ur10(ur10):
     compare("UR10", *ur10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["position", "pose"])
 def test_fr3(load, kind):
     """Positions seen from the hand leave so much open at first that one pass is led astray; passes that settle are not."""

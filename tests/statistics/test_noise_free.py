@@ -96,6 +96,7 @@ def test_the_plane_with_the_frame_free_converges(tmp_path):
     assert found.stages[0].held_out.max < 1e-9 * 1e-3
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("loss", ["huber", "cauchy", "tukey"])
 def test_a_loss_does_not_fall_over_data_without_noise(tmp_path, loss):
     found = run(tmp_path, "plane, 25 free", 15, "free", 0, loss=loss)

@@ -77,6 +77,7 @@ def test_the_filter_is_within_2_percent_of_least_squares(solved):
     assert ekf.stages[0].leave_one_out.mean == pytest.approx(lm.stages[0].leave_one_out.mean, rel=1e-4)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_so_is_one_pass_over_enough_poses(name):
     """Each configuration is linearised where it is met and never again: with 60 poses that costs up to 6 %, with 120 not
@@ -91,6 +92,7 @@ def test_so_is_one_pass_over_enough_poses(name):
     assert again.stages[0].leave_one_out is None and any(w.code is Code.LEAVE_ONE_OUT_LEFT for w in again.warnings)
 
 
+@pytest.mark.sampled(1)
 def test_particles_repeat_the_filter_under_gaussian_noise(solved):
     _, robot, data, lm = solved
     found = identify(robot, data, Options(method="particle", particles=400))

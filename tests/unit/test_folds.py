@@ -73,6 +73,7 @@ def test_leave_one_out_of_pairs_does_not_see_the_other_end():
     assert (np.abs(missed[1][others] - missed[0][others]) > 1e-5).any(), "elsewhere the gross error is felt"
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("options", [{"folds": 3}, {"folds": 3, "reselect": True}, {}])
 def test_a_new_placement_is_profiled(options):
     """The tracker of the held-out day is found from that day's rows, for both models, and the figure says so."""

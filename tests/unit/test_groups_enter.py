@@ -51,6 +51,7 @@ def bent(robot, seed=5):
     return robot.with_values({n: robot.table[n].value + rng.normal(0, 1e-3) for n in free})
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", TRUE)
 def test_a_true_group_enters_and_is_found_within_its_bars(name):
     options, values = TRUE[name]

@@ -34,6 +34,7 @@ def band_ratio(count, m=40):
     return rms / np.mean(bands), 1 / np.sqrt(2 * count)
 
 
+@pytest.mark.slow
 def test_the_band_is_the_error_away_from_the_data():
     ratio, error = band_ratio(25)
     print(f"rms error over mean band {ratio:.3f}, Monte Carlo error {error:.3f}")
@@ -48,6 +49,7 @@ def test_the_band_is_the_error_in_many_experiments():
     assert 0.9 < ratio < 1.2
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("common", "wider"), [(1e-4, True), (0.0, False)])
 def test_errors_that_return_with_the_place_are_not_averaged_away(common, wider):
     """Thirty places, each visited four times, not in a row: what the model leaves is the same at every visit, and four

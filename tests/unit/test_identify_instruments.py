@@ -68,6 +68,7 @@ def test_a_fixed_frame_is_believed():
     assert bare.verdict.status == "improved" and not any(p.name.startswith("tracker") for p in bare.parameters)
 
 
+@pytest.mark.slow
 def test_a_camera_alone_is_judged_in_pixels(rng):
     from measure.scenarios import CAMERA
 

@@ -133,6 +133,7 @@ print(json.dumps([value, registered, twice(np.array([4.0, 9.0]))]))
 """
 
 
+@pytest.mark.slow
 @compiled
 def test_what_is_in_the_cache_wakes_no_compiler_and_a_new_kernel_does(tiny: Tiny) -> None:
     """The second process takes machine code from the cache without what numba registers to compile; a kernel that calls
@@ -141,6 +142,7 @@ def test_what_is_in_the_cache_wakes_no_compiler_and_a_new_kernel_does(tiny: Tiny
     assert tiny.run(WITHOUT) == [6.0, False, 20.0]
 
 
+@pytest.mark.slow
 def test_numba_alone_would_be_stale(tmp_path: Path) -> None:
     """The reason for the test above; when this one fails, numba has learned better and `_jit` can be simpler."""
     plain = Tiny(tmp_path, PLAIN)
@@ -159,7 +161,7 @@ def test_an_edit_under_a_running_process_is_not_saved_under_the_old_name(tiny: T
     assert tiny.run()["value"] == 3.0
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", [b"", b"not a pickle"])
 def test_torn_files_are_compiled_over(tiny: Tiny, damage: bytes) -> None:
     assert tiny.run()["value"] == 2.0
@@ -175,12 +177,14 @@ def test_no_folder_anywhere(tiny: Tiny) -> None:
     assert (told["value"], told["folder"], told["compilations"]) == (2.0, None, 1)
 
 
+@pytest.mark.slow
 def test_a_full_disk(tiny: Tiny) -> None:
     full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (6000, 6000))\n"
     assert tiny.run(first=full)["value"] == 2.0
     assert tiny.run()["compilations"] == 1
 
 
+@pytest.mark.slow
 def test_a_read_only_cache_folder_gives_way_to_a_private_temporary_one(tiny: Tiny) -> None:
     (tiny.folder / "file").write_text("")
     caches = [tiny.folder / "file"]

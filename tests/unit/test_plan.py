@@ -148,6 +148,7 @@ def test_a_plan_beats_random_poses_and_knows_it():
     np.testing.assert_array_equal(found.q, again.q)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("criterion", ["D", "A", "E", "G", "O1", "O2", "O3", "O4", "O5"])
 def test_every_criterion_plans(criterion):
     found = plan(arm(), seen(), PlanOptions(12, criterion=criterion, candidates=300, tests=40))
