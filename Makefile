@@ -10,8 +10,7 @@ PYTHON ?=
 unexport PYTHONHOME PYTHONPATH
 
 .DEFAULT_GOAL := help
-.NOTPARALLEL:
-.PHONY: help demo test test-all quick lint bench coverage clean remake
+.PHONY: help demo test test-all all quick lint bench coverage clean remake
 
 help:
 	@echo "make demo      calibrate real and simulated robots and write a report (the first run installs into .venv)"
@@ -25,9 +24,14 @@ help:
 demo: $(VENV)/.has-robocal
 	@$(BIN)/robocal demo
 
-test: lint quick
+# Types are checked beside the tests: one core would wait for the other.
+test: $(VENV)/.has-dev
+	@$(MAKE) --no-print-directory -j2 -Oline lint quick
 
-test-all: lint
+test-all: $(VENV)/.has-dev
+	@$(MAKE) --no-print-directory -j2 -Oline lint all
+
+all: $(VENV)/.has-dev
 	@printf '\n== pytest: all tests ==\n'
 	@$(PYTEST)
 
