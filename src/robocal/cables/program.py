@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.cables.choice import METHOD
 from robocal.cables.geometry import CableRobot
 from robocal.cables.inverse import inverse
 from robocal.cables.poses import LIMITS, PoseList
@@ -60,7 +61,7 @@ def kept_to_what_is_held(robot: CableRobot, demand: Demand, listing: PoseList, s
         listing = replace(listing, furthest=furthest, fraction=share * furthest, limit=limit)
 
 
-def program(robot: CableRobot, listing: PoseList, steps: int, method: str = "norm") -> Program:
+def program(robot: CableRobot, listing: PoseList, steps: int, method: str = METHOD) -> Program:
     """Waypoints in `steps` equal steps on every way, with tensions by `method` (see `tension.distribute`) and lengths.
 
     Raises ModelError where the method gives no tensions, and when mass or limits of the robot are not known.

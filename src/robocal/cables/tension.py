@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import as_kernel_array
+from robocal.cables.choice import METHOD, POWER
 from robocal.cables.distribution._kernels import centre_kernel, nearest_kernel, power_kernel
 from robocal.cables.margin._kernels import margin_kernel, missing_kernel
 from robocal.cables.polytope._kernels import FOUND, STUCK
@@ -63,7 +64,7 @@ class Distribution:
 
 
 def distribute(
-    structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, method: str = "norm", power: float = 4.0
+    structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, method: str = METHOD, power: float = POWER
 ) -> Distribution:
     """Tensions t (k, m) with W t + w = 0 and limits[:, 0] <= t <= limits[:, 1], by one of METHODS.
 

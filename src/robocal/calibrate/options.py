@@ -1,10 +1,12 @@
-"""How to identify, told once."""
+"""How to identify, told once: the verb has its defaults from here. Cheap to import."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from robocal.calibrate.workspace import Region
+if TYPE_CHECKING:
+    from robocal.calibrate.workspace import Region
 
 __all__ = ["Options"]
 

@@ -9,6 +9,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal.cables.choice import METHOD
 from robocal.cables.forward import Forward, forward
 from robocal.cables.inverse import inverse
 from robocal.cables.statics import gravity_wrench, structure_of
@@ -67,7 +68,7 @@ class CableArm:
         given: dict[str, Any] = {"tension": held, "sag": sag, "sigma": noise, "starts": starts, "rng": rng}
         return forward(self.model.robot, _numbers(lengths, "lengths"), **given)
 
-    def tension(self, poses: ArrayLike, *, wrench: ArrayLike = (0.0,) * 6, method: str = "norm") -> Distribution:
+    def tension(self, poses: ArrayLike, *, wrench: ArrayLike = (0.0,) * 6, method: str = METHOD) -> Distribution:
         """Tensions (k, m) in N that hold the platform's weight and a wrench (6,) or (k, 6) in N and N m at its origin, base
         axes: `tension`, `feasible` (k,), `found` (k,).
 

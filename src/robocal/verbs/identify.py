@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from robocal.calibrate.options import Options as Solver
 from robocal.report.sections import Section
 from robocal.verbs import words as w
 from robocal.verbs.option import Opt, Told
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
-    from robocal.calibrate.options import Options as Solver
     from robocal.files.cable.cablefile import CableFile
     from robocal.jobs.outcome import Outcome as Identified
 
@@ -24,6 +24,7 @@ METHODS = ("lm", "gauss-newton", "ekf", "particle", "pinv", "lse", "ekf-100")
 LOSSES = ("none", "huber", "cauchy", "tukey")
 HELD = ("blocks", "group")
 GROUPS = "gain, eccentricity, ripple, backlash, compliance, sag, bending, expansion"
+USUAL = Solver()  # what is taken where nobody says
 UNRECORDED = ("robot", "data", "output", "force")  # the recipe names files by themselves
 IF_GIVEN = ("base", "tip", "compare", "region")
 
@@ -88,7 +89,7 @@ class Options(Told):
             "lm, gauss-newton, ekf, particle; to compare with: pinv (iterated pseudo-inverse), lse (one step), ekf-100",
             metavar="METHOD",
         ),
-    ] = "lm"
+    ] = USUAL.method
     compare: Annotated[
         str | None,
         Opt(
@@ -96,7 +97,9 @@ class Options(Told):
             metavar="[METHODS]",
         ),
     ] = None
-    loss: Annotated[str, Opt(f"{', '.join(LOSSES)}: what outliers may weigh", metavar="LOSS", choices=LOSSES)] = "none"
+    loss: Annotated[str, Opt(f"{', '.join(LOSSES)}: what outliers may weigh", metavar="LOSS", choices=LOSSES)] = (
+        USUAL.loss
+    )
     hold_out: Annotated[
         str | float | None,
         Opt(
@@ -111,7 +114,7 @@ class Options(Told):
     folds: Annotated[
         int | None, Opt("Hold out everything once, in K rounds, and fit the model to everything", metavar="K")
     ] = None
-    blocks: Annotated[int, Opt("How many, with --hold-out blocks", metavar="N", least=2)] = 10
+    blocks: Annotated[int, Opt("How many, with --hold-out blocks", metavar="N", least=2)] = USUAL.blocks
     reselect: Annotated[bool, Opt("With --folds: find noise and what is seen anew in every round")] = False
     leave_one_out: Annotated[
         bool | None,
@@ -122,8 +125,8 @@ class Options(Told):
         ),
     ] = None
     keep_all: Annotated[bool, Opt("Fit also what the data cannot tell apart")] = False
-    iterations: Annotated[int, Opt("At most this many", metavar="N", least=1)] = 100
-    particles: Annotated[int, Opt("For --method particle", metavar="N", least=50, most=100_000)] = 1000
+    iterations: Annotated[int, Opt("At most this many", metavar="N", least=1)] = USUAL.max_iterations
+    particles: Annotated[int, Opt("For --method particle", metavar="N", least=50, most=100_000)] = USUAL.particles
     bootstrap: Annotated[
         int | None,
         Opt("Draw the configurations N times again: intervals that trust no model of the noise", metavar="N"),
@@ -136,7 +139,6 @@ class Options(Told):
     def solver(self) -> Solver:
         """The same for the solver. Raises ModelError for words that it does not know, and for those that contradict."""
         from robocal.calibrate.estimators import estimator
-        from robocal.calibrate.options import Options as Solver
         from robocal.errors import ModelError
         from robocal.jobs.diagnostics import methods_of
         from robocal.jobs.region import MEASURED

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
+from robocal.cables.choice import METHOD
 from robocal.report.sections import Section, Text, Written, figure, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Opt, Told
@@ -57,7 +58,7 @@ class Options(Told):
     payload: w.Payload = 0.0
     mass: w.PlatformMass = None
     limits: w.TensionLimits = None
-    method: w.TensionMethod = "norm"
+    method: w.TensionMethod = METHOD
     steps: Annotated[int, Opt("Waypoints on each way", metavar="K", least=1, most=1000)] = 10
     wanted: Annotated[
         int | None, Opt("Choose the N poses that are best for calibration", name="--choose", metavar="N")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+from robocal.cables.choice import METHOD, POWER
 from robocal.report.sections import Section, Text, Written, figure, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Opt, Told
@@ -15,7 +16,6 @@ from robocal.verbs.outcome import Outcome, Watch
 __all__ = ["Options", "details", "run", "sections"]
 
 FILES = ("tensions.csv", "tension.json", "report.html")
-POWER = 4.0  # of a p-norm that says none
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Options(Told):
 
     robot: w.CableRobot
     poses: w.PlatformPoses
-    method: w.TensionMethod = "norm"
+    method: w.TensionMethod = METHOD
     power: Annotated[float | None, Opt("Of --method p-norm, from 2 on", metavar="P", otherwise=f"{POWER:g}")] = None
     mass: w.PlatformMass = None
     payload: w.Payload = 0.0
