@@ -26,6 +26,12 @@ def test_worth_knowing_has_advice_below_the_sentence(capsys, monkeypatch):
     assert SAID.advice in capsys.readouterr().out, "what result.json keeps is shown alike"
 
 
+def test_in_a_file_no_line_ends_with_blanks(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "60")
+    Terminal().draw([Section.of("Worth knowing", Remarks((SAID, FACT)))])
+    assert all(line == line.rstrip() for line in capsys.readouterr().out.splitlines())
+
+
 def test_a_warning_beside_a_document_says_what_to_do(capsys):
     terminal = Terminal(json=True)
     terminal.warn(SAID)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import gc
 import json
 import os
+import re
 import sys
 import threading
 from collections.abc import Iterable, Iterator
@@ -85,9 +86,17 @@ class Terminal:
 
     def show(self, *parts: RenderableType) -> None:
         """Writes for people; with JSON wanted, nothing."""
-        if not self.json:
+        if self.json:
+            return
+        if self.console.is_terminal:
             for part in parts:
                 self.console.print(part)
+            return
+        # In a file nobody wants the blanks that fill a line of a terminal.
+        with self.console.capture() as held:
+            for part in parts:
+                self.console.print(part)
+        self.console.file.write(re.sub(" +\n", "\n", held.get()))
 
     def draw(self, sections: Iterable[Section]) -> None:
         """Writes sections for people; with JSON wanted, nothing."""
