@@ -272,8 +272,8 @@ def test_what_goes_beside_a_list_is_said(place: Path, monkeypatch: pytest.Monkey
 
 def test_a_result_shown_twice_has_two_sets_of_identifiers(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(place)
-    first, second = (rc.identify("robot.yaml", ["data.yaml"]) for _ in range(2))
-    read = Page(f"<div>{first._repr_html_()}{second._repr_html_()}</div>")
+    found = rc.identify("robot.yaml", ["data.yaml"])
+    read = Page(f"<div>{found._repr_html_()}{found._repr_html_()}</div>")
     assert len(set(read.ids)) == len(read.ids)
     named = {n for _, a in read.tags for n in (a.get("aria-labelledby") or "").split()}
     assert named <= set(read.ids)

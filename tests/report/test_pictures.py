@@ -11,15 +11,19 @@ from typing import Any
 import numpy as np
 import pytest
 from report import samples
+from report.markup import Page
 
+from robocal.remarks.code import Code
 from robocal.report import matrix, numbers, pictures, svg
 from robocal.report.arrows import arrows
 from robocal.report.errors import _worst, errors_table
 from robocal.report.fitted import chi2_word
+from robocal.report.html import html
+from robocal.report.identified import report
 from robocal.report.parameters import parameters
 from robocal.report.pictures import before_after, per_pose
 from robocal.report.proof import times_smaller, verdict
-from robocal.report.sections import Figure, Noted, Table
+from robocal.report.sections import Figure, Folded, Noted, Section, Table
 from robocal.report.series import pairs, three
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -327,3 +331,32 @@ def test_the_band_behind_a_bar_is_what_was_expected() -> None:
         bands[name] = re.findall(r'class="expected" d="M([-\d.]+) 3h([-\d.]+)', cell.svg)
     assert bands["j1.a"] == [("30.4", "35.2")]  # 44 * 2 * 0.1 / 0.5 = 17.6 on either side of 48
     assert bands["j2.a"] == [("0", "96")] and bands["j3.a"] == []
+
+
+def test_values_that_no_sigma_gives_digits_to_stand_as_they_were_written() -> None:
+    """A length in metres, or a compliance, is not zero."""
+    told = [parameter("j1.a", nominal=3e-05, status="dropped"), parameter("j1.d", nominal=0.3334568, status="fixed")]
+    assert parameter_rows(told[0], parameter("j2.a"))["j1.a"]["nominal"] == "3e-05"
+    (folded,) = (
+        b for b in parameters(samples.result(samples.empty()[0] | {"parameters": told})).blocks if isinstance(b, Folded)
+    )
+    (table,) = folded.blocks
+    assert isinstance(table, Table) and table.rows[0][1] == "0.3334568"
+    assert "3·10⁻⁵" in html([Section.of("", Table(("a", "b"), (("j1.a", "3e-05"),), (1,)))])
+
+
+def test_what_no_number_is_gives_no_sentence_about_one() -> None:
+    document, rows = samples.improved(20, 6)
+    document["residuals"]["held_out"]["mean"] = document["residuals"]["after"]["mean"] = None
+    document["prediction"] = {"unit": "mm", "mean": 0.1, "p95": 0.2, "max": 0.3, "n": 3, "region": "all"}
+    document["prediction"]["coverage"] = [
+        {"quantity": "position", "level": 0.95, "components": None, "whole": None, "n": 12}
+    ]
+    page = Page(report(samples.result(document), rows, None)).text
+    assert not re.search(r"\bnan\b", page) and "Not recorded." in page and "went from" not in page
+
+
+def test_a_combination_without_terms_is_told_by_its_sentence() -> None:
+    document, rows = samples.improved(20, 6)
+    document["identifiability"]["combinations"] = [{"text": "j5.r has no effect", "code": Code.NO_EFFECT, "terms": []}]
+    assert "j5.r has no effect" in report(samples.result(document), rows, None)

@@ -53,7 +53,9 @@ def drawn(sections: Iterable[Section]) -> Iterator[RenderableType]:
             yield Rich("")
         if section.heading:
             yield Rich(section.heading, style="bold")
-        for block in section.blocks:
+        for before, block in zip((None, *section.blocks), section.blocks, strict=False):
+            if isinstance(before, Table) and isinstance(block, Table):
+                yield Rich("")  # or two tables would look like one
             yield from _drawn(block)
 
 

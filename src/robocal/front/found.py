@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 from html import escape
 from importlib import import_module
+from itertools import count
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -29,6 +30,7 @@ from robocal.verbs.outcome import Outcome
 __all__ = ["Found", "Identified"]
 
 Array = NDArray[np.float64]
+SHOWN = count(1)  # pages that this process drew: each has identifiers of its own
 SHORT = 18  # lines of a repr
 
 
@@ -94,7 +96,7 @@ class Found:
         more = getattr(self._verb, "details", None)
         listed = f"<pre>{escape(self.text)}</pre>\n" if self.text is not None and not self.written else ""
         shown = (*self.sections, *(more(self._outcome) if more else ()))
-        return listed + embedded(shown, f"robocal-{id(self):x}")
+        return listed + embedded(shown, f"robocal-{next(SHOWN)}")
 
     def __repr__(self) -> str:
         listed = self.text is not None and not self.written

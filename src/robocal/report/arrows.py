@@ -41,12 +41,12 @@ CONTROLS = """<div class="controls" id="arrow-controls" hidden>
 <label><input type="checkbox" id="arrow-same"> same magnification in both</label>
 <span><button type="button" id="arrow-in" aria-label="Zoom in">+</button>
 <button type="button" id="arrow-out" aria-label="Zoom out">\u2212</button>
-<button type="button" id="arrow-reset">Reset</button></span></div>"""
+<button type="button" id="arrow-reset">Reset</button></span>
+<span>Drag, or use the arrow keys, to turn; Ctrl and wheel to zoom.</span></div>"""
 CAPTION = (
     "Left: before; right: after. Each arrow starts at the tool's predicted position and shows its error, enlarged as written "
     "below it. The panels may differ in magnification: compare the scale bars. Errors with a pattern can be corrected by a "
-    "model; what remains should look random. The box holds all positions: {box}. {share}Drag, or use the arrow keys, to turn; "
-    "Ctrl and wheel to zoom."
+    "model; what remains should look random. The box holds all positions: {box}. {share}"
 )
 
 
@@ -94,7 +94,7 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
         f'<script type="application/json" id="arrow-data">{text}</script></div>'
     )
     legend: tuple[tuple[Mark, str], ...] = (("after", "fit"), ("held", "held out (bold)")) if any(out) else ()
-    return Figure(svg, CAPTION.format(box=f"{box} mm", share=share), "Where the errors point", legend)
+    return Figure(svg, CAPTION.format(box=f"{box} mm", share=share).strip(), "Where the errors point", legend)
 
 
 def _short(value: float, digits: int = 4) -> float:

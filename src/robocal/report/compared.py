@@ -10,6 +10,7 @@ from robocal.report.sections import Block, Cell, Detail, Noted, Style, Text, fig
 __all__ = ["comparison", "groups", "layer", "linear"]
 
 ERRORS = (("after", "after"), ("held_out", "held out"), ("k_fold", "every fold"), ("leave_one_out", "leave-one-out"))
+SAME = "Every method had the same configurations to fit and to predict. Only errors that nothing was fitted to count."
 BEFORE = {
     "after": "before",
     "held_out": "held_out_before",
@@ -130,4 +131,13 @@ def comparison(found: Any) -> list[Block]:
         rows.append(("predicting the mean", *(figure(found.constant) if k == proof else "" for k, _ in keys), *empty))
         styles.append("quiet")
     title = f"Estimators on the same split, mean error [{found.unit}]"
-    return [table(*columns, right=(*range(1, width), width + 1, width + 2), title=title, rows=rows, styles=styles)]
+    return [
+        table(
+            *columns,
+            right=(*range(1, width), width + 1, width + 2),
+            title=title,
+            rows=rows,
+            styles=styles,
+            caption=SAME,
+        )
+    ]

@@ -162,7 +162,7 @@ def tiles(residuals: Any) -> Tiles:
 
 def _tile(residuals: Any, key: str, name: str, mark: Mark) -> Tile:
     s = getattr(residuals, key) if key else None
-    if s is None or s.mean is None:
+    if s is None or not math.isfinite(s.mean):
         none = "Nothing was held out: no proof on unseen measurements." if mark == "held" else "Not recorded."
         return Tile(name, mark, "", "", (none,))
     turn = getattr(residuals.angle, key) if residuals.angle is not None else None
@@ -170,7 +170,7 @@ def _tile(residuals: Any, key: str, name: str, mark: Mark) -> Tile:
     more = (("rms", s.rms), ("95 %", s.p95), ("max", s.max))
     lines = (
         f"mean error{angle}{', profiled' if s.profiled else ''}",
-        "   ".join(f"{k} {figure(v, 3)}" for k, v in more if v is not None),
+        "   ".join(f"{k} {figure(v, 3)}" for k, v in more if math.isfinite(v)),
     )
     return Tile(name, mark, figure(s.mean, 3), residuals.unit, lines)
 

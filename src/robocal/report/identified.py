@@ -6,6 +6,7 @@ draw the same sections.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
@@ -82,6 +83,7 @@ def identified(
     told = [
         f"of {c.n} held-out measurements ({c.quantity}), {c.whole:.0%} lie in their {c.level:.0%} region as fitted"
         for c in shares
+        if math.isfinite(c.whole)
     ]
     told += [p.text for p in (result.working_range, result.scale) if p is not None and p.text]
     trusted = Detail(lambda: _map(cells()))

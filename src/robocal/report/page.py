@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
 
+from robocal._version import __version__
 from robocal.report.html import html
 from robocal.report.sections import Section
 
@@ -26,7 +27,12 @@ SCRIPTS = {"page.js": "<details>", "viewer.js": 'id="arrow-data"', "cable/turn.j
 
 
 def page(
-    title: str, sections: Iterable[Section], *, kind: str, facts: Sequence[tuple[str, str]] = (), made: str = ""
+    title: str,
+    sections: Iterable[Section],
+    *,
+    kind: str,
+    facts: Sequence[tuple[str, str]] = (),
+    made: str = __version__,
 ) -> str:
     """The text of a page with a title, the kind of document above it, and facts below it; `made` is robocal's version. The same
     input gives the same text."""

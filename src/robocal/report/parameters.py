@@ -163,8 +163,9 @@ def _short(p: Any) -> str:
 def hidden(result: Any) -> Section:
     """What the data cannot tell, in words, and how well the rest is seen."""
     seen = result.identifiability
-    none = [c.terms[0].name for c in seen.combinations if c.code == Code.NO_EFFECT]
-    lines = [c.text for c in seen.combinations if c.code != Code.NO_EFFECT]
+    alone = [c for c in seen.combinations if c.code == Code.NO_EFFECT and c.terms]
+    none = [c.terms[0].name for c in alone]
+    lines = [c.text for c in seen.combinations if c not in alone]
     if none:
         lines.append(f"no effect on these measurements: {', '.join(none)}")
     heading = f"What these measurements cannot tell ({seen.rank} of {seen.n_free} free parameters are seen)"
@@ -229,15 +230,18 @@ def _half(interval: Sequence[float | None] | None) -> str:
     return figure((interval[1] - interval[0]) / 2, 2)
 
 
-def _digits(sigma: float | None) -> int:
-    """Decimals that a sigma justifies: two digits of it."""
+def _digits(sigma: float | None) -> int | None:
+    """Decimals that a sigma justifies: two digits of it; None without one."""
     if sigma is None or not math.isfinite(sigma) or sigma <= 0:
-        return 4
-    return min(max(1 - math.floor(math.log10(sigma)), 0), 9)
+        return None
+    return min(max(1 - math.floor(math.log10(sigma)), 0), 12)
 
 
-def _fixed(value: float | None, digits: int, sign: bool = False) -> str:
+def _fixed(value: float | None, digits: int | None, sign: bool = False) -> str:
+    """A number with so many decimals; as it was written where nothing says how many."""
     if value is None or not math.isfinite(value):
         return "-"
+    if digits is None:
+        return f"{value + 0.0:{'+' if sign and value else ''}.7g}"
     text = f"{value:{'+' if sign else ''}.{digits}f}"
     return text if float(text) else text.lstrip("+-")

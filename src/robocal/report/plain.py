@@ -35,7 +35,9 @@ def text(sections: Iterable[Section]) -> str:
 def _section(section: Section) -> Iterator[str]:
     if section.heading:
         yield section.heading
-    for block in section.blocks:
+    for before, block in zip((None, *section.blocks), section.blocks, strict=False):
+        if isinstance(before, Table) and isinstance(block, Table):
+            yield ""
         yield from _lines(block)
 
 

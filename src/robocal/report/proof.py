@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from robocal.report.sections import Style, Verdict, figure
@@ -60,7 +61,7 @@ def proof(residuals: Any) -> str:
 
     def mean(name: str) -> float | None:
         found = getattr(residuals, name)
-        return None if found is None else found.mean
+        return None if found is None or not math.isfinite(found.mean) else float(found.mean)
 
     def show(value: float | None) -> str:
         return f"{figure(value, 3)} {residuals.unit}"

@@ -161,7 +161,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     outcome = Outcome(planned, lambda: document, remarks=planned.warnings)
     if o.output is None:
         return outcome
-    shown = page(planned.robot.name, sections(outcome), kind="Plan of poses")
+    shown = page(planned.robot.name, sections(outcome), kind="Plan of poses", facts=_facts(document))
     return outcome.kept(write_files(o.output, texts | {"plan.json": json_text(document), "plan.html": shown}))
 
 
@@ -188,7 +188,7 @@ def sections(made: Outcome) -> Iterator[Section]:
         rows=rows, styles=["strong" if row["poses"] == n else "" for row in shown],
     )  # fmt: skip
     yield Section.of(
-        "", forecast, *quiet(*_near(found)), *map(strong, _enough(found)), Detail(lambda: foretold(found)),
+        "", Detail(lambda: foretold(found)), forecast, *quiet(*_near(found)), *map(strong, _enough(found)),
         title="How many poses", key="forecast",
     )  # fmt: skip
     yield Section.of("", Detail(lambda: places(points(made.result))), title="Where", key="places")
@@ -201,6 +201,13 @@ def sections(made: Outcome) -> Iterator[Section]:
             and f"Next: measure, fill in {ready.with_suffix('.csv')}, then robocal identify {made.result.opened} {ready}"
         )
         yield Section.of("", Written(made.written), Text.of(words) if words else None)
+
+
+def _facts(found: dict[str, Any]) -> tuple[tuple[str, str], ...]:
+    """What stands below the title of its page."""
+    candidates = f"{found['candidates']} candidates"
+    named = ("Poses", "poses"), ("Measured before", "measured_before"), ("Kind", "kind"), ("Criterion", "criterion")
+    return (*((name, str(found[key])) for name, key in named), ("Chosen from", candidates))
 
 
 def _near(found: dict[str, Any]) -> Iterator[str]:

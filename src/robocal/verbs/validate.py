@@ -12,6 +12,7 @@ from robocal.report.sections import (
     Cell,
     Detail,
     Facts,
+    Noted,
     Remarks,
     Section,
     Text,
@@ -31,11 +32,11 @@ if TYPE_CHECKING:
 __all__ = ["Options", "run", "sections"]
 
 FIGURES = {
-    "AP": "pose accuracy",
-    "RP": "pose repeatability",
-    "vAP": "multi-directional variation",
-    "AD": "distance accuracy",
-    "RD": "distance repeatability",
+    "AP": ("pose accuracy", "from the commanded position to the barycentre"),
+    "RP": ("pose repeatability", "mean distance to the barycentre plus three standard deviations"),
+    "vAP": ("multi-directional variation", "largest distance between barycentres"),
+    "AD": ("distance accuracy", "mean measured distance minus the commanded one"),
+    "RD": ("distance repeatability", "three standard deviations"),
 }
 
 
@@ -158,7 +159,9 @@ def _errors(found: Validation) -> Iterator[Block]:
 def _told(found: Validation) -> Iterator[Block]:
     """What was fitted to these data, and by how much one robot is better."""
     if found.frames:
-        yield from quiet(f"profiled: {len(found.frames)} parameters of frames were fitted to these data")
+        yield from quiet(
+            f"profiled: {len(found.frames)} parameters of frames were fitted to these data; the errors are enlarged by what that took away"
+        )
     tool = [n for n in found.frames_against if n.startswith("tool.")]
     if tool:
         yield from quiet(f"of the robot compared with, {', '.join(tool)} were fitted to these data too")
@@ -182,9 +185,10 @@ def _standard(iso: Mapping[str, Any]) -> Iterator[Block]:
             unit = found.get("angle_unit", "") if "_" in name else found["unit"]
             # Of repeatability there is only one: no model enters.
             there = (figure(other.get("mean")), figure(other.get("max"))) if name.startswith("A") else ("", "")
-            note = FIGURES.get(name, "") + (f", {found['pairs']}" if name == "AD" else "")
+            what, how = FIGURES.get(name, ("", ""))
+            note = what + (f", {found['pairs']}" if name == "AD" else "")
             cells = (figure(s["mean"]), figure(s["max"]), *(there if compared else ()), str(s["n"]))
-            rows.append((f"{name} [{unit}]", *cells, (note, "quiet")))
+            rows.append((Noted(f"{name} [{unit}]", how), *cells, (note, "quiet")))
     yield table(*columns, right=tuple(range(1, len(columns) - 1)), rows=rows)
     yield from quiet(*(f"{name}: not computable: {why}" for name, why in iso.get("not_computable", {}).items()))
     yield from quiet(*iso.get("notes", ()))
