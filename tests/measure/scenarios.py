@@ -11,7 +11,6 @@ from robocal.arms.conventions import chain
 from robocal.cables.geometry import cable_robot
 from robocal.estimate.problem import Problem
 from robocal.geometry import se3
-from robocal.measure import kinds  # noqa: F401  (registers every kind)
 from robocal.measure.base import KINDS, kind_of, problem, synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 

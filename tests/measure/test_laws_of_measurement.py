@@ -16,7 +16,6 @@ from robocal.estimate import problem as problem_module
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import TUNING
 from robocal.geometry import so3
-from robocal.measure import kinds  # noqa: F401  (registers every kind)
 from robocal.measure.base import KINDS
 
 CONVENTIONS = [(c, k) for c in NAMES for k in ("position", "pose")]

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.causes import causes_of
 from robocal.calibrate.farness import Farness, far_from
 from robocal.calibrate.noise import owners
 from robocal.estimate.problem import Problem
@@ -106,6 +105,8 @@ def _causes(obs: Observations, term: Rows, x: Array, strange: Ints, of_targets: 
     start, stop, _ = kind_of(obs).parts[0]
     if not alone or stop - start < 2:
         return alone
+    from robocal.calibrate.causes import causes_of
+
     value, predicted = (v[:, start:stop] for v in (term.value[0], term.predict(np.atleast_2d(x))))
     spread = (
         np.median(np.abs(value - predicted)[term.used], axis=0) / MAD if term.used.any() else np.zeros(stop - start)

@@ -54,10 +54,8 @@ class GroupModel(Model):
 
 
 def read_groups(chain: Chain, document: Document, units: Units) -> Chain:
-    """The chain with the groups that a robot.yaml states, at their values. Raises FormatError."""
-    stated = document.data.get("groups")
-    if stated is None:
-        return chain
+    """The chain with the groups that a robot.yaml states under `groups:`, at their values. Raises FormatError."""
+    stated = document.data["groups"]
     if not isinstance(stated, dict):
         document.fail("not a mapping", ("groups",), found=stated, expected="{eccentricity: {...}, ...}")
     for name, given in stated.items():
@@ -176,9 +174,7 @@ def _values(chain: Chain, group: Group, units: Units) -> dict[str, float]:
 
 
 def group_lines(chain: Chain, units: Units) -> list[str]:
-    """The lines of `groups:` for a new robot.yaml."""
-    if not chain.groups:
-        return []
+    """The lines of `groups:` for a new robot.yaml, of a chain that has some."""
     return ["groups:", *(f"  {g.name}: {_flow(_shown(chain, g, units), units)}" for g in chain.groups)]
 
 

@@ -22,7 +22,6 @@ from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.frames import frame_changes, frame_vector
-from robocal.files.groups import group_changes, group_lines, read_groups
 from robocal.files.rows import changes, read_row, show_row
 from robocal.files.schema import FrameModel, Model, UnitsModel, Version, validate
 from robocal.files.text import ROBOT_LIMIT, Source, read_text
@@ -160,7 +159,10 @@ def parse_robot(source: Source) -> Robot:
     meta = {"file": str(source.path)}
     try:
         arm = chain(model.name, model.convention, made, **frames, home=home, source=model.source or "", meta=meta)
-        arm = read_groups(arm, document, units)
+        if document.data.get("groups") is not None:
+            from robocal.files.groups import read_groups
+
+            arm = read_groups(arm, document, units)
         table = _calibrate(arm, model, units, document)
     except ModelError as error:
         raise _located(error, document, made) from None
@@ -310,7 +312,10 @@ def render_robot(robot: Robot, values: Mapping[str, float]) -> tuple[str, tuple[
         if any(n in changed for n in names):
             vector = np.array([after.table[n].value for n in names])
             out.update(frame_changes(document.data, owner, vector, robot.units))
-    out.update(group_changes(document, after, robot.units))
+    if after.groups:
+        from robocal.files.groups import group_changes
+
+        out.update(group_changes(document, after, robot.units))
     text = edit(robot.text, out, robot.path)
     if text.startswith(HEADER):
         text = text.partition("\n")[2]
@@ -344,7 +349,10 @@ def describe(arm: Chain, units: Units | None = None, *, comment: str = "", calib
             example = quoted(f"{arm.joint_names[-1]}.{symbols[0]}")
             hint = f"# symbols, joints or single names such as {example}"
             lines.append(f"calibrate: {{free: [{', '.join(quoted(s) for s in symbols)}]}}    {hint}")
-    lines += group_lines(arm, units)
+    if arm.groups:
+        from robocal.files.groups import group_lines
+
+        lines += group_lines(arm, units)
     if arm.source:
         lines.append(f"source: {quoted(arm.source)}")
     return "\n".join(lines) + "\n"

@@ -12,7 +12,6 @@ from robocal.errors import FileError, FormatError, InputError, ModelError, neare
 from robocal.files.causes.naming import refuse_wrong
 from robocal.files.causes.unit_check import doubt_units, refuse_still
 from robocal.files.dataset import Reading, read_datasets
-from robocal.files.groups import added
 from robocal.files.kinds.registry import READERS, reader_of
 from robocal.files.opened import Speaks
 from robocal.files.robot import Robot, open_robot, render_robot
@@ -85,7 +84,11 @@ def _with_result(arm: Robot, run: Run) -> Robot:
     """The robot with every parameter that its run identified: a URDF has no place for a tool or a gain."""
     found, place = run.result, run.folder / RESULT
     # What lies beyond geometry has no place in a URDF at all.
-    grown = added(arm.chain, [(g.name, g.options) for g in found.beyond])
+    grown = arm.chain
+    if found.beyond:
+        from robocal.files.groups import added
+
+        grown = added(grown, [(g.name, g.options) for g in found.beyond])
     arm, table = replace(arm, chain=grown), grown.table
     values = {
         p.name: parse_unit(p.unit, file=place, key=p.name).to_si(p.identified)

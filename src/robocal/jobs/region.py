@@ -12,7 +12,6 @@ from robocal.arms.chain import Chain
 from robocal.calibrate.bands import measured_range
 from robocal.calibrate.region import SAMPLES, limited
 from robocal.calibrate.workspace import TURN, Region, between
-from robocal.files.region import read_region
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.measure.data import DataSet
@@ -27,6 +26,8 @@ def working_range(robot: Robot, data: DataSet, given: str | None) -> tuple[Regio
     own = _written(robot)
     if given is None or given == MEASURED:
         return (limited(robot.chain, data) if own else None), ()
+    from robocal.files.region import read_region
+
     found = read_region(Path(given), robot.chain)
     name = f"region of {Path(given).name}"
     if found.joints is not None:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term
-from robocal.measure import kinds as _kinds  # noqa: F401  (fills the registry)
 from robocal.measure.builder import Builder
 from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Machine, Rig

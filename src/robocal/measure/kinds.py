@@ -1,22 +1,10 @@
-"""The measurement kinds that exist: one import line each."""
+"""The measurement kinds that exist: one line each. Its module in this package, of the same name, is loaded when a kind is met."""
 
-from robocal.measure import (
-    bearing,
-    displacement,
-    distance,
-    lengths,
-    pixels,
-    plane,
-    point,
-    pose,
-    position,
-    range,
-    relative_pose,
-    sphere,
-    spherical,
-)
+from __future__ import annotations
 
-__all__ = [
+__all__ = ["NAMES"]
+
+NAMES = (
     "bearing",
     "displacement",
     "distance",
@@ -30,4 +18,4 @@ __all__ = [
     "relative_pose",
     "sphere",
     "spherical",
-]
+)

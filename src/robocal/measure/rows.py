@@ -4,8 +4,9 @@ registry."""
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Self
 
 import numpy as np
@@ -15,6 +16,7 @@ from robocal.errors import ModelError, nearest
 from robocal.measure.builder import Builder
 from robocal.measure.carriers import Carrier, one_local
 from robocal.measure.data import Frame, Observations
+from robocal.measure.kinds import NAMES
 from robocal.parameters import Parameter
 
 __all__ = ["KINDS", "Between", "Kind", "Number", "Rows", "kind_of", "number_names", "numbers", "place_of", "register"]
@@ -230,12 +232,37 @@ class Kind:
     owner: str = ""  # the option, and the key in a data file, that names the owner of the kind's own numbers
 
 
-KINDS: dict[str, Kind] = {}
+class Kinds(Mapping[str, Kind]):
+    """Kinds by name: those of this package, whose modules are loaded when they are met, and whatever else was registered."""
+
+    def __init__(self) -> None:
+        self._met: dict[str, Kind] = {}
+
+    def enter(self, kind: Kind) -> None:
+        """Makes a kind known under its name."""
+        self._met[kind.name] = kind
+
+    def __getitem__(self, name: str) -> Kind:
+        if name not in self._met and name in NAMES:
+            import_module(f"robocal.measure.{name}")
+        return self._met[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in NAMES or name in self._met
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(dict.fromkeys((*NAMES, *self._met)))
+
+    def __len__(self) -> int:
+        return len({*NAMES, *self._met})
+
+
+KINDS = Kinds()
 
 
 def register(kind: Kind) -> Kind:
-    """Makes a kind known under its name; one line at the end of its file, and its import in `measure/kinds.py`."""
-    KINDS[kind.name] = kind
+    """Makes a kind known under its name; one line at the end of its file, and one in `measure/kinds.py`."""
+    KINDS.enter(kind)
     return kind
 
 

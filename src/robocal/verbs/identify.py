@@ -221,7 +221,6 @@ def _arm(o: Options, solver: Solver, watch: Watch | None, command: str) -> Ident
     from robocal.calibrate.identify import identify
     from robocal.jobs.diagnostics import compared, methods_of
     from robocal.jobs.inputs import choose, read_inputs
-    from robocal.jobs.nongeometric import group_results, guard_layer, layer_result, select_groups
     from robocal.jobs.outcome import Outcome, residual_columns, to_result
     from robocal.jobs.recipe import Timed, recipe_of
     from robocal.jobs.region import working_range
@@ -232,17 +231,27 @@ def _arm(o: Options, solver: Solver, watch: Watch | None, command: str) -> Ident
     robot, data = choose(inputs.robot, inputs.data, free=o.free, fix=o.fix, prior=o.prior)
     region, read = working_range(robot, data, o.region)
     options, every = replace(solver, region=region), (*inputs.files, *read)
+    more: dict[str, Any] = {}
+    layer = None
     with computable(*(i.file for i in every)):
-        robot, tried = select_groups(robot, data, o.groups, options, watch)
+        if o.groups or robot.chain.groups:
+            from robocal.jobs.nongeometric import group_results, select_groups
+
+            robot, tried = select_groups(robot, data, o.groups, options, watch)
+            more |= group_results(robot, tried)
         found = identify(robot.chain, data, options, watch)
-        seconds, methods = timed.seconds, methods_of(o.compare, o.method)
-        others = compared(robot.chain, data, methods, options, (found, seconds), watch) if methods else None
-        guarded = guard_layer(found, data, watch) if o.layer else None
+        seconds = timed.seconds
+        if methods := methods_of(o.compare, o.method):
+            more["comparison"] = compared(robot.chain, data, methods, options, (found, seconds), watch)
+        if o.layer:
+            from robocal.jobs.nongeometric import guard_layer, layer_result
+
+            guarded = guard_layer(found, data, watch)
+            layer, more["layer"] = guarded.layer, layer_result(guarded)
     said = (*inputs.warnings, *(remark for file in read for remark in file.remarks))
     recipe = recipe_of(found, o.record, command, every, timed, inputs.reading.left_out)
-    more = {"comparison": others, "layer": layer_result(guarded)} | group_results(robot, tried)
     result = replace(to_result(found, robot, recipe, said), **more)
-    return Outcome(result, residual_columns(found), found, robot, layer=guarded.layer if guarded else None)
+    return Outcome(result, residual_columns(found), found, robot, layer=layer)
 
 
 def _cables(o: Options, file: CableFile, solver: Solver, watch: Watch | None, command: str) -> Identified:

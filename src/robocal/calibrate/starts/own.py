@@ -17,12 +17,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.starts.cameras import POINTS, resect
 from robocal.geometry import se3
 from robocal.measure.data import DataSet, Frame, Observations
-from robocal.measure.lengths import located
 from robocal.measure.machine import Machine
-from robocal.measure.pixels import rays
 
 __all__ = ["placed"]
 
@@ -63,6 +60,8 @@ def _first(obs: Observations, lacking: Bools) -> Ints:
 
 
 def _lengths(model: Machine, obs: Observations, lacking: Bools) -> Array:
+    from robocal.measure.lengths import located
+
     return located(model, obs, lacking)
 
 
@@ -104,6 +103,9 @@ def _position(model: Machine, obs: Observations, lacking: Bools) -> Array:
 
 
 def _pixels(model: Machine, obs: Observations, lacking: Bools) -> Array:
+    from robocal.calibrate.starts.cameras import POINTS, resect
+    from robocal.measure.pixels import rays
+
     out = np.full((len(lacking), 4, 4), np.nan)
     along = rays(obs, obs.value)
     for target, rows in _by_target(obs, np.flatnonzero(lacking[obs.configuration])):

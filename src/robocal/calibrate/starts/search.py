@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import numpy as np
 from numpy.typing import NDArray
 
-# They fill the registry.
-from robocal.calibrate.starts import cameras as _cameras  # noqa: F401
-from robocal.calibrate.starts import frames as _frames  # noqa: F401
-from robocal.calibrate.starts import places as _places  # noqa: F401
-from robocal.calibrate.starts.seen import STARTS, Seen
+from robocal.calibrate.starts.seen import STARTS, Seen, Start
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.measure.base import kind_of
@@ -24,13 +22,27 @@ Ints = NDArray[np.int64]
 FEWEST = 3
 ENOUGH = 1000  # rows of an instrument for where it stands: the refinement takes all
 MOST = 32  # combinations that are worth a refinement
+MODULES = (
+    "frames",
+    "cameras",
+    "places",
+)  # of this package, in which starts are; no more of them are loaded than it takes
+
+
+def start_of(kind: str) -> Start | None:
+    """The closed-form start of a kind, None where it has none."""
+    for module in MODULES:
+        if kind not in STARTS:
+            import_module(f"robocal.calibrate.starts.{module}")
+    return STARTS.get(kind)
 
 
 def closed_form(model: Machine, data: DataSet, obs: Observations, units: Ints) -> list[dict[str, float]]:
     """Starting values by name for what one instrument needs: its frame or place, its target, its own numbers; empty
     where nothing is free or nothing is known."""
-    known = believed(model, data.configurations) if obs.kind in STARTS else None
-    if known is None:
+    start = start_of(obs.kind)
+    known = believed(model, data.configurations) if start else None
+    if start is None or known is None:
         return []
     usable = np.isin(np.arange(len(known)), units) & known
     chosen = usable[obs.configuration] if obs.second is None else usable[obs.configuration] & usable[obs.second]
@@ -51,7 +63,7 @@ def closed_form(model: Machine, data: DataSet, obs: Observations, units: Ints) -
     machine = nominal_poses(model, data.configurations.take(met))
     assert machine is not None
     other = None if obs.second is None else machine[at[len(one) :]]
-    return STARTS[obs.kind](Seen(model, obs, index, value, target, machine[at[: len(one)]], other))
+    return start(Seen(model, obs, index, value, target, machine[at[: len(one)]], other))
 
 
 def combined(model: Machine, data: DataSet, units: Ints, problem: Problem) -> list[dict[str, float]]:
