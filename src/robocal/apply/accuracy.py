@@ -17,7 +17,7 @@ from robocal.calibrate.workspace import base_motion, parameters_of, predict, sam
 from robocal.estimate.uncertainty import Total, radius
 from robocal.geometry import fits
 from robocal.measure.machine import Machine
-from robocal.measure.reach import by_joints_alone, reach
+from robocal.measure.reach import places_by_joints, reach
 
 __all__ = ["AccuracyMap", "Slice", "accuracy_map"]
 
@@ -65,7 +65,7 @@ def accuracy_map(
     `nominal` has its tool where the baseline put it; `measured` (n, 2) is the measured range of every joint.
     """
     joints, region = sample_joints(corrected, measured, DRAWN, seed)
-    place = by_joints_alone(corrected, joints)[:, :3, 3]
+    place = places_by_joints(corrected, joints)
     anchor = joints[:ANCHORS]
     there, jac = reach(corrected, anchor, parameters_of(corrected, total), conditions)
     motion = base_motion(jac, there[:, :3, 3])
@@ -90,11 +90,18 @@ def accuracy_map(
         error = np.linalg.norm(before - after.pose[:, :3, 3], axis=1)
         band = radius(after.position, total.dof)
         cell = np.floor(place[inside][:, across] / side).astype(np.int64)
-        cells, where = np.unique(cell, axis=0, return_inverse=True)
-        where = where.ravel()
+        cells, where = _distinct(cell)
         count = np.bincount(where, minlength=len(cells))
         centre = np.full((len(cells), 3), level)
         centre[:, across] = (cells + 0.5) * side
         means = [np.bincount(where, weights=v, minlength=len(cells)) / count for v in (error, band)]
         slices.append(Slice(name, across, side, centre, means[0], means[1], count))
     return AccuracyMap(tuple(slices), region)
+
+
+def _distinct(cell: Ints) -> tuple[Ints, Ints]:
+    """The different ones of cells (m, 2), in their order, and which of them each is, (m,)."""
+    low = cell.min(axis=0)
+    wide = int(cell[:, 1].max() - low[1]) + 1
+    found, where = np.unique((cell - low) @ [wide, 1], return_inverse=True)
+    return np.stack(np.divmod(found, wide), axis=1) + low, where

@@ -69,7 +69,10 @@ def sample_joints(chain: Machine, measured: Array | None, count: int, seed: int 
 
 def between(ranges: Array, count: int, seed: int = 0) -> Array:
     """Joint values (count, n) drawn within ranges (n, 2)."""
-    return np.random.default_rng(seed).uniform(ranges[:, 0], ranges[:, 1], (count, len(ranges)))
+    drawn = np.random.default_rng(seed).random((count, len(ranges)))
+    drawn *= ranges[:, 1] - ranges[:, 0]
+    drawn += ranges[:, 0]
+    return drawn
 
 
 def motion_field(points: Array) -> Array:

@@ -34,6 +34,7 @@ LOSSES = {"none": 0, "huber": 1, "cauchy": 2, "tukey": 3}
 TUNING = {"none": 1.0, "huber": 1.345, "cauchy": 2.385, "tukey": 4.685}
 # Doubles per chunk of Jacobian: small enough to stay in the second-level cache.
 CHUNK = 1 << 16
+POSE = 16  # numbers
 
 
 @dataclass(frozen=True)
@@ -296,7 +297,11 @@ class Problem:
         x = np.atleast_2d(x)
         out = []
         for term in self.with_free(()).bound_terms:
-            r, _, _ = term.evaluate(x, np.arange(len(x)), 0, len(term.scale))
+            # Of many vectors some rows at a time: what a row passes through, a pose at most, stays in the cache.
+            every, m = np.arange(len(x)), len(term.scale)
+            rows = m if len(x) == 1 else max(1, CHUNK // (POSE * len(x)))
+            parts = [term.evaluate(x, every, first, min(rows, m - first))[0] for first in range(0, max(m, 1), rows)]
+            r = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
             value = r[0] if len(x) == 1 else r
             out.append(
                 Residuals(value, term.scale, term.unit, term.group, term.kind, term.parts, term.used, term.lever)

@@ -13,7 +13,7 @@ from robocal.measure.builder import Builder
 from robocal.measure.data import Configurations
 from robocal.measure.machine import Machine
 
-__all__ = ["believed", "by_joints_alone", "limits_of", "names_of", "nominal_poses", "reach"]
+__all__ = ["believed", "limits_of", "names_of", "nominal_poses", "places_by_joints", "reach"]
 
 Array = NDArray[np.float64]
 CHUNK = 2048  # configurations whose columns are held at once
@@ -43,17 +43,17 @@ def reach(
     return poses, jacobians
 
 
-def by_joints_alone(machine: Machine, joints: Array) -> Array:
-    """T_base_tool (m, 4, 4) at joint values (m, n) without what bends, grows or ripples: millimetres off, and many times
-    faster where such columns would have to be computed."""
+def places_by_joints(machine: Machine, joints: Array) -> Array:
+    """Where the tool is in base coordinates, (m, 3), at joint values (m, n) without what bends, grows or ripples: millimetres
+    off, and many times faster where such columns would have to be computed."""
     alone = {"1", *names_of(machine)}
     elements = [replace(e, terms=tuple(t for t in e.terms if t.column in alone)) for e in machine.elements]
     program = compile_path(elements, machine.table)
-    poses = np.empty((len(joints), 4, 4))
+    x, places = machine.table.values[None], np.empty((len(joints), 3))
     for first in range(0, len(joints), CHUNK):
         some = slice(first, first + CHUNK)
-        poses[some] = program.run(machine.table.values[None], machine.phi(joints[some], None, program)[None])[0][0]
-    return poses
+        places[some] = program.run(x, machine.phi(joints[some], None, program)[None])[0][0, :, :3, 3]
+    return places
 
 
 def believed(machine: Machine, configurations: Configurations) -> NDArray[np.bool_] | None:

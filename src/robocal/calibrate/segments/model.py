@@ -167,7 +167,9 @@ class _Sums:
     @classmethod
     def of(cls, column: Array, left: Array, weight: Array, answer: Array) -> _Sums:
         def running(v: Array) -> Array:
-            return np.concatenate([np.zeros((1, *v.shape[1:])), np.cumsum(v, axis=0)])
+            out = np.zeros((len(v) + 1, *v.shape[1:]))
+            np.cumsum(v, axis=0, out=out[1:])
+            return out
 
         turned = (column * weight[:, None, None]).transpose(0, 2, 1)
         return cls(running((turned @ left[..., None])[..., 0]), running(turned @ column), running(turned @ answer))

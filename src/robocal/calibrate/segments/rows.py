@@ -121,8 +121,10 @@ def _collect(problem: Problem, data: DataSet, x: Array) -> list[Run]:
             taken += m
         if not parts:
             continue
-        order = np.argsort(np.concatenate([p[0] for p in parts]), kind="stable")
-        r, j, sigma = (np.concatenate([p[k] for p in parts])[order] for k in (1, 2, 3))
+        _, r, j, sigma = parts[0]
+        if len(parts) > 1:  # the rows of one term are in order
+            order = np.argsort(np.concatenate([p[0] for p in parts]), kind="stable")
+            r, j, sigma = (np.concatenate([p[k] for p in parts])[order] for k in (1, 2, 3))
         out.append(Run(obs, sigma, r, j[..., own], _candidates(obs, wide, j)))
     return out
 
