@@ -50,7 +50,7 @@ def test_what_is_written_is_read_back(tmp_path, kind, units):
     reading = read_dataset(tmp_path / "data.yaml", ARM)
     same(data, reading.dataset)
     assert reading.warnings == () and reading.suspicions == ()
-    assert problem(ARM, reading.dataset).units == len(data.configurations)
+    assert problem(ARM, reading.dataset).configurations == len(data.configurations)
 
 
 def test_every_kind_is_known_to_files_but_those_of_machines_without_an_arm():

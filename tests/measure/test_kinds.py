@@ -199,7 +199,9 @@ def test_the_error_of_a_spherical_reading_is_the_distance_between_two_places():
     obs = Observations("spherical", np.arange(50), value, np.ones((50, 3)))
     where = Configurations(tuple(map(str, range(50))), rng.normal(size=(50, len(arm().joints))))
     term = problem(arm(), DataSet(where, (obs,))).terms[0]
-    told = Residuals(other - value, term.scale, term.unit, term.group, term.kind, term.parts, term.used, term.lever)
+    told = Residuals(
+        other - value, term.scale, term.configuration, term.group, term.kind, term.parts, term.used, term.lever
+    )
     # First order in 1e-5 m at 2 m.
     np.testing.assert_allclose(errors([told], "m")[0], np.linalg.norm(moved - seen, axis=1), rtol=1e-4)
     assert len(errors([told], "rad")[0]) == 50

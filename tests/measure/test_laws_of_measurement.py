@@ -83,16 +83,16 @@ def rho(loss, c, s):
 def expected_normal(p, x):
     """Cost, gradient and matrix from the dense linearisation, with weights, loss and priors put in by hand."""
     plain = p.with_weights(None).linearize(x)
-    weight = np.ones(p.units) if p.weights is None else p.weights[0]
+    weight = np.ones(p.configurations) if p.weights is None else p.weights[0]
     s = np.bincount(plain.observation, plain.r**2)
     value, slope = rho(p.loss, p.tuning or TUNING[p.loss], s)
     # What is no reading of the machine (a known distance between two frames) is weighed down by no loss.
     reading = plain.reading[np.unique(plain.observation, return_index=True)[1]]
     value, slope = np.where(reading, value, s), np.where(reading, slope, 1.0)
-    unit = plain.unit[np.unique(plain.observation, return_index=True)[1]]
-    row = (weight[unit] * slope)[plain.observation]
+    configuration = plain.configuration[np.unique(plain.observation, return_index=True)[1]]
+    row = (weight[configuration] * slope)[plain.observation]
     j = dense(p, plain)
-    cost = 0.5 * np.sum(weight[unit] * value)
+    cost = 0.5 * np.sum(weight[configuration] * value)
     g, a = j.T @ (row * plain.r), j.T @ (row[:, None] * j)
     if p.priors and any(p.table[name].prior for name in p.free):
         sigma = [p.table[name].prior for name in p.free]
@@ -145,7 +145,7 @@ def test_normal_is_linearize_squared(name, loss):
     lin = p.linearize(x)
     c = 1.1 * float(np.sqrt(np.median(np.bincount(lin.observation, lin.r**2))))
     compare(p.with_loss(loss, c if loss != "none" else None), x)
-    weights = np.linspace(0, 2, p.units)
+    weights = np.linspace(0, 2, p.configurations)
     compare(p.with_loss(loss, c if loss != "none" else None).with_weights(weights), x)
 
 
@@ -191,7 +191,7 @@ def test_a_batch_is_its_singles(name):
     rng = np.random.default_rng(0)
     local = rng.normal(scale=1e-2, size=(4, p.blocks, p.block_size)) if p.blocks else None
     x = p.retract(np.repeat(p.start, 4, axis=0), rng.normal(scale=1e-2, size=(4, p.n)), local)
-    batch = p.with_weights(rng.uniform(size=(4, p.units)))
+    batch = p.with_weights(rng.uniform(size=(4, p.configurations)))
     together = batch.normal(x)
     for b in range(4):
         alone = batch.normal(x[[b]], np.array([b]))
@@ -208,16 +208,16 @@ def test_a_batch_is_its_singles(name):
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_linearize_takes_units_and_weights(name):
+def test_linearize_takes_configurations_and_weights(name):
     p = build(name)
     everything, one = p.linearize(p.start), p.linearize(p.start, np.array([1]))
-    rows = everything.unit == 1
+    rows = everything.configuration == 1
     np.testing.assert_array_equal(one.r, everything.r[rows])
     np.testing.assert_array_equal(one.j, everything.j[rows])
-    weights = np.ones(p.units)
+    weights = np.ones(p.configurations)
     weights[1] = 0
     np.testing.assert_array_equal(p.with_weights(weights).linearize(p.start).r, everything.r[~rows])
-    heavy = p.with_weights(4 * np.ones(p.units)).linearize(p.start)
+    heavy = p.with_weights(4 * np.ones(p.configurations)).linearize(p.start)
     np.testing.assert_allclose(heavy.r, 2 * everything.r, rtol=1e-14)
     np.testing.assert_allclose(heavy.j, 2 * everything.j, rtol=1e-14)
 
@@ -229,7 +229,7 @@ def test_an_uneven_prior_on_a_turn_is_minimised(rng):
     p = (
         p.with_free(names)
         .with_table(p.table.with_priors(dict(zip(names, (1e-3, 0.1, 0.3), strict=True))))
-        .with_weights(1e-4 * np.ones(p.units))
+        .with_weights(1e-4 * np.ones(p.configurations))
     )
     x = p.retract(p.start, np.array([[0.4, -0.3, 0.5]]))
 

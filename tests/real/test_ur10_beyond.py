@@ -63,7 +63,7 @@ def test_geometry_groups_and_layer_on_rows_that_nothing_has_seen(load, how):  # 
     switched = []
     print(f"\n{'blocks' if how == 'blocks' else 'random'}, five rounds")
     for k in range(5):
-        seen, other = (data.take(units) for units in split.units(k))
+        seen, other = (data.take(some) for some in split.configurations(k))
         choice = choose_groups(robot, seen, GROUPS)
         entered = [t.name for t in choice.tried if t.entered]
         for name, model in (("geometry", robot), ("groups", choice.model)):

@@ -74,7 +74,7 @@ def test_local_blocks_are_charged_to_those_who_pay(shared_data):
         rig = small_rig(shared_data, repeat)
         made = rig.problem
         x = least_squares(made).x
-        groups = assess(rig.data, made, x, np.arange(made.units), effective_columns(made, x))
+        groups = assess(rig.data, made, x, np.arange(made.configurations), effective_columns(made, x))
         for group in groups:
             ratio.setdefault(group.name, []).append(group.chi2 / group.dof)
         u = uncertainty(made, x)
@@ -99,7 +99,7 @@ def test_an_unstated_sigma_comes_out_beside_local_blocks(shared_data, which):
         for _ in range(ROUNDS):
             made = problem(rig.robot, apply_noise(data, tau)).with_table(rig.problem.table)
             x = least_squares(made, x).x
-            groups = assess(data, made, x, np.arange(made.units), effective_columns(made, x))
+            groups = assess(data, made, x, np.arange(made.configurations), effective_columns(made, x))
             before, tau = tau, {(g.name, g.unit): g.tau for g in groups if g.stated is None}
         (key,) = tau
         assert tau[key] == pytest.approx(before[key], rel=2e-3), "settled"

@@ -15,12 +15,12 @@ class Plain:
 
     group, kind, parts, lever, reading = "plain", "plain", ((0, 1, "m"),), None, True
 
-    def __init__(self, fn, jac, shape, *, sigma=1.0, unit=None, local=None, block=None):
+    def __init__(self, fn, jac, shape, *, sigma=1.0, configuration=None, local=None, block=None):
         m, d = shape
         self.fn, self.jac = fn, jac
         self.scale = np.ascontiguousarray(1.0 / np.broadcast_to(np.asarray(sigma, float), (m, d)))
         self.used = np.ones(m, dtype=bool)
-        self.unit = np.arange(m) if unit is None else np.asarray(unit)
+        self.configuration = np.arange(m) if configuration is None else np.asarray(configuration)
         self.local = np.full(m, -1) if local is None else np.asarray(local)
         self.block = np.zeros((m, d, 0)) if block is None else np.asarray(block, float)
         self.columns = np.empty(0, dtype=np.int64)
@@ -49,7 +49,7 @@ class Plain:
         return np.array(r), np.ascontiguousarray(j), jl
 
 
-def plain_problem(terms, start, *, units=None, blocks=0, block_size=0, names=None, local_start=None, **more):
+def plain_problem(terms, start, *, configurations=None, blocks=0, block_size=0, names=None, local_start=None, **more):
     """A problem over parameters b1 ... bP that start at `start`; `more` holds per-parameter lists: prior, lower,
     upper, expected."""
     terms = terms if isinstance(terms, (list, tuple)) else [terms]
@@ -58,7 +58,7 @@ def plain_problem(terms, start, *, units=None, blocks=0, block_size=0, names=Non
         Parameter(name, float(v), "1", True, **{k: w[i] for k, w in more.items()})
         for i, (name, v) in enumerate(zip(names, start, strict=True))
     ]
-    units = max(int(t.unit.max()) + 1 for t in terms) if units is None else units
+    configurations = max(int(t.configuration.max()) + 1 for t in terms) if configurations is None else configurations
     given = np.zeros(blocks * block_size) if local_start is None else np.asarray(local_start, float).ravel()
     return Problem(
         Table(tuple(rows)),
@@ -66,7 +66,7 @@ def plain_problem(terms, start, *, units=None, blocks=0, block_size=0, names=Non
         tuple(names),
         blocks=blocks,
         block_size=block_size,
-        units=units,
+        configurations=configurations,
         local_start=given,
     )
 

@@ -52,7 +52,7 @@ def test_errors_are_lengths_by_unit():
 
 
 def term_in_metres(a, y, unit):
-    term = linear(a, y, unit=unit)
+    term = linear(a, y, configuration=unit)
     term.parts = ((0, 1, "m"),)
     return term
 

@@ -45,8 +45,8 @@ def test_folds_are_refits_of_reduced_data():
     found = unseen(p, x, split, ("m",))
     assert not found.profiled.any()
     for k in range(4):
-        fit_units, held = split.units(k)
-        own = least_squares(problem(robot, data.take(fit_units))).x
+        fitted, held = split.configurations(k)
+        own = least_squares(problem(robot, data.take(fitted))).x
         by_hand, at = errors(problem(robot, data.take(held)).residuals(own), "m")
         np.testing.assert_allclose(found.value["m"][held[at]], by_hand, rtol=1e-3)
 
@@ -136,8 +136,8 @@ def test_reselecting_is_what_an_identification_of_the_others_finds():
     found = identify(arm(), data, Options(folds=2, reselect=True))
     by_hand = np.full(40, np.nan)
     for k in range(2):
-        fit_units, held = split.units(k)
-        part = identify(arm(), data.take(fit_units), Options(hold_out=0.0, leave_one_out=False))
+        fitted, held = split.configurations(k)
+        part = identify(arm(), data.take(fitted), Options(hold_out=0.0, leave_one_out=False))
         made = problem(part.corrected, data, values=dict(zip(part.table.names, part.table.values, strict=True)))
         by_hand[held] = errors(made.residuals(made.start), "m")[0][held]
     np.testing.assert_allclose(found.rows.unseen, by_hand, rtol=1e-3, atol=1e-9)
@@ -187,8 +187,8 @@ def test_what_a_round_cannot_see_is_not_known_from_the_rows_that_it_holds_out():
     everything, or held-out rows would be met by what they said themselves."""
     robot, data = arm(), one_joint_at_a_time()
     found = identify(robot, data, Options(hold_out="group", folds=5))
-    fit_units, held = make_split(data, "group", folds=5).units(0)
-    made, names = problem(robot, data.take(fit_units)), found.correlation_names
+    fitted, held = make_split(data, "group", folds=5).configurations(0)
+    made, names = problem(robot, data.take(fitted)), found.correlation_names
     near = least_squares(made.with_free([n for n in names if n.startswith(("tracker", "tool"))]), _tracker(made)).x
     x = least_squares(made.with_free(names), near).x
     by_hand = errors(problem(robot, data.take(held)).residuals(x), "m")[0]

@@ -212,7 +212,7 @@ def blocks_of(rng, ranks, each=8, size=6):
     for b, rank in enumerate(ranks):
         block[local == b, 0] = rng.normal(size=(each, rank)) @ rng.normal(size=(rank, size))
     a = rng.normal(size=(m, 1, 4))
-    term = Plain(lambda x: a @ x, lambda x: a, (m, 1), local=local, block=block, unit=np.maximum(local, 0))
+    term = Plain(lambda x: a @ x, lambda x: a, (m, 1), local=local, block=block, configuration=np.maximum(local, 0))
     return plain_problem(term, np.zeros(4), blocks=count, block_size=size)
 
 

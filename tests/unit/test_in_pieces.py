@@ -50,7 +50,7 @@ def test_columns_of_one_element_are_its_screw_times_each():
 def test_normal_equations_of_any_width_are_the_products(batch):
     made = problem(measured_arm(), measured(60))
     rng = np.random.default_rng(1)
-    weights = rng.uniform(0, 2, (batch, made.units)) * (rng.random((batch, made.units)) < 0.8)
+    weights = rng.uniform(0, 2, (batch, made.configurations)) * (rng.random((batch, made.configurations)) < 0.8)
     x = np.repeat(made.start, batch, axis=0)
     for many in range(1, len(made.free), 3):
         some = made.with_free(made.free[:many]).with_weights(weights)

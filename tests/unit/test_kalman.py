@@ -22,7 +22,9 @@ def with_priors(p, sigma=None):
 @pytest.mark.parametrize("passes", [1, 3])
 def test_linear_filter_is_map(rng, passes):
     a, y, prior = rng.normal(size=(12, 5)), rng.normal(size=12), rng.uniform(0.2, 2, 5)
-    p = plain_problem(linear(a, y, sigma=0.3, unit=np.repeat(np.arange(4), 3)), rng.normal(size=5), prior=list(prior))
+    p = plain_problem(
+        linear(a, y, sigma=0.3, configuration=np.repeat(np.arange(4), 3)), rng.normal(size=5), prior=list(prior)
+    )
     f = kalman(p, passes=passes)
     s = least_squares(p, cost_tolerance=1e-20)
     np.testing.assert_allclose(f.x, s.x, atol=1e-9)
@@ -39,12 +41,12 @@ def test_order_does_not_matter_when_linear(rng):
     np.testing.assert_allclose(forward.covariance, backward.covariance, atol=1e-13)
 
 
-def test_units_without_rows_are_passed_over(rng):
+def test_configurations_without_rows_are_passed_over(rng):
     a, y = rng.normal(size=(4, 2)), rng.normal(size=4)
     events = []
-    sparse = plain_problem(linear(a, y, unit=np.array([1, 1, 4, 4])), np.zeros(2), units=6)
+    sparse = plain_problem(linear(a, y, configuration=np.array([1, 1, 4, 4])), np.zeros(2), configurations=6)
     f = kalman(sparse, watch=events.append)
-    assert [e["unit"] for e in events] == list(range(6)) and events[0]["units"] == 6
+    assert [e["configuration"] for e in events] == list(range(6)) and events[0]["configurations"] == 6
     np.testing.assert_allclose(f.x, kalman(plain_problem(linear(a, y), np.zeros(2))).x, atol=1e-10)
 
 
@@ -60,7 +62,7 @@ def test_iterated_update_is_gauss_newton(rng):
         return (t[:, None] * np.exp(np.outer(t, x)))[:, None, :]
 
     y = value(np.array([0.5, -1.0])) + 0.01 * rng.normal(size=m)
-    term = Plain(lambda x: (value(x) - y)[:, None], jac, (m, 1), sigma=0.01, unit=np.zeros(m, dtype=int))
+    term = Plain(lambda x: (value(x) - y)[:, None], jac, (m, 1), sigma=0.01, configuration=np.zeros(m, dtype=int))
     p = plain_problem(term, [0.2, -0.5], prior=[0.5, 0.5])
     s = least_squares(p, cost_tolerance=1e-20)
     once, often = kalman(p), kalman(p, passes=12)
@@ -85,7 +87,7 @@ def local_linear(rng, shared=3, m=4, size=6):
     block[local < 0] = 0
     block[:, :, 3:] = 0  # the last three would be turned on the group
     a, y = rng.normal(size=(rows, 1, shared)), rng.normal(size=(rows, 1))
-    term = Plain(lambda x: a @ x - y, lambda x: a, (rows, 1), unit=unit, local=local, block=block)
+    term = Plain(lambda x: a @ x - y, lambda x: a, (rows, 1), configuration=unit, local=local, block=block)
     return (
         plain_problem(term, np.zeros(shared), blocks=m, block_size=size, prior=[0.7] * shared),
         a[:, 0],
@@ -120,7 +122,12 @@ def test_two_blocks_in_one_configuration_are_refused(rng):
     block = rng.normal(size=(4, 1, 6))
     a = rng.normal(size=(4, 1, 2))
     term = Plain(
-        lambda x: a @ x, lambda x: a, (4, 1), unit=np.zeros(4, dtype=int), local=np.array([0, 0, 1, 1]), block=block
+        lambda x: a @ x,
+        lambda x: a,
+        (4, 1),
+        configuration=np.zeros(4, dtype=int),
+        local=np.array([0, 0, 1, 1]),
+        block=block,
     )
     with pytest.raises(ModelError, match="one local block"):
         kalman(plain_problem(term, np.zeros(2), blocks=2, block_size=6))
@@ -156,10 +163,12 @@ def test_a_gross_row_hardly_moves_the_robust_filter(rng, loss):
 
 def test_bounds_are_kept_and_the_rest_is_the_best_within_them(rng):
     a, y = rng.normal(size=(20, 3)), rng.normal(size=20)
-    free = plain_problem(linear(a, y, unit=np.zeros(20, dtype=int)), np.zeros(3), prior=[5.0] * 3)
+    free = plain_problem(linear(a, y, configuration=np.zeros(20, dtype=int)), np.zeros(3), prior=[5.0] * 3)
     limit = 0.5 * float(kalman(free).x[0, 1])
     low, high = ([-9.0, limit, -9.0], [9.0] * 3) if limit < 0 else ([-9.0] * 3, [9.0, limit, 9.0])
-    p = plain_problem(linear(a, y, unit=np.zeros(20, dtype=int)), np.zeros(3), prior=[5.0] * 3, lower=low, upper=high)
+    p = plain_problem(
+        linear(a, y, configuration=np.zeros(20, dtype=int)), np.zeros(3), prior=[5.0] * 3, lower=low, upper=high
+    )
     f = kalman(p)
     assert f.x[0, 1] == pytest.approx(limit)
     np.testing.assert_allclose(f.x, least_squares(p, cost_tolerance=1e-20).x, atol=1e-7)

@@ -120,7 +120,7 @@ def blocks_problem(rng, size, count=5, each=8, n=3):
     local = np.repeat(np.arange(count), each)
     block = np.zeros((m, 2, size))
     block[:, :, :3] = rng.normal(size=(m, 2, 3))
-    term = Plain(lambda x: a @ x - y, lambda x: a, (m, 2), local=local, block=block, unit=local)
+    term = Plain(lambda x: a @ x - y, lambda x: a, (m, 2), local=local, block=block, configuration=local)
     start = np.zeros(count * size)
     p = plain_problem(term, np.zeros(n), blocks=count, block_size=size, local_start=start)
     dense = np.zeros((m, 2, n + 3 * count))

@@ -88,14 +88,14 @@ def test_gross_rows_of_many_are_those_without_thinning(many, share, monkeypatch)
 
 
 def test_rows_that_are_held_out_have_no_say(many):
-    fit_units, held = np.arange(M) % 5 > 0, np.arange(M) % 5 == 0
+    fitted, held = np.arange(M) % 5 > 0, np.arange(M) % 5 == 0
     data = gross(many, 0.01)
     obs = data.observations[0]
     moved = DataSet(data.configurations, (replace(obs, value=np.where(held[:, None], 7.0 - obs.value, obs.value)),))
-    a, b = (sift(arm(), d, np.flatnonzero(fit_units)) for d in (data, moved))
+    a, b = (sift(arm(), d, np.flatnonzero(fitted)) for d in (data, moved))
     assert (used(a) == used(b)).all() and used(a)[held].all()
     np.testing.assert_array_equal(a.x, b.x)
-    x, y = (known_baseline(arm(), d, np.flatnonzero(fit_units)).x for d in (data, moved))
+    x, y = (known_baseline(arm(), d, np.flatnonzero(fitted)).x for d in (data, moved))
     np.testing.assert_array_equal(x, y)
 
 

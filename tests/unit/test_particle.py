@@ -41,7 +41,7 @@ def test_one_particle_with_all_the_weight_is_all_that_is_drawn(rng):
 def test_log_likelihood_by_configuration(rng):
     a, y, x = rng.normal(size=(12, 3)), rng.normal(size=12), rng.normal(size=(600, 3))
     unit = rng.permutation(np.repeat(np.arange(4), 3))
-    p = plain_problem(linear(a, y, sigma=0.5, unit=unit), np.zeros(3))
+    p = plain_problem(linear(a, y, sigma=0.5, configuration=unit), np.zeros(3))
     found = density(p, x)
     s = ((x @ a.T - y) / 0.5) ** 2
     expected = np.stack([-0.5 * s[:, unit == u].sum(axis=1) for u in range(4)], axis=1)
@@ -52,7 +52,7 @@ def test_log_likelihood_by_configuration(rng):
 
 def test_gaussian_noise_gives_the_least_squares_answer_and_its_covariance(rng):
     a, y = rng.normal(size=(60, 5)), rng.normal(size=60)
-    p = plain_problem(linear(a, y, unit=np.repeat(np.arange(20), 3)), np.zeros(5))
+    p = plain_problem(linear(a, y, configuration=np.repeat(np.arange(20), 3)), np.zeros(5))
     s = least_squares(p)
     cloud = particles(p, s.x, rng, count=4000)
     c = uncertainty(p, s.x).covariance

@@ -93,7 +93,7 @@ def test_a_shared_prior_is_the_dense_estimate(rng):
     """Mean, covariance, chi2, degrees of freedom and the filter against the formulas; b2 is held, so it says nothing."""
     a, y, c = rng.normal(size=(9, 5)), rng.normal(size=9), covariance(rng, 4, 0.3)
     p = plain_problem(
-        linear(a, y, sigma=0.5, unit=np.repeat(np.arange(3), 3)), rng.normal(size=5), prior=[None] * 4 + [0.3]
+        linear(a, y, sigma=0.5, configuration=np.repeat(np.arange(3), 3)), rng.normal(size=5), prior=[None] * 4 + [0.3]
     )
     p = together(p, ("b3", "b1", "b2", "b4"), c).with_free(("b1", "b3", "b4", "b5"))
     at, mean = [0, 2, 3, 4], p.table.values
@@ -131,7 +131,7 @@ def test_without_priors_a_shared_one_is_off(rng):
 def test_the_gradient_of_a_shared_prior_is_right_far_from_its_mean(rng, free):
     """Rotation vectors that share a prior with lengths, half a radian off: cost, gradient and matrix against differences."""
     p = made(arm(), [observations("pose", 3, 1e-3, HAND, TAGS)], rng, 3, free=free or [f"hand.{s}" for s in ("x", "y", "z", "rx", "ry", "rz")])  # fmt: skip
-    p = together(p, p.free, covariance(rng, p.n, 0.2)).with_weights(np.zeros((1, p.units)))
+    p = together(p, p.free, covariance(rng, p.n, 0.2)).with_weights(np.zeros((1, p.configurations)))
     x = p.retract(p.start, 0.5 * rng.normal(size=(1, p.n)))
 
     def moved(d):
@@ -158,7 +158,7 @@ def with_blocks(rng, ranks=(3, 3, 3, 3), each=5):
         block[local == b, 0] = rng.normal(size=(each, rank)) @ rng.normal(size=(rank, size))
     a, y = rng.normal(size=(m, 1, 2)), rng.normal(size=(m, 1))
     unit = np.maximum(local, 0)
-    term = Plain(lambda x: a @ x - y, lambda x: a, (m, 1), local=local, block=block, unit=unit)
+    term = Plain(lambda x: a @ x - y, lambda x: a, (m, 1), local=local, block=block, configuration=unit)
     p = plain_problem(
         term, np.zeros(2), blocks=count, block_size=size, prior=[0.7, 0.4], local_start=rng.normal(size=3 * count)
     )
@@ -241,7 +241,7 @@ def test_the_gradient_of_a_local_prior_is_right_far_from_its_mean(rng, kind):
     p = made(platform(), [observations(kind, 3, 1e-3, TRACKER)], rng, 3, free=[])
     size = p.block_size
     p = p.with_local_prior(covariance=[covariance(rng, size, 0.2) for _ in range(p.blocks)])
-    p = p.with_weights(np.zeros((1, p.units)))
+    p = p.with_weights(np.zeros((1, p.configurations)))
     far = p.retract(p.start, np.zeros((1, 0)), 0.4 * rng.normal(size=(1, p.blocks, size)))
 
     def moved(d):

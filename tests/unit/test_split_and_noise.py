@@ -26,9 +26,9 @@ def joints(rng, m, n=3):
 
 @given(st.integers(1, 120), st.floats(0, 0.5), st.integers(0, 5))
 def test_split_sizes_and_disjoint(m, fraction, seed):
-    fit_units, held = stratified(joints(np.random.default_rng(0), m), fraction, seed)
+    fitted, held = stratified(joints(np.random.default_rng(0), m), fraction, seed)
     assert len(held) == round(fraction * m)
-    np.testing.assert_array_equal(np.sort(np.concatenate([fit_units, held])), np.arange(m))
+    np.testing.assert_array_equal(np.sort(np.concatenate([fitted, held])), np.arange(m))
 
 
 def test_split_is_seeded(rng):
@@ -43,18 +43,18 @@ def test_held_out_units_are_spread_over_the_space(rng):
     corner = np.repeat(np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]), 10, axis=0).astype(float)
     where = Configurations(tuple(map(str, range(80))), corner + 0.01 * rng.normal(size=(80, 3)))
     for seed in range(5):
-        fit_units, held = stratified(where, 0.2, seed)
+        fitted, held = stratified(where, 0.2, seed)
         counts = np.bincount(held // 10, minlength=8)
         assert counts.tolist() == [2] * 8
         q = where.joints
-        assert (q[held] >= q[fit_units].min(axis=0) - 0.05).all() and (q[held] <= q[fit_units].max(axis=0) + 0.05).all()
+        assert (q[held] >= q[fitted].min(axis=0) - 0.05).all() and (q[held] <= q[fitted].max(axis=0) + 0.05).all()
 
 
 def test_split_without_joints_with_equal_joints_and_with_missing_joints(rng):
     some = rng.normal(size=(20, 2))
     for q in (None, np.where(rng.random((20, 2)) < 0.3, np.nan, some), np.full((20, 2), np.nan)):
-        fit_units, held = stratified(Configurations(tuple(map(str, range(20))), q), 0.2, 1)
-        assert len(held) == 4 and len(fit_units) == 16
+        fitted, held = stratified(Configurations(tuple(map(str, range(20))), q), 0.2, 1)
+        assert len(held) == 4 and len(fitted) == 16
     # Repeats of a single place leave nothing to hold out.
     assert not len(stratified(Configurations(tuple(map(str, range(20))), np.zeros((20, 2))), 0.2, 1)[1])
     free = Configurations(tuple(map(str, range(20))), start=rng.normal(size=(20, 6)))
@@ -64,8 +64,8 @@ def test_split_without_joints_with_equal_joints_and_with_missing_joints(rng):
 def test_repeats_of_a_place_are_held_out_together(rng):
     """Ten places, three visits each: no place is both fitted and held out."""
     place = np.tile(rng.normal(size=(10, 3)), (3, 1))
-    fit_units, held = stratified(Configurations(tuple(map(str, range(30))), place), 0.2, 0)
-    assert len(held) == 6 and not set(fit_units % 10) & set(held % 10)
+    fitted, held = stratified(Configurations(tuple(map(str, range(30))), place), 0.2, 0)
+    assert len(held) == 6 and not set(fitted % 10) & set(held % 10)
 
 
 def test_file_order_does_not_decide(rng):

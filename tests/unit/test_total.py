@@ -107,7 +107,7 @@ def test_noise_that_sits_where_the_leverage_is_enlarges_the_bars(rng):
         out = []
         for _ in range(count):
             y = sigma * rng.normal(size=120)
-            p = plain_problem(linear(a, y, unit=unit), np.zeros(8))
+            p = plain_problem(linear(a, y, configuration=unit), np.zeros(8))
             out.append(uneven(p, np.linalg.lstsq(a, y, rcond=None)[0]))
         return np.array(out)
 

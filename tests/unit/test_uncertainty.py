@@ -78,7 +78,7 @@ def test_local_blocks_cost_what_they_absorb(rng):
     block = rng.normal(size=(m, 1, 6))
     a = rng.normal(size=(m, 1, 2))
     p = plain_problem(
-        Plain(lambda x: a @ x, lambda x: a, (m, 1), local=local, block=block, unit=local),
+        Plain(lambda x: a @ x, lambda x: a, (m, 1), local=local, block=block, configuration=local),
         np.zeros(2),
         blocks=count,
         block_size=6,

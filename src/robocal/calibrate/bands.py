@@ -60,7 +60,7 @@ class Bands:
     group: str
     kind: str
     parts: tuple[tuple[int, int, str], ...]
-    unit: Ints
+    configuration: Ints
     residual: Array
     model: Array
     new: Array
@@ -93,7 +93,7 @@ def mean_conditions(configurations: Configurations) -> dict[str, float]:
     return {k: float(v.mean()) for k, v in finite.items() if len(v)}
 
 
-def row_bands(problem: Problem, x: Array, total: Total, units: Ints, blind: Sequence[str] = ()) -> list[Bands]:
+def row_bands(problem: Problem, x: Array, total: Total, configurations: Ints, blind: Sequence[str] = ()) -> list[Bands]:
     """Bands of all rows at some configurations; the problem's sigma is that of a new measurement, as fitted. Rows that
     depend on one of the `blind` parameters are left out."""
     every = problem.with_weights(None).with_free(tuple(n for n in total.names if n in problem.table))
@@ -101,7 +101,7 @@ def row_bands(problem: Problem, x: Array, total: Total, units: Ints, blind: Sequ
     c = total.covariance[np.ix_(where, where)]
     out = []
     for term, residual in zip(every.bound_terms, every.residuals(x), strict=True):
-        rows = np.flatnonzero(np.isin(term.unit, units) & term.used)
+        rows = np.flatnonzero(np.isin(term.configuration, configurations) & term.used)
         model = np.empty((len(rows), residual.value.shape[1], residual.value.shape[1]))
         keep = np.ones(len(rows), dtype=bool)
         for first in range(0, len(rows), CHUNK):
@@ -112,7 +112,7 @@ def row_bands(problem: Problem, x: Array, total: Total, units: Ints, blind: Sequ
         rows, model = rows[keep], model[keep]
         new = np.array(model)
         np.einsum("mii->mi", new)[:] += term.scale[rows] ** -2.0
-        out.append(Bands(term.group, term.kind, term.parts, term.unit[rows], residual.value[rows], model, new))
+        out.append(Bands(term.group, term.kind, term.parts, term.configuration[rows], residual.value[rows], model, new))
     return out
 
 

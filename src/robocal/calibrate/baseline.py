@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.fit import unit_weights
+from robocal.calibrate.fit import chosen_weights
 from robocal.calibrate.noise import apply_noise, assess
 from robocal.calibrate.starts import search as starts
 from robocal.calibrate.thin import thinned
@@ -51,20 +51,20 @@ def frame_names(model: Machine, problem: Problem) -> tuple[str, ...]:
 def known_baseline(
     model: Machine,
     data: DataSet,
-    units: Ints,
+    configurations: Ints,
     loss: str = "none",
     tuning: float | None = None,
     watch: Watch | None = None,
     near: Array | None = None,
 ) -> Baseline:
-    """The nominal model with frames and tool fitted to some units, by a loss. Many rows are fitted from `near` (1, P), or from
+    """The nominal model with frames and tool fitted to some configurations, by a loss. Many rows are fitted from `near` (1, P), or from
     where a part of them says that frames stand."""
-    made = build(model, data).with_weights(unit_weights(len(data.configurations), units))
+    made = build(model, data).with_weights(chosen_weights(len(data.configurations), configurations))
     if watch:
         watch({"stage": "start"})
     frames = frame_names(model, made)
-    few, own = thinned(model, data, units)
-    some = made if few is data else build(model, few).with_weights(unit_weights(len(few.configurations), own))
+    few, own = thinned(model, data, configurations)
+    some = made if few is data else build(model, few).with_weights(chosen_weights(len(few.configurations), own))
     candidates = starts.combined(model, few, own, some.with_free(frames))
     # What can be seen of the frames is asked where they are believed to stand, not at the table's zeros.
     there = made.with_table(made.table.with_values({n: v for n, v in candidates[0].items() if n in frames}))
@@ -80,7 +80,7 @@ def known_baseline(
     first = made
     tau: dict[tuple[str, str], float] = {}
     for _ in range(ROUNDS):
-        groups = assess(data, first.with_loss("huber"), x, units, float(len(seen)))
+        groups = assess(data, first.with_loss("huber"), x, configurations, float(len(seen)))
         new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
         if tau and set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 0.01 * tau[k] for k in new):
             break
@@ -98,7 +98,7 @@ def renoised(
     model: Machine,
     before: tuple[DataSet, Baseline],
     data: DataSet,
-    units: Ints,
+    configurations: Ints,
     loss: str = "none",
     tuning: float | None = None,
 ) -> Baseline:
@@ -108,10 +108,10 @@ def renoised(
     pairs = [(a.sigma, b.sigma) for a, b in zip(stated.observations, data.observations, strict=True)]
     if all(a is b or (a is not None and b is not None and np.array_equal(a, b)) for a, b in pairs):
         return found
-    return known_baseline(model, data, units, loss, tuning, near=found.x)
+    return known_baseline(model, data, configurations, loss, tuning, near=found.x)
 
 
-def baseline(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:
+def baseline(model: Machine, data: DataSet, configurations: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:
     """The same by plain least squares: the problem over all data, and x (1, P)."""
-    found = known_baseline(model, data, units, watch=watch)
+    found = known_baseline(model, data, configurations, watch=watch)
     return found.problem, found.x

@@ -62,13 +62,13 @@ def resample(fit: Fit, sigma: Array, draws: int, seed: int, watch: Watch | None 
     joints = fit.data.configurations.joints
     fixed = np.zeros(len(label), dtype=bool) if joints is None else np.isnan(joints).any(axis=1)
     drawn = np.unique(label[~fixed])
-    own = problem.weights[0] if problem.weights is not None else np.ones(problem.units)
+    own = problem.weights[0] if problem.weights is not None else np.ones(problem.configurations)
     rng = np.random.default_rng(seed)
     found = []
     for first in range(0, draws, CHUNK):
         some = min(CHUNK, draws - first)
         count = rng.multinomial(len(drawn), np.full(len(drawn), 1 / len(drawn)), some).astype(float)
-        weights = np.ones((some, problem.units))
+        weights = np.ones((some, problem.configurations))
         weights[:, ~fixed] = count[:, np.searchsorted(drawn, label[~fixed])]
         solution = least_squares(problem.with_weights(weights * own), np.repeat(x, some, axis=0))
         ended = np.array([r.converged for r in solution.reasons]) & np.isfinite(solution.cost)

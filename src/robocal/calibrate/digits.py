@@ -103,5 +103,5 @@ def _square(model: Machine, data: DataSet, problem: Problem, x: Array) -> list[A
         moved[:, i] += STEP
         there = build(model, replace(data, configurations=replace(data.configurations, joints=moved))).residuals(x)
         for v, a, b in zip(out, here, there, strict=True):
-            v += ((b.value - a.value) / STEP * digits[a.unit, i, None]) ** 2 / 12
+            v += ((b.value - a.value) / STEP * digits[a.configuration, i, None]) ** 2 / 12
     return out

@@ -134,8 +134,10 @@ def _seed(problem: Problem, start: Array, options: Options, watch: Watch | None)
     from robocal.estimate.kalman import stacked
 
     p = np.diag([SEED.get(problem.table[n].unit, 1e-2) ** 2 for n in problem.free])
-    weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
-    noise = np.concatenate([_noise(t.scale, t.parts)[(weight[t.unit] > 0) & t.used].ravel() for t in problem.terms])
+    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
+    noise = np.concatenate(
+        [_noise(t.scale, t.parts)[(weight[t.configuration] > 0) & t.used].ravel() for t in problem.terms]
+    )
     f = stacked(problem, start, covariance=p, process=p, noise=noise, passes=options.max_iterations, watch=watch)
     finite = bool(np.isfinite(f.x).all())
     return Estimate(

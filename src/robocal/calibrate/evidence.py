@@ -70,15 +70,15 @@ class Verdict:
 def errors(residuals: Sequence[Residuals], unit: str) -> tuple[Array, Ints]:
     """Length of the residual of every observation that has components in this SI unit: (N,) or (B, N), and its
     configuration (N,)."""
-    values, units = [], []
+    values, configurations = [], []
     for r in residuals:
         for i, (_, _, u) in enumerate(r.parts):
             if u == unit:
                 values.append(r.length(i))
-                units.append(r.unit)
+                configurations.append(r.configuration)
     if not values:
         return np.zeros(0), np.zeros(0, dtype=np.int64)
-    return np.concatenate(values, axis=-1), np.concatenate(units)
+    return np.concatenate(values, axis=-1), np.concatenate(configurations)
 
 
 def by_unit(terms: Sequence[Term | Residuals], values: Sequence[NDArray[Number]], unit: str) -> NDArray[Number]:
@@ -87,16 +87,16 @@ def by_unit(terms: Sequence[Term | Residuals], values: Sequence[NDArray[Number]]
     return np.concatenate(out) if out else np.zeros(0, dtype=values[0].dtype if values else bool)
 
 
-def constant_errors(values: Array, units: Ints, split: Split, used: NDArray[np.bool_] | None = None) -> Array:
+def constant_errors(values: Array, configurations: Ints, split: Split, used: NDArray[np.bool_] | None = None) -> Array:
     """What predicting the mean of the fitted measurements misses, for held-out ones; NaN for those never held out.
 
-    values (N, d) measured, units (N,) their configurations; `used` (N,) are those of which the mean is taken. Infinite where a
+    values (N, d) measured at `configurations` (N,); `used` (N,) are those of which the mean is taken. Infinite where a
     round has nothing to take the mean of.
     """
     out = np.full(len(values), np.nan)
-    mine = split.round_of[units]
+    mine = split.round_of[configurations]
     for first in range(0, len(split), 256):
-        seen = split.fit[first : first + 256, units].astype(np.float64)
+        seen = split.fit[first : first + 256, configurations].astype(np.float64)
         if used is not None:
             seen *= used
         count = seen.sum(axis=1)
@@ -108,7 +108,7 @@ def constant_errors(values: Array, units: Ints, split: Split, used: NDArray[np.b
 
 
 def bootstrap_gain(
-    before: Array, after: Array, units: Ints, seed: int, draws: int = 4000
+    before: Array, after: Array, configurations: Ints, seed: int, draws: int = 4000
 ) -> tuple[float, float, float]:
     """Mean reduction of the error and its paired bootstrap 95 % interval; whole configurations are drawn.
 
@@ -118,7 +118,7 @@ def bootstrap_gain(
     Source: Hesterberg, What teachers should know about the bootstrap (2015), section 5.3.
     """
     gain = before - after
-    labels, inverse = np.unique(units, return_inverse=True)
+    labels, inverse = np.unique(configurations, return_inverse=True)
     total: Array = np.bincount(inverse, weights=gain).astype(np.float64)
     count = np.bincount(inverse).astype(float)
     n = len(labels)
@@ -164,7 +164,7 @@ def judge(
     before: Array,
     after: Array,
     constant: Array | None,
-    units: Ints,
+    configurations: Ints,
     *,
     rank: int,
     converged: bool,
@@ -194,7 +194,7 @@ def judge(
             noise = Quantity(stated) if stated else None
             told = Remark.of(Code.UNEXPLAINED, explained=1 - unexplained, rms=Quantity(rms), stated=noise)
             return Verdict("refused", (told,))
-    gain, low, high = bootstrap_gain(before, after, units, seed)
+    gain, low, high = bootstrap_gain(before, after, configurations, seed)
     if np.abs(before - after).max() <= ROUNDING * max(1.0, float(np.abs(before).max())):
         # Two models that are one: what differs is how the computer rounds.
         gain = low = high = 0.0
@@ -211,7 +211,7 @@ def judge(
 
     if not converged:
         return Verdict("not_improved", (Remark.of(Code.NOT_CONVERGED), span(Code.GAIN_ANYWAY)))
-    if len(np.unique(units)) < PROOF:
+    if len(np.unique(configurations)) < PROOF:
         return Verdict("not_improved", (Remark.of(Code.FEW_UNSEEN, least=PROOF), span(Code.GAIN_ANYWAY)))
     if low > 0:
         return Verdict("improved", (span(Code.GAIN_PROVEN),))

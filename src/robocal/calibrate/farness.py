@@ -75,15 +75,17 @@ def farness(problem: Problem, x: Array, modelled: Collection[tuple[str, str]] = 
     the sensor groups and units whose noise is what a model leaves."""
     x = np.atleast_2d(x)
     groups: dict[tuple[str, str], list[_Part]] = {}
-    weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
+    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
     rows = [_white(term, x, problem.n) for term in problem.bound_terms]
-    inverse = _inverse(problem, [np.where(t.used, weight[t.unit], 0.0) for t in problem.terms], [j for _, j in rows])
+    inverse = _inverse(
+        problem, [np.where(t.used, weight[t.configuration], 0.0) for t in problem.terms], [j for _, j in rows]
+    )
     for number, (term, (r, j)) in enumerate(zip(problem.terms, rows, strict=True)):
         assert isinstance(term, Rows)
-        inside = term.used & (weight[term.unit] > 0)
+        inside = term.used & (weight[term.configuration] > 0)
         for part in _parts(term, number, r, j, inverse, inside):
             groups.setdefault((term.group, part[1]), []).append(part[0])
-    shape = [len(t.unit) for t in problem.terms]
+    shape = [len(t.configuration) for t in problem.terms]
     distance, leverage = [np.zeros(m) for m in shape], [np.zeros(m) for m in shape]
     chance = [np.ones(m) for m in shape]
     strange, far = ([np.zeros(m, dtype=bool) for m in shape] for _ in range(2))
@@ -110,10 +112,10 @@ def farness(problem: Problem, x: Array, modelled: Collection[tuple[str, str]] = 
     )
 
 
-def far_from(data: DataSet, problem: Problem, x: Array, units: Ints) -> Farness:
-    """How far rows are from a model that was fitted to some units, by the robust noise of its own; `data` has the sigma that
+def far_from(data: DataSet, problem: Problem, x: Array, configurations: Ints) -> Farness:
+    """How far rows are from a model that was fitted to some configurations, by the robust noise of its own; `data` has the sigma that
     was stated."""
-    noise = assess(data, problem.with_loss("huber"), x, units, float(problem.n))
+    noise = assess(data, problem.with_loss("huber"), x, configurations, float(problem.n))
     tau = {(g.name, g.unit): g.tau for g in noise if g.tau > 0}
     noisy = apply_noise(data, tau)
     return farness(under(problem, data, noisy), x, tau)
@@ -122,7 +124,7 @@ def far_from(data: DataSet, problem: Problem, x: Array, units: Ints) -> Farness:
 def _white(term: Term, x: Array, n: int) -> tuple[Array, Array]:
     """Residuals (m, d) of a term, and its whitened Jacobian over all columns (m, d, n); rows that were set aside too."""
     assert isinstance(term, Rows)
-    r, narrow, _ = term.evaluate(x, np.zeros(1, dtype=np.int64), 0, len(term.unit))
+    r, narrow, _ = term.evaluate(x, np.zeros(1, dtype=np.int64), 0, len(term.configuration))
     j = spread(narrow[0], term.columns, n)
     j /= term.sigma[..., None]
     return r[0], j
@@ -144,7 +146,7 @@ def _inverse(problem: Problem, weight: list[Array], rows: list[Array]) -> Array:
 def _parts(
     term: Rows, number: int, r: Array, jacobian: Array, inverse: Array, inside: Bools
 ) -> list[tuple[_Part, str]]:
-    m = len(term.unit)
+    m = len(term.configuration)
     span = RESOLUTION * float(np.abs(term.value).max(initial=1.0))
     squares = {p: np.empty(m) for p in range(len(term.parts))}
     levers = {p: np.empty(m) for p in range(len(term.parts))}
@@ -181,7 +183,7 @@ def _square(matrix: Array, white: Array, trace: Array) -> Array:
 def _rounding(term: Rows, start: int, stop: int) -> Array:
     """Root mean square of what rounding leaves of these components of every row, (m,), whitened."""
     if term.rounding is None:
-        return np.zeros(len(term.unit))
+        return np.zeros(len(term.configuration))
     return np.asarray(np.sqrt(np.mean((term.rounding / term.sigma)[:, start:stop] ** 2, axis=1)))
 
 

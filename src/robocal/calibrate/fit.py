@@ -42,7 +42,7 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
 from robocal.remarks.remark import Remark
 
-__all__ = ["Fit", "fit", "near", "softly", "unit_weights"]
+__all__ = ["Fit", "chosen_weights", "fit", "near", "softly"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -65,7 +65,7 @@ RESTARTS = 8
 
 @dataclass(frozen=True)
 class Fit:
-    """One fit to some units: the problem that was solved, its solution, what was seen, and the noise."""
+    """One fit to some configurations: the problem that was solved, its solution, what was seen, and the noise."""
 
     problem: Problem
     solution: Solution
@@ -106,18 +106,18 @@ class Fit:
         return u, total(every, problem.free, x, factor=u.factor * float(more), dof=dof, known=known)
 
 
-def unit_weights(count: int, units: Ints) -> Array:
-    """One for the units that are fitted, zero for the others, (1, count)."""
+def chosen_weights(count: int, configurations: Ints) -> Array:
+    """One for the configurations that are fitted, zero for the others, (1, count)."""
     w = np.zeros((1, count))
-    w[:, units] = 1.0
+    w[:, configurations] = 1.0
     return w
 
 
 def fit(
-    model: Machine, stated: DataSet, units: Ints, options: Options, start: Array, watch: Watch | None = None
+    model: Machine, stated: DataSet, configurations: Ints, options: Options, start: Array, watch: Watch | None = None
 ) -> Fit:
-    """Fits everything that is free and seen to some units, starting from x (1, P)."""
-    weights = unit_weights(len(stated.configurations), units)
+    """Fits everything that is free and seen to some configurations, starting from x (1, P)."""
+    weights = chosen_weights(len(stated.configurations), configurations)
     first = build(model, stated).with_weights(weights).with_loss(options.loss, options.tuning)
     first = replace(first, priors=options.priors)
 
@@ -132,12 +132,12 @@ def fit(
     method = estimator(options.method, options.loss)
     if method.blind:
         solution = method.run(candidate, start, options, watch).solution
-        groups = assess(stated, candidate, solution.x, units, len(names))
+        groups = assess(stated, candidate, solution.x, configurations, len(names))
         # A step taken blindly deserves a covariance in units of what it left behind.
         data, candidate = posed({(g.name, g.unit): g.tau for g in groups if g.stated is None})
         return Fit(candidate, solution, analyse(candidate, solution.x), tuple(groups), data)
-    tau, soft = _noise(posed, stated, units, start)
-    tau, soft = _large_errors(posed, stated, units, start, tau, soft)
+    tau, soft = _noise(posed, stated, configurations, start)
+    tau, soft = _large_errors(posed, stated, configurations, start, tau, soft)
     if watch:
         watch({"stage": "noise", "groups": len(tau)})
     data, candidate = posed(tau)
@@ -150,7 +150,7 @@ def fit(
         solution = found.solution
         if method.restarts and not solution.reasons[0].converged:
             solution, restarted = _restart(chosen, start, solution, options)
-        groups = assess(stated, chosen, solution.x, units, effective_columns(chosen, solution.x))
+        groups = assess(stated, chosen, solution.x, configurations, effective_columns(chosen, solution.x))
         new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
         if set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 1e-3 * tau[k] for k in new):
             break
@@ -179,14 +179,14 @@ def softly(problem: Problem, start: Array) -> Problem:
 
 
 def _noise(
-    posed: Callable[[Tau], tuple[DataSet, Problem]], stated: DataSet, units: Ints, start: Array
+    posed: Callable[[Tau], tuple[DataSet, Problem]], stated: DataSet, configurations: Ints, start: Array
 ) -> tuple[Tau, Array]:
     """tau of every group when everything free may explain the data, softly held at the start; and where that fit
     ended."""
     _, made = posed({})
     # The baseline has used up a degree of freedom for every number that it moved.
     moved = int((start[0, made.index] != made.start[0, made.index]).sum())
-    groups = assess(stated, made, start, units, moved)
+    groups = assess(stated, made, start, configurations, moved)
     tau = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
     x = start
     for _ in range(SOFT_ROUNDS):
@@ -195,7 +195,7 @@ def _noise(
         # Where rows are weighed anew at every step, the way is longer without being a valley.
         x = least_squares(soft, x, max_iterations=CREEPING if soft.loss == "none" else STEPS).x
         # A column counts as far as the data, not the hold, decide it.
-        groups = assess(stated, made, x, units, effective_columns(soft, x))
+        groups = assess(stated, made, x, configurations, effective_columns(soft, x))
         new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
         settled = set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 0.01 * tau[k] for k in new)
         tau = new
@@ -205,7 +205,12 @@ def _noise(
 
 
 def _large_errors(
-    posed: Callable[[Tau], tuple[DataSet, Problem]], stated: DataSet, units: Ints, start: Array, tau: Tau, soft: Array
+    posed: Callable[[Tau], tuple[DataSet, Problem]],
+    stated: DataSet,
+    configurations: Ints,
+    start: Array,
+    tau: Tau,
+    soft: Array,
 ) -> tuple[Tau, Array]:
     """The noise once more without any hold, if that leaves far less: one length typed wrong by a decimal is no noise.
 
@@ -216,14 +221,14 @@ def _large_errors(
     _, made = posed({})
     kept = analyse(made, start).kept
     chosen = made.with_free(kept)
-    if not kept or made.numbers[units].sum() < 2 * len(kept):
+    if not kept or made.numbers[configurations].sum() < 2 * len(kept):
         return tau, soft
     # Without a hold the way may lead along a valley in short steps: it is gone to its end where its beginning leaves less.
     for tolerance, share in ((ROUGH, HOPE), (EXACT, CLEARLY)):
         solution = least_squares(chosen, start, cost_tolerance=tolerance)
         if not np.isfinite(solution.cost[0]):
             return tau, soft
-        groups = assess(stated, chosen, solution.x, units, len(kept))
+        groups = assess(stated, chosen, solution.x, configurations, len(kept))
         new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
         if not all(new.get(k, 0.0) < share * t for k, t in tau.items()):
             return tau, soft

@@ -1,6 +1,6 @@
 """The errors of measurements that were not fitted, for any split.
 
-    1 fit       every round fits its own units: all rounds as one batch, each with weights of its own
+    1 fit       every round fits its own configurations: all rounds as one batch, each with weights of its own
     2 profile   frames that only held-out rows can see (a new marker, a new placement) are fitted to those rows, with
                 everything shared frozen
     3 errors    of the held-out rows; profiled ones are enlarged by sqrt(N / (N - p)) for the p numbers that N numbers
@@ -10,7 +10,7 @@ Rows that see nothing but such frames (two sockets a known distance apart) take 
 What a round does not see at all must not stay where a fit to everything has put it, for held-out rows had a say in that:
 such a round begins at its own baseline, and stays there in unseen directions. Where it is a frame that is left open (a
 plane touched at two points), held-out rows that meet the frame prove nothing.
-`unseen` keeps the columns and the noise of one fit to everything; a `trial` asks for them anew from the units of a
+`unseen` keeps the columns and the noise of one fit to everything; a `trial` asks for them anew from the configurations of a
 round, which is stricter and costs a whole fit for each.
 """
 
@@ -78,7 +78,7 @@ def unseen(
     x = np.atleast_2d(x)
     ends, converged = np.repeat(x, len(split), axis=0), True
     out, profiled = empty(problem, x, units), np.zeros(len(split), dtype=bool)
-    weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
+    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
     for names, rounds in alike(problem, split, local):
         shared = [n for n in problem.free if n not in names]
         for first in range(0, len(rounds), CHUNK):
@@ -166,7 +166,7 @@ def collect(
     own: Array | None = None,
 ) -> None:
     """Puts what the rounds miss where it belongs; `factor` (rounds, terms), `own` (rounds, U)."""
-    own = np.ones((len(rounds), problem.units)) if own is None else own
+    own = np.ones((len(rounds), problem.configurations)) if own is None else own
     residuals = problem.residuals(x)
     turn = np.full(len(split), -1)
     turn[rounds] = np.arange(len(rounds))
@@ -175,7 +175,7 @@ def collect(
     for unit, values in out.items():
         misses, at = errors(residuals, unit)
         term = np.concatenate(
-            [np.full(len(r.unit), i) for i, r in enumerate(residuals) for *_, u in r.parts if u == unit]
+            [np.full(len(r.configuration), i) for i, r in enumerate(residuals) for *_, u in r.parts if u == unit]
         )
         mine = split.round_of[at]
         rows = np.flatnonzero((mine >= 0) & (turn[mine] >= 0))
@@ -207,9 +207,9 @@ def alike(problem: Problem, split: Split, local: Sequence[str]) -> list[tuple[tu
     if not len(local) or not len(split):
         return [((), np.arange(len(split)))] if len(split) else []
     sees, anchors = terms_of(problem, local)
-    rows = np.zeros((len(problem.terms), problem.units))
+    rows = np.zeros((len(problem.terms), problem.configurations))
     for t, term in enumerate(problem.terms):
-        rows[t, term.unit] = 1
+        rows[t, term.configuration] = 1
     held, fit = rows @ split.held.T > 0, rows @ split.fit.T > 0  # (terms, K)
     alone = (sees @ held) & ~((sees & anchors) @ fit)  # (names, K)
     patterns, which = np.unique(alone, axis=1, return_inverse=True)
@@ -220,7 +220,7 @@ def alike(problem: Problem, split: Split, local: Sequence[str]) -> list[tuple[tu
 
 
 def profile(problem: Problem, x: Array, held: Bools, names: tuple[str, ...]) -> tuple[Array, Array]:
-    """x (P,) with these parameters fitted to held-out units, and the factor of their errors by term, (terms,)."""
+    """x (P,) with these parameters fitted to held-out configurations, and the factor of their errors by term, (terms,)."""
     sees, anchors = terms_of(problem, names)
     touching = np.asarray(sees.any(axis=0))
     nothing = np.ones(len(problem.terms))
@@ -252,15 +252,17 @@ def merge(rounds: Sequence[Unseen]) -> Unseen:
     return Unseen(value, np.concatenate([r.profiled for r in rounds]), converged=all(r.converged for r in rounds))
 
 
-def leave_one_out(problem: Problem, x: Array, units: Ints, unit: str = "m", label: Ints | None = None) -> Array:
+def leave_one_out(
+    problem: Problem, x: Array, configurations: Ints, unit: str = "m", label: Ints | None = None
+) -> Array:
     """The error of every observation when its own configuration is left out of the fit: exact, non-linear, one batch.
 
     Configurations with the same `label` (U,), repeats of one place, are left out together. Returns (N,) in the order
-    of `errors`, NaN for configurations outside `units`.
+    of `errors`, NaN for others than `configurations`.
     """
-    label = np.arange(problem.units) if label is None else label
-    chosen = np.zeros(problem.units, dtype=bool)
-    chosen[units] = True
+    label = np.arange(problem.configurations) if label is None else label
+    chosen = np.zeros(problem.configurations, dtype=bool)
+    chosen[configurations] = True
     every = np.unique(label[chosen])
     held = (label == every[:, None]) & chosen
     split = Split(held, ~held & chosen, tuple(map(str, every)), "leave-one-out")

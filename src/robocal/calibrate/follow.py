@@ -38,8 +38,8 @@ def follows(data: DataSet, fit: Fit) -> list[tuple[str, float, float]]:
     place = q / np.where(spread > 0, spread, 1.0)
     out = []
     for r in fit.problem.residuals(fit.solution.x):
-        order = np.argsort(r.unit[r.used], kind="stable")
-        found = _excess((r.value * r.scale)[r.used][order], place[r.unit[r.used][order]])
+        order = np.argsort(r.configuration[r.used], kind="stable")
+        found = _excess((r.value * r.scale)[r.used][order], place[r.configuration[r.used][order]])
         if found is not None:
             out.append((r.group, *found))
     return out

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from robocal.calibrate.baseline import Baseline, baseline, frame_names
 from robocal.calibrate.digits import rounded
 from robocal.calibrate.farness import FAR, Farness, far_from, farness
-from robocal.calibrate.fit import NEAR, Fit, softly, unit_weights
+from robocal.calibrate.fit import NEAR, Fit, chosen_weights, softly
 from robocal.calibrate.noise import apply_noise, assess, owners, under
 from robocal.calibrate.thin import thinned
 from robocal.estimate.least_squares import least_squares
@@ -55,11 +55,11 @@ SETTLED = 0.05  # of a robust sigma: so well it need be known here
 
 @dataclass(frozen=True)
 class _Search:
-    """Data, and the units whose rows are fitted."""
+    """Data, and the configurations whose rows are fitted."""
 
     model: Machine
     data: DataSet
-    units: Ints
+    configurations: Ints
 
     def posed(self, tau: Tau, used: Sequence[Bools], loss: str, tuning: float | None = None) -> Problem:
         noisy = under(self.made, self.data, apply_noise(self.data, tau))
@@ -70,11 +70,11 @@ class _Search:
     def made(self) -> Problem:
         """The problem with every row and the sigma that was stated."""
         every = marked(self.data, [np.ones(len(o), dtype=bool) for o in self.data.observations])
-        return build(self.model, every).with_weights(unit_weights(len(self.data.configurations), self.units))
+        return build(self.model, every).with_weights(chosen_weights(len(self.data.configurations), self.configurations))
 
     def noise(self, problem: Problem, x: Array, columns: float) -> Tau:
         """tau of every group, from medians."""
-        groups = assess(self.data, problem.with_loss("huber"), x, self.units, columns)
+        groups = assess(self.data, problem.with_loss("huber"), x, self.configurations, columns)
         return {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
 
 
@@ -89,18 +89,18 @@ class Sifted:
     away: Farness
 
 
-def set_aside(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None) -> DataSet:
-    """The data with the gross rows among those of some units marked as not used."""
-    return sift(model, data, units, watch).data
+def set_aside(model: Machine, data: DataSet, configurations: Ints, watch: Watch | None = None) -> DataSet:
+    """The data with the gross rows among those of some configurations marked as not used."""
+    return sift(model, data, configurations, watch).data
 
 
-def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None) -> Sifted:
-    """The data with the gross rows among those of some units marked as not used; see the module. Rows of other units are not
-    judged."""
+def sift(model: Machine, data: DataSet, configurations: Ints, watch: Watch | None = None) -> Sifted:
+    """The data with the gross rows among those of some configurations marked as not used; see the module. Rows of others
+    are not judged."""
     if watch:
         watch({"stage": "gross"})
-    search = _Search(model, data, units)
-    few = _Search(model, *thinned(model, data, units))
+    search = _Search(model, data, configurations)
+    few = _Search(model, *thinned(model, data, configurations))
     start, tau, near = _nominal(few)
     x = start
     for loss, tuning in (("huber", None), ("tukey", FAR)):
@@ -117,7 +117,9 @@ def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None)
         soft = softly(search.posed(tau, used, "none"), start)
         there, away = x, farness(soft, x, tau)
         far = _by_observation(data, soft, away.far)
-        now = tuple(~(f & np.isin(o.configuration, units)) for f, o in zip(far, data.observations, strict=True))
+        now = tuple(
+            ~(f & np.isin(o.configuration, configurations)) for f, o in zip(far, data.observations, strict=True)
+        )
         if all((a == b).all() for a, b in zip(now, used, strict=True)):
             break
         used = now
@@ -128,7 +130,7 @@ def sift(model: Machine, data: DataSet, units: Ints, watch: Watch | None = None)
 def _nominal(search: _Search) -> tuple[Array, Tau, tuple[Bools, ...]]:
     """Where frames stand when gross rows do not pull, the robust noise there, and the rows that are near."""
     every = tuple(np.ones(len(o), dtype=bool) for o in search.data.observations)
-    made, x = baseline(search.model, search.data, search.units)
+    made, x = baseline(search.model, search.data, search.configurations)
     frames = frame_names(search.model, made)
     tau: Tau = {}
     for _ in range(ROUNDS):
@@ -163,11 +165,11 @@ def _close(new: Tau, old: Tau) -> bool:
     return set(new) == set(old) and all(abs(new[k] - old[k]) <= SETTLED * old[k] for k in new)
 
 
-def neither(model: Machine, data: DataSet, base: Baseline, found: Fit, units: Ints) -> tuple[Bools, ...]:
-    """Rows of every term that neither the baseline nor the identified model comes near, both fitted to some units."""
+def neither(model: Machine, data: DataSet, base: Baseline, found: Fit, configurations: Ints) -> tuple[Bools, ...]:
+    """Rows of every term that neither the baseline nor the identified model comes near, both fitted to some configurations."""
     frames = frame_names(model, base.problem)
-    one = far_from(data, base.problem.with_free(frames), base.x, units)
-    other = far_from(data, found.problem, found.solution.x, units)
+    one = far_from(data, base.problem.with_free(frames), base.x, configurations)
+    other = far_from(data, found.problem, found.solution.x, configurations)
     return tuple(a & b for a, b in zip(one.strange, other.far, strict=True))
 
 

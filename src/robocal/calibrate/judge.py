@@ -69,11 +69,11 @@ def units_of(problem: Problem) -> tuple[str, ...]:
 
 
 def stages(
-    data: DataSet, base: Problem, base_x: Array, part: Fit, fit_units: Ints, proofs: Mapping[str, Proof], unit: str
+    data: DataSet, base: Problem, base_x: Array, part: Fit, fitted: Ints, proofs: Mapping[str, Proof], unit: str
 ) -> Stages:
     """Every stage in one unit; `proofs` by name: held_out, k_fold, leave_one_out. Where rows were set aside, the same once
     more with all of them."""
-    known = (data, base, base_x, part, fit_units, proofs, unit)
+    known = (data, base, base_x, part, fitted, proofs, unit)
     unused = any((~t.used).any() for t in part.problem.terms)
     found = _stages(*known, everything=False)
     return replace(found, all_rows=_stages(*known, everything=True)) if unused or _left_out(proofs) else found
@@ -88,7 +88,7 @@ def _stages(
     base: Problem,
     base_x: Array,
     part: Fit,
-    fit_units: Ints,
+    fitted: Ints,
     proofs: Mapping[str, Proof],
     unit: str,
     *,
@@ -96,7 +96,7 @@ def _stages(
 ) -> Stages:
     before, at = errors(base.residuals(base_x), unit)
     after, _ = errors(part.problem.residuals(part.solution.x), unit)
-    inside = np.isin(at, fit_units)
+    inside = np.isin(at, fitted)
     if not everything:
         inside &= by_unit(part.problem.terms, [t.used for t in part.problem.terms], unit)
     seen: dict[str, Any] = {}
@@ -203,7 +203,7 @@ def verdict(
         return Verdict("not_improved", (Remark.of(Code.NOMINAL_EXACT, left=Quantity(left), digits=Quantity(digits)),))
     constant = _constant(data, base, proof) if unit == "m" else None
     owner = by_unit(base.terms, [np.full(len(t.index), i) for i, t in owners(data, base)], unit)
-    at = np.concatenate([r.unit for r in base.residuals(base.start) for *_, u in r.parts if u == unit])
+    at = np.concatenate([r.configuration for r in base.residuals(base.start) for *_, u in r.parts if u == unit])
     stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
     found = judge(
         before[told],

@@ -82,12 +82,12 @@ def apply_noise(data: DataSet, tau: Mapping[Key, float]) -> DataSet:
 
 
 def assess(
-    stated: DataSet, problem: Problem, x: Array, units: NDArray[np.int64], columns: float, level: float = 1e-3
+    stated: DataSet, problem: Problem, x: Array, configurations: NDArray[np.int64], columns: float, level: float = 1e-3
 ) -> list[Group]:
-    """The groups at a solution x fitted to `units` with `columns` free parameters; `stated` is the data with its
+    """The groups at a solution x fitted to `configurations` with `columns` free parameters; `stated` is the data with its
     stated sigma."""
-    chosen = np.zeros(problem.units, dtype=bool)
-    chosen[units] = True
+    chosen = np.zeros(problem.configurations, dtype=bool)
+    chosen[configurations] = True
     unstated = {obs.label for obs in stated.observations if obs.sigma is None}
     # A fit that resists outliers must not let them decide what the noise is.
     resistant = problem.loss != "none"
@@ -99,7 +99,7 @@ def assess(
         kinds.setdefault(r.group, r.kind)
         given = stated.observations[own].sigma
         for start, stop, unit in r.parts:
-            keep = chosen[r.unit] & r.used
+            keep = chosen[r.configuration] & r.used
             sigma = np.zeros_like(r.value) if r.group in unstated or given is None else given[term.index]
             in_use[r.group, unit] = 1 / r.scale[r.used, start:stop]
             rows.setdefault((r.group, unit), []).append(
@@ -129,12 +129,14 @@ def assess(
 
 
 def _paid(problem: Problem, x: Array, chosen: NDArray[np.bool_], columns: float) -> list[Array]:
-    """How many degrees of freedom every row of every term, (m, d), pays for what was fitted to the chosen units.
+    """How many degrees of freedom every row of every term, (m, d), pays for what was fitted to the chosen configurations.
 
     Without local blocks all pay alike. With them, each pays for its block and the shared columns by its leverage: lengths hardly
     say where a platform is that a camera sees, and know nothing of its markers.
     """
-    counts = [(chosen[t.unit] & t.used)[:, None] & np.ones(t.scale.shape[1], dtype=bool) for t in problem.terms]
+    counts = [
+        (chosen[t.configuration] & t.used)[:, None] & np.ones(t.scale.shape[1], dtype=bool) for t in problem.terms
+    ]
     total = sum(int(c.sum()) for c in counts)
     if not problem.block_size or not total:
         return [np.asarray(columns / max(total, 1) * c, dtype=np.float64) for c in counts]

@@ -190,7 +190,7 @@ def _judged(
         return OffsetsAlone(offsets, False, Remark.of(Code.NOTHING_MEASURED_THERE), unit, how=main.split.how)
     label = places(whole.data.configurations)
     residuals = whole.problem.residuals(whole.solution.x)
-    at = np.concatenate([r.unit for r in residuals for *_, u in r.parts if u == unit])[told]
+    at = np.concatenate([r.configuration for r in residuals for *_, u in r.parts if u == unit])[told]
     together = drawn(main.split, label, at)
     finite = bool(np.isfinite(after[told]).all())
     gain = bootstrap_gain(before[told], after[told], together, seed) if finite else None

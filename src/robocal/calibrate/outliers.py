@@ -88,7 +88,7 @@ def named(
             row = int(term.index[i])
             out.append(
                 Outlier(
-                    data.configurations.ids[int(term.unit[i])], term.group, term.kind, term.target, obs.source,
+                    data.configurations.ids[int(term.configuration[i])], term.group, term.kind, term.target, obs.source,
                     None if obs.rows is None else int(obs.rows[row]),
                     float(away.distance[t][i]), float(away.chance[t][i]), float(away.leverage[t][i]),
                     tuple(float(v) for v in obs.value[row]), not bool(term.used[i]),

@@ -18,17 +18,17 @@ __all__ = ["own_poses"]
 Array = NDArray[np.float64]
 
 
-def own_poses(problem: Problem, x: Array, units: NDArray[np.bool_]) -> tuple[Array, Array, bool]:
+def own_poses(problem: Problem, x: Array, configurations: NDArray[np.bool_]) -> tuple[Array, Array, bool]:
     """x (B, P) with the poses of some configurations (B, U) fitted to their own rows, the factor of what these rows leave,
     (B, U), and whether every fit converged. Other poses stay."""
-    alone = problem.with_free(()).with_weights(units.astype(float))
+    alone = problem.with_free(()).with_weights(configurations.astype(float))
     solved = least_squares(alone, x)
     p, width = len(problem.table), len(problem.local_start) // problem.blocks
     out = np.array(x)
-    mine = np.repeat(units, width, axis=1)
+    mine = np.repeat(configurations, width, axis=1)
     out[:, p:] = np.where(mine, solved.x[:, p:], x[:, p:])
     numbers = problem.numbers.astype(float)
     rank = block_ranks(alone.with_weights(None).linearize(x[:1]), problem.block_size, problem.blocks)
     known = numbers > rank
     factor = np.where(known, np.sqrt(numbers / np.where(known, numbers - rank, 1.0)), np.nan)
-    return out, np.where(units, factor, 1.0), all(r.converged for r in solved.reasons)
+    return out, np.where(configurations, factor, 1.0), all(r.converged for r in solved.reasons)

@@ -42,7 +42,7 @@ class Proven:
     base: Problem
     base_x: Array
     part: Fit
-    fit_units: Ints
+    fitted: Ints
     held: Ints
     embargoed: Ints  # neither fitted nor held out
     left_out: tuple[Remark, ...]  # a proof that was not made
@@ -70,7 +70,7 @@ def prove(
     proofs: dict[str, Proof] = {}
     if options.folds is not None:
         if watch:
-            watch({"stage": "folds", "units": len(split)})
+            watch({"stage": "folds", "configurations": len(split)})
         quick = batched(options) and not options.reselect
         proofs["k_fold"] = _rounds(model, data, clean, base, whole, split, options, watch, quick)
     # By itself where it is one batch, or where nothing else proves anything; who asks for it gets it from any method, by
@@ -79,7 +79,7 @@ def prove(
     cheap = options.folds is None and (count <= MANY if batched(options) else count < FEW and not blind)
     if (cheap if options.leave_one_out is None else options.leave_one_out) and count > 2:
         if watch:
-            watch({"stage": "leave-one-out", "units": count})
+            watch({"stage": "leave-one-out", "configurations": count})
         rounds = leave_one_out_rounds(data)
         quick = batched(options)
         proofs["leave_one_out"] = _rounds(model, data, clean, base, whole, rounds, options, watch, quick)
@@ -88,11 +88,11 @@ def prove(
     everyone = np.arange(len(data.configurations))
     if options.folds is not None or not len(split):
         return Proven(proofs, base.problem, base.x, whole, everyone, everyone[:0], everyone[:0], left_out)
-    fit_units, held = split.units(0)
+    fitted, held = split.configurations(0)
     one = trial(model, data, split, 0, options, told, base.x, watch)
     proofs["held_out"] = Proof(split, one.before, one.after, _units(base.problem, one.aside))
     embargoed = np.flatnonzero(~(split.fit[0] | split.held[0]))
-    return Proven(proofs, one.base, one.base_x, one.part, fit_units, held, embargoed, left_out)
+    return Proven(proofs, one.base, one.base_x, one.part, fitted, held, embargoed, left_out)
 
 
 def _in_batch(model: Machine, clean: DataSet, base: Baseline, whole: Fit, split: Split) -> Proof:

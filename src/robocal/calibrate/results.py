@@ -149,17 +149,17 @@ def row_table(
     unit in the order of `evidence.errors`."""
     before, after = base.residuals(base_x), part.problem.residuals(part.solution.x)
     ids = np.array(data.configurations.ids, dtype=object)
-    unit = np.concatenate([r.unit for r in before])
-    count = [len(r.unit) for r in before]
-    outside = np.isin(unit, held)
+    configuration = np.concatenate([r.configuration for r in before])
+    count = [len(r.configuration) for r in before]
+    outside = np.isin(configuration, held)
     place, unseen = [], []
     marks = fingerprints(data)
     seen = dict.fromkeys(missed, 0)
     for a, term in zip(after, part.problem.terms, strict=True):
         assert isinstance(term, Rows)
-        nothing = np.full((len(a.unit), 3), np.nan)
+        nothing = np.full((len(a.configuration), 3), np.nan)
         place.append(term.predict(part.solution.x)[:, :3] if KINDS[term.kind].positional else nothing)
-        left = np.full(len(a.unit), np.nan)
+        left = np.full(len(a.configuration), np.nan)
         for i, (_, _, u) in enumerate(a.parts):
             if u in missed:
                 if i == 0:
@@ -167,7 +167,7 @@ def row_table(
                 seen[u] += len(left)
         unseen.append(left)
     return RowTable(
-        tuple(ids[unit]),
+        tuple(ids[configuration]),
         outside,
         _repeat([r.group for r in before], count),
         _repeat([r.kind for r in before], count),

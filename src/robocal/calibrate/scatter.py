@@ -82,7 +82,7 @@ def kept_rows(fit: Fit, total: Total) -> Kept | None:
     count = int(label.max(initial=-1)) + 1
     step = max(1.0, count / MOST_PLACES)
     chosen = np.unique((np.arange(min(count, MOST_PLACES)) * step).astype(np.int64))
-    keep = np.flatnonzero((stood & np.isin(label, chosen))[lin.unit])
+    keep = np.flatnonzero((stood & np.isin(label, chosen))[lin.configuration])
     first = np.unique(label, return_index=True)[1][chosen]
     known = np.isfinite(where.joints[first]).all(axis=1)
     chosen, first = chosen[known], first[known]
@@ -91,7 +91,7 @@ def kept_rows(fit: Fit, total: Total) -> Kept | None:
     return Kept(
         problem.free,
         where.joints[first],
-        np.searchsorted(chosen, label[lin.unit[keep]]),
+        np.searchsorted(chosen, label[lin.configuration[keep]]),
         lin.j[keep],
         lin.r[keep],
         seen.chi2 / seen.dof,

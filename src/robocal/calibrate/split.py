@@ -1,9 +1,9 @@
-"""Which data are fitted and which are not used: a split is any number of rounds, each with its own held-out units.
+"""Which data are fitted and which are not used: a split is any number of rounds, each with its own held-out configurations.
 
     held (K, U)   what round k predicts
     fit (K, U)    what round k may learn from: not held out, and not tied to what is held out
 
-A unit is a configuration with all rows that begin there. Two units are tied when they share a *place* (equal joint
+A configuration is held out with all rows that begin there. Two are tied when they share a *place* (equal joint
 values), through the first or the second configuration of a row: whoever fits a row that ends at a place has seen that
 place. Units that are tied to held-out ones are fitted by nobody in that round (embargo). A hub, touched by more than
 half of the rows that compare two configurations, ties nothing: everything would hang together.
@@ -37,7 +37,7 @@ BLOCKS = 10
 @dataclass(frozen=True)
 class Split:
     """Rounds of holding out; see the module. `how` says in words how they were drawn, `together` (U,) the block or group
-    of each unit where whole ones are held out."""
+    of each configuration where whole ones are held out."""
 
     held: Bools  # (K, U)
     fit: Bools  # (K, U)
@@ -50,30 +50,30 @@ class Split:
 
     @property
     def round_of(self) -> Ints:
-        """The (first) round that holds out each unit, or -1, (U,)."""
+        """The (first) round that holds out each configuration, or -1, (U,)."""
         return (
             np.where(self.held.any(axis=0), self.held.argmax(axis=0), -1)
             if len(self)
             else np.full(self.held.shape[1], -1)
         )
 
-    def units(self, k: int) -> tuple[Ints, Ints]:
-        """Fitted and held-out units of one round."""
+    def configurations(self, k: int) -> tuple[Ints, Ints]:
+        """Fitted and held-out configurations of one round."""
         return np.flatnonzero(self.fit[k]), np.flatnonzero(self.held[k])
 
     @classmethod
     def of(cls, data: DataSet, held: Bools, names: tuple[str, ...], how: str, together: Ints | None = None) -> Split:
-        """A split that holds out these units, with everything that is tied to them left out of the fit; rounds that hold
+        """A split that holds out these configurations, with everything that is tied to them left out of the fit; rounds that hold
         out nothing are dropped."""
         told: Bools = np.asarray(held.any(axis=1))
         held, names = held[told], tuple(n for n, t in zip(names, told, strict=True) if t)
-        unit, place = _touched(data)
+        configuration, place = _touched(data)
         tied = np.zeros_like(held)
         for row, out in zip(tied, held, strict=True):
             seen = (
-                np.bincount(place[out[unit]], minlength=int(place.max(initial=0)) + 1) > 0
+                np.bincount(place[out[configuration]], minlength=int(place.max(initial=0)) + 1) > 0
             )  # by rows that are held out
-            row[unit[seen[place]]] = True
+            row[configuration[seen[place]]] = True
         return cls(held, ~held & ~tied, names, how, together)
 
 
@@ -139,10 +139,10 @@ def _stood(configurations: Configurations) -> Bools:
 
 
 def _touched(data: DataSet) -> tuple[Ints, Ints]:
-    """Which places each unit touches, its own and the ends of its rows, without hubs: units and places, one by one."""
+    """Which places each configuration touches, its own and the ends of its rows, without hubs: configurations and places, one by one."""
     label = places(data.configurations)
     pairs = [(o.configuration, o.second) for o in data.observations if o.second is not None]
-    unit, place = [np.arange(len(label))], [label]
+    configuration, place = [np.arange(len(label))], [label]
     if pairs:
         first, second = (np.concatenate(p) for p in zip(*pairs, strict=True))
         both = np.stack([label[first], label[second]])
@@ -151,9 +151,9 @@ def _touched(data: DataSet) -> tuple[Ints, Ints]:
         )
         hub = rows > len(first) / 2
         keep = ~hub[both[1]]
-        unit.append(first[keep])
+        configuration.append(first[keep])
         place.append(both[1][keep])
-    return np.concatenate(unit), np.concatenate(place)
+    return np.concatenate(configuration), np.concatenate(place)
 
 
 def groups_of(data: DataSet) -> tuple[str, ...]:
@@ -282,7 +282,7 @@ def _cells(configurations: Configurations, rng: np.random.Generator, stop: int, 
 
 
 def stratified(configurations: Configurations, fraction: float, seed: int) -> tuple[Ints, Ints]:
-    """Fit and held-out units: space is halved along its widest direction until a cell holds about 1 / fraction places,
+    """Fit and held-out configurations: space is halved along its widest direction until a cell holds about 1 / fraction places,
     one of each is held out, with all of its repeats.
 
     So both sets cover the same joint space. Raises ModelError for a fraction outside [0, 0.5].

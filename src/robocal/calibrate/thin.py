@@ -21,20 +21,20 @@ ENOUGH = 1000  # and so many of more
 GOLDEN = 0.6180339887498949
 
 
-def thinned(machine: Machine, data: DataSet, units: Ints) -> tuple[DataSet, Ints]:
-    """The data with ENOUGH of the used rows of some units where an instrument has MANY of a target, spread over all of them,
-    and only the configurations that these rows touch; and which of those are of the units.
+def thinned(machine: Machine, data: DataSet, configurations: Ints) -> tuple[DataSet, Ints]:
+    """The data with ENOUGH of the used rows of some configurations where an instrument has MANY of a target, spread over all of them,
+    and only the configurations that these rows touch; and which of those are of the chosen ones.
 
     The same data where no instrument has so many or one has no row there, and where configurations have poses of their own, each
     of which needs its rows.
     """
     if machine.freedom or all(len(o) <= MANY for o in data.observations):
-        return data, units
+        return data, configurations
     chosen = np.zeros(len(data.configurations), dtype=bool)
-    chosen[units] = True
+    chosen[configurations] = True
     rows = [_rows(o, chosen) for o in data.observations]
     if all(len(r) <= MANY for own in rows for r in own) or not all(any(len(r) for r in own) for own in rows):
-        return data, units
+        return data, configurations
     kept = [o.take(_some(own)) for o, own in zip(data.observations, rows, strict=True)]
     ends = [e for o in kept for e in (o.configuration, o.second) if e is not None]
     touched, new = np.unique(np.concatenate(ends), return_inverse=True)

@@ -1,4 +1,4 @@
-"""One round of a split done from the beginning: start, noise and selection know its fitted units only."""
+"""One round of a split done from the beginning: start, noise and selection know its fitted configurations only."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Watch = Callable[[dict[str, object]], None]
 
 @dataclass(frozen=True)
 class Trial:
-    """Baseline and identified model as the fitted units of one round know them, with what they miss elsewhere."""
+    """Baseline and identified model as the fitted configurations of one round know them, with what they miss elsewhere."""
 
     base: Problem
     base_x: Array
@@ -48,29 +48,29 @@ def trial(
     start: Array,
     watch: Watch | None = None,
 ) -> Trial:
-    """One round done from the beginning: start, noise and selection know its fitted units only. `start` (1, P) is where
+    """One round done from the beginning: start, noise and selection know its fitted configurations only. `start` (1, P) is where
     frames that they cannot see are looked for."""
-    fit_units, held = split.units(k)
+    fitted, held = split.configurations(k)
     one = Split(split.held[k : k + 1], split.fit[k : k + 1], split.names[k : k + 1], split.how)
     # Gross rows are looked for among the rows that are fitted: the others are not known here.
-    clean = set_aside(model, data, fit_units, watch)
+    clean = set_aside(model, data, fitted, watch)
     by = (options.loss, options.tuning)
-    begun = known_baseline(model, clean, fit_units, *by, watch)
-    part = fit(model, clean, fit_units, options, begun.x, watch)
+    begun = known_baseline(model, clean, fitted, *by, watch)
+    part = fit(model, clean, fitted, options, begun.x, watch)
     # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
-    known = renoised(model, (clean, begun), part.data, fit_units, *by)
+    known = renoised(model, (clean, begun), part.data, fitted, *by)
     if known.problem.blocks:
         # What nobody fitted has no place yet: it is placed by its own rows before anything is said of them.
         known = replace(known, x=own_poses(known.problem, known.x, one.held)[0])
         part = replace(part, solution=replace(part.solution, x=own_poses(part.problem, part.solution.x, one.held)[0]))
     base, base_x = known.problem, known.x
-    aside = neither(model, clean, known, part, fit_units)
+    aside = neither(model, clean, known, part, fitted)
     local = local_names(model, base)
     # Rows of a frame that nobody fitted (a new placement) are near nothing yet: they are profiled, and counted.
     new = {n for names, rounds in alike(base, one, local) if len(rounds) for n in names}
     known_to_fit = np.asarray(~terms_of(base, sorted(new))[0].any(axis=0))
     judged = zip(aside, base.terms, known_to_fit, strict=True)
-    aside = tuple(a & np.isin(t.unit, held) & k for a, t, k in judged)
+    aside = tuple(a & np.isin(t.configuration, held) & k for a, t, k in judged)
     base, part = base.without(aside), replace(part, problem=part.problem.without(aside))
     x, solved = np.array(base_x), np.array(part.solution.x)
     for names, rounds in alike(base, one, local):

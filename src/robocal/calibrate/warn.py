@@ -35,7 +35,7 @@ def data_warnings(
     model: Machine,
     data: DataSet,
     fit: Fit,
-    units: NDArray[np.int64],
+    configurations: NDArray[np.int64],
     method: str = "lm",
     strange: Sequence[Outlier] = (),
 ) -> tuple[Remark, ...]:
@@ -98,7 +98,7 @@ def _outliers(strange: Sequence[Outlier], fit: Fit) -> list[Remark]:
     out = []
     for group in dict.fromkeys(o.group for o in strange):
         mine = [o for o in strange if o.group == group]
-        total = sum(len(t.unit) for t in fit.problem.terms if t.group == group)
+        total = sum(len(t.configuration) for t in fit.problem.terms if t.group == group)
         for code, some in (
             (Code.OUTLIERS, [o for o in mine if o.set_aside]),
             (Code.STRANGE, [o for o in mine if not o.set_aside]),

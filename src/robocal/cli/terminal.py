@@ -177,8 +177,8 @@ class Bar:
             self._tell(told)
         stage = str(event.get("stage", ""))
         self.text = STAGES.get(stage, stage) + (f": {event['what']}" if "what" in event else "")
-        if stage == "leave-one-out" and "units" in event:
-            self.text += f" ({event['units']})"
+        if stage == "leave-one-out" and "configurations" in event:
+            self.text += f" ({event['configurations']})"
         done, total = event.get("done"), event.get("total")
         self.share = (
             done / total if isinstance(done, int | float) and isinstance(total, int | float) and total else None

@@ -63,10 +63,12 @@ def products(t, count, out):
 
 
 @kernel
-def accumulate(r, jac, jloc, scale, weight, unit, columns, local, loss, tuning, first, cost, g, a, gl, al, asl):
+def accumulate(
+    r, jac, jloc, scale, weight, configuration, columns, local, loss, tuning, first, cost, g, a, gl, al, asl
+):
     """Adds whitened, weighted rows to the normal equations; cost is half the sum of rho.
 
-    r (B, m, d), jac (B, m, d, k), jloc (B, m, d, l); scale (M, d) = 1 / sigma; weight (1 or B, U) per unit; unit (M,),
+    r (B, m, d), jac (B, m, d, k), jloc (B, m, d, l); scale (M, d) = 1 / sigma; weight (1 or B, U) per configuration (M,),
     local (M,) or -1; rows first .. first + m of the (M,) arrays. g (B, n), a (B, n, n) lower triangle, gl (B, L, l),
     al (B, L, l, l), asl (B, L, n, l). r, jac and jloc are whitened in place.
     """
@@ -84,7 +86,7 @@ def accumulate(r, jac, jloc, scale, weight, unit, columns, local, loss, tuning, 
         small_g[:] = 0.0
         waiting = 0
         for i in range(m):
-            w = weight[wb, unit[first + i]]
+            w = weight[wb, configuration[first + i]]
             if w == 0.0:
                 continue
             s = 0.0

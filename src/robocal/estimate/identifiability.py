@@ -289,7 +289,7 @@ def analyse(
         combinations,
         values,
         float(final[0] / final[-1]) if len(final) and final[-1] > 0 else float("inf"),
-        observability(final, len(np.unique(lin.unit))),
+        observability(final, len(np.unique(lin.configuration))),
         1.0 - np.diag(posterior) / scale**2,
         posterior,
         root,

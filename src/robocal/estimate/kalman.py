@@ -51,11 +51,11 @@ def kalman(
     passes: int = 1,
     watch: Watch | None = None,
 ) -> Filtered:
-    """Filters the units of a problem in order, starting from x (1, P) with covariance (n, n).
+    """Filters the configurations of a problem in order, starting from x (1, P) with covariance (n, n).
 
     The default covariance is that of the priors, or of the expected errors where no prior is stated; a local block starts at its
     prior, or anywhere within `local_sigma` of x where none is stated. Raises
-    ModelError when a local block is seen from several units: it could not be marginalised.
+    ModelError when a local block is seen from several configurations: it could not be marginalised.
     """
     x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
     n, size = problem.n, problem.block_size
@@ -63,16 +63,16 @@ def kalman(
     if problem.local_prior is not None:
         # What has a prior starts at its mean.
         x = np.concatenate([x[:, : len(problem.table)], problem.local_start[None]], axis=1)
-    block_of = {unit: block for block, unit in _owners(problem).items()}
+    block_of = {configuration: block for block, configuration in _owners(problem).items()}
     vague = np.eye(size) / local_sigma
     big = np.zeros((size + n, size + n))
-    for unit in range(problem.units):
-        big[:size, :size] = _local(problem, block_of[unit], vague) if unit in block_of else vague
+    for configuration in range(problem.configurations):
+        big[:size, :size] = _local(problem, block_of[configuration], vague) if configuration in block_of else vague
         big[size:, size:] = root
         moved = np.zeros(size + n)
         weight: Array | None = None
         for _ in range(passes):
-            lin = problem.linearize(x, np.array([unit]))
+            lin = problem.linearize(x, np.array([configuration]))
             if not len(lin.r):
                 break
             blocks = np.unique(lin.local[lin.local >= 0])
@@ -95,7 +95,15 @@ def kalman(
             moved = target
             root = r[size : size + n, size : size + n]
         if watch:
-            watch({"stage": "filter", "unit": unit, "units": problem.units, "done": unit + 1, "total": problem.units})
+            watch(
+                {
+                    "stage": "filter",
+                    "configuration": configuration,
+                    "configurations": problem.configurations,
+                    "done": configuration + 1,
+                    "total": problem.configurations,
+                }
+            )
     inverse = scipy.linalg.solve_triangular(root, np.eye(n)) if n else root
     return Filtered(x, inverse @ inverse.T)
 
@@ -172,8 +180,10 @@ def _owners(problem: Problem) -> dict[int, int]:
     """The configuration that each local block belongs to. Raises ModelError where one is seen from several."""
     owner: dict[int, int] = {}
     for term in problem.terms:
-        for block, unit in {(int(b), int(u)) for b, u in zip(term.local, term.unit, strict=True) if b >= 0}:
-            if owner.setdefault(block, unit) != unit:
+        for block, configuration in {
+            (int(b), int(u)) for b, u in zip(term.local, term.configuration, strict=True) if b >= 0
+        }:
+            if owner.setdefault(block, configuration) != configuration:
                 raise ModelError(
                     "the filter needs every local block to belong to one configuration", found=f"block {block}"
                 )

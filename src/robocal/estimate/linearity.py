@@ -59,8 +59,8 @@ def one_step(problem: Problem, x: Array, unit: str = "m", lin: Linear | None = N
     if problem.blocks or not problem.n:
         return None
     lin = problem.with_weights(None).linearize(x) if lin is None else lin
-    weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
-    used = weight[lin.unit] > 0
+    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
+    used = weight[lin.configuration] > 0
     mine &= used
     if not mine.any():
         return None
@@ -112,10 +112,10 @@ def curvature(problem: Problem, x: Array, covariance: Array) -> Curvature | None
 
 def _whitened(problem: Problem, x: Array) -> Array:
     """Whitened residuals of every row that counts, (B, N)."""
-    weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
+    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
     parts = []
     for r in problem.residuals(x):
-        some = (weight[r.unit] > 0) & r.used
+        some = (weight[r.configuration] > 0) & r.used
         value = (r.value if r.value.ndim == 3 else r.value[None])[:, some]
         parts.append((value * r.scale[some]).reshape(len(x), -1))
     return np.concatenate(parts, axis=1)

@@ -83,18 +83,18 @@ def density(problem: Problem, x: Array) -> Array:
     """log l_u(x) = -1/2 sum rho(|r_i / sigma_i|^2) of every configuration, up to a constant: x (B, P) -> (B, U); NOTHING
     where the residual is not finite."""
     loss, tuning = problem.loss, problem.tuning or TUNING[problem.loss]
-    weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
-    out = np.zeros((len(x), problem.units))
+    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
+    out = np.zeros((len(x), problem.configurations))
     for first in range(0, len(x), CHUNK):
         some = slice(first, first + CHUNK)
         for r, term in zip(problem.residuals(x[some]), problem.terms, strict=True):
             value = r.value if r.value.ndim == 3 else r.value[None]
             s = np.einsum("bmd,md->bm", value**2, r.scale**2)
-            rho = _rho(loss if term.reading else "none", tuning, s) * weight[r.unit]
+            rho = _rho(loss if term.reading else "none", tuning, s) * weight[r.configuration]
             # Rows of one configuration are added up by a product with its incidence.
-            order = np.argsort(r.unit, kind="stable")
-            edge = np.flatnonzero(np.diff(r.unit[order], prepend=-1))
-            out[some, r.unit[order][edge]] -= 0.5 * np.add.reduceat(rho[:, order], edge, axis=1)
+            order = np.argsort(r.configuration, kind="stable")
+            edge = np.flatnonzero(np.diff(r.configuration[order], prepend=-1))
+            out[some, r.configuration[order][edge]] -= 0.5 * np.add.reduceat(rho[:, order], edge, axis=1)
     return np.where(np.isfinite(out), out, NOTHING)
 
 
@@ -181,9 +181,9 @@ class _Linearised:
         self.wider = 1.0 + WIDER / np.sqrt(max(problem.n, 1))
         lin = problem.linearize(x)
         slope = problem.slopes(lin.r**2, lin)
-        self.unit, self.j, self.r = lin.unit, np.sqrt(slope)[:, None] * lin.j, np.sqrt(slope) * lin.r
-        self.order = np.argsort(lin.unit, kind="stable")
-        self.edge = np.flatnonzero(np.diff(lin.unit[self.order], prepend=-1))
+        self.configuration, self.j, self.r = lin.configuration, np.sqrt(slope)[:, None] * lin.j, np.sqrt(slope) * lin.r
+        self.order = np.argsort(lin.configuration, kind="stable")
+        self.edge = np.flatnonzero(np.diff(lin.configuration[self.order], prepend=-1))
 
     def __call__(self, step: Array) -> tuple[Array, Array]:
         """log q - its maximum, widened as the particles were drawn (B,), and what each configuration then changes: log l_u
@@ -191,7 +191,7 @@ class _Linearised:
         away = (step - self.centre) @ self.root.T
         full = -0.5 * np.einsum("bi,bi->b", away, away)
         x = self.problem.retract(np.repeat(self.x, len(step), axis=0), step)
-        exact = density(self.problem, x)[:, self.unit[self.order][self.edge]]
+        exact = density(self.problem, x)[:, self.configuration[self.order][self.edge]]
         linear = step @ self.j.T + self.r
         gauss = -0.5 * np.add.reduceat(linear[:, self.order] ** 2, self.edge, axis=1)
         first = full - full / self.wider

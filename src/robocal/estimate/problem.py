@@ -50,7 +50,7 @@ class Problem:
     free: tuple[str, ...]
     blocks: int = 0
     block_size: int = 0
-    units: int = 0
+    configurations: int = 0
     weights: Array | None = None
     loss: str = "none"
     tuning: float | None = None
@@ -155,7 +155,7 @@ class Problem:
         return replace(self, free=tuple(n for n in self.table.names if n in wanted))
 
     def with_weights(self, weights: Array | None) -> Problem:
-        """The same rows with one weight per unit, shape (units,) or (B, units); leave-one-out and bootstrap are
+        """The same rows with one weight per configuration, (U,) or (B, U); leave-one-out and bootstrap are
         weights."""
         return replace(
             self, weights=None if weights is None else np.ascontiguousarray(np.atleast_2d(weights), dtype=float)
@@ -236,7 +236,7 @@ class Problem:
             for lo, hi, first, rows in self._chunks(term, batch):
                 r, jac, jloc = term.evaluate(x[lo:hi], which[lo:hi], first, rows)
                 accumulate(
-                    r, jac, jloc, term.scale, self._weight(which[lo:hi]), term.unit, term.columns, term.local, loss, tuning, first,
+                    r, jac, jloc, term.scale, self._weight(which[lo:hi]), term.configuration, term.columns, term.local, loss, tuning, first,
                     out.cost[lo:hi], out.g[lo:hi], out.a[lo:hi], out.gl[lo:hi], out.al[lo:hi], out.asl[lo:hi],
                 )  # fmt: skip
         if self.stated.any():
@@ -247,10 +247,10 @@ class Problem:
 
     @cached_property
     def numbers(self) -> Ints:
-        """How many numbers that count were measured at each unit, (U,)."""
-        out = np.zeros(self.units, dtype=np.int64)
+        """How many numbers that count were measured at each configuration, (U,)."""
+        out = np.zeros(self.configurations, dtype=np.int64)
         for t in self.terms:
-            out += np.bincount(t.unit[t.used], minlength=self.units) * t.scale.shape[1]
+            out += np.bincount(t.configuration[t.used], minlength=self.configurations) * t.scale.shape[1]
         return out
 
     @cached_property
@@ -276,7 +276,7 @@ class Problem:
 
     @cached_property
     def _ones(self) -> Array:
-        return np.ones((1, max(self.units, 1)))
+        return np.ones((1, max(self.configurations, 1)))
 
     def _chunks(self, term: Term, batch: int) -> Iterable[tuple[int, int, int, int]]:
         """Slices of batch and rows (lo, hi, first, rows) whose Jacobian stays small."""
@@ -304,26 +304,28 @@ class Problem:
             r = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
             value = r[0] if len(x) == 1 else r
             out.append(
-                Residuals(value, term.scale, term.unit, term.group, term.kind, term.parts, term.used, term.lever)
+                Residuals(
+                    value, term.scale, term.configuration, term.group, term.kind, term.parts, term.used, term.lever
+                )
             )
         return out
 
-    def linearize(self, x: Array, units: Ints | None = None) -> Linear:
-        """Whitened r and dense J at one x (P,) or (1, P), of the rows that count, of the given units or of all with positive
+    def linearize(self, x: Array, configurations: Ints | None = None) -> Linear:
+        """Whitened r and dense J at one x (P,) or (1, P), of the rows that count, of the given configurations or of all with positive
         weight; priors of shared columns are left out, those of local blocks are `hold`."""
         x = np.atleast_2d(x)
         weight = self._weight(np.zeros(1, dtype=np.int64))[0]
-        chosen = weight > 0 if units is None else np.isin(np.arange(len(weight)), units)
+        chosen = weight > 0 if configurations is None else np.isin(np.arange(len(weight)), configurations)
         groups = sorted({t.group for t in self.terms})
         parts: list[tuple[Array, ...]] = []
         count = 0
         for term in self.bound_terms:
             d = term.scale.shape[1]
-            keep = chosen[term.unit] & term.used
+            keep = chosen[term.configuration] & term.used
             # One configuration's rows lie together: only their span is evaluated.
             first, last = (np.flatnonzero(keep)[[0, -1]] + [0, 1]) if keep.any() else (0, min(1, len(keep)))
             r, jac, jloc = term.evaluate(x, np.zeros(1, dtype=np.int64), int(first), int(last - first))
-            scale = term.scale[keep] * np.sqrt(weight[term.unit[keep]])[:, None]
+            scale = term.scale[keep] * np.sqrt(weight[term.configuration[keep]])[:, None]
             # Of many rows every copy of the Jacobian costs as much as the Jacobian: where all count, none is made.
             inside = slice(None) if keep[first:last].all() else keep[first:last]
             dense = spread(jac[0][inside], term.columns, self.n)
@@ -339,7 +341,7 @@ class Problem:
                     dense.reshape(len(dense) * d, self.n),
                     wide.reshape(len(dense) * d, self.block_size),
                     np.repeat(term.local[keep], d),
-                    np.repeat(term.unit[keep], d),
+                    np.repeat(term.configuration[keep], d),
                     np.repeat(observation, d),
                     np.full(len(dense) * d, groups.index(term.group)),
                     np.full(len(dense) * d, term.reading),

@@ -35,7 +35,7 @@ class Term(Protocol):
         """1 / sigma, shape (m, d); zero where a row is set aside."""
 
     @property
-    def unit(self) -> Ints:
+    def configuration(self) -> Ints:
         """The configuration of each row, shape (m,): what is held out together."""
 
     @property
@@ -101,7 +101,7 @@ class Linear:
     j: Array
     jl: Array
     local: Ints
-    unit: Ints
+    configuration: Ints
     observation: Ints
     group: Ints
     reading: Bools
@@ -123,7 +123,7 @@ class Residuals:
 
     value: Array
     scale: Array
-    unit: Ints
+    configuration: Ints
     group: str
     kind: str
     parts: tuple[tuple[int, int, str], ...]

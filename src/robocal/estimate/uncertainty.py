@@ -168,10 +168,10 @@ def _held(j: Array, problem: Problem) -> float | None:
     return float(np.linalg.norm(np.linalg.solve(root, problem.prior_root.T / size[:, None])) ** 2)
 
 
-def leverages(problem: Problem, x: Array, units: Ints) -> tuple[Array, Array]:
-    """How much of every row that counts, of some units, its local block takes for itself and how much the shared columns take,
+def leverages(problem: Problem, x: Array, configurations: Ints) -> tuple[Array, Array]:
+    """How much of every row that counts, of some configurations, its local block takes for itself and how much the shared columns take,
     (N,) each: the diagonals of U1 U1^T and of M J (J^T M J + P)^-1 J^T M. What a robust loss weighs down takes less."""
-    lin = reweighted(problem.linearize(x, units), problem)
+    lin = reweighted(problem.linearize(x, configurations), problem)
     taken, left = beside_blocks(lin, problem.block_size)
     if not problem.n:
         return taken, np.zeros(len(taken))
@@ -268,8 +268,8 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
     """How much larger the covariance of the estimate is than even noise would make it: 1 unless significantly more.
 
     Where a model leaves errors of its own, they may be largest at the poses that decide the fit, and they are the same at
-    every visit of a place: units with the same `label` (U,) are taken as one. Q = J (J^T J + P)^(-1/2) the basis of what is
-    known of the columns, n = |Q|^2, H_u = Q_u Q_u^T the leverage of unit u, r the residuals in units of their own spread; with
+    every visit of a place: configurations with the same `label` (U,) are taken as one. Q = J (J^T J + P)^(-1/2) the basis of what is
+    known of the columns, n = |Q|^2, H_u = Q_u Q_u^T the leverage of configuration u, r the residuals in units of their own spread; with
     even noise
 
         E[1/n sum_u |Q_u^T (I - H_u)^(-1/2) r_u|^2] = 1
@@ -290,13 +290,13 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
     if not n:
         return 1.0
     r = lin.r * np.sqrt((len(lin.r) - n) / max(float(lin.r @ lin.r), 1e-300))
-    together = lin.unit if label is None else label[lin.unit]
+    together = lin.configuration if label is None else label[lin.configuration]
     order = np.argsort(together, kind="stable")
     counts = np.unique(together, return_counts=True)[1]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     gentle = jackknife = even = spread = 0.0
     for count in np.unique(counts):
-        # Units with the same number of rows are treated together.
+        # Configurations with the same number of rows are treated together.
         rows = order[starts[counts == count][:, None] + np.arange(count)]
         values, vectors = np.linalg.eigh(np.eye(count) - q[rows] @ np.swapaxes(q[rows], 1, 2))
         values = np.maximum(values, 1e-3)

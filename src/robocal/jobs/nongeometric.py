@@ -47,7 +47,7 @@ def select_groups(
         share = SHARE if many >= FEW and options.folds is None else 0.0
     split = make_split(data, share, folds=options.folds, blocks=options.blocks, seed=options.seed)
     if len(split) and options.folds is None:
-        data = data.take(split.units(0)[0])
+        data = data.take(split.configurations(0)[0])
     choice = choose_groups(robot.chain, data, extra, options, watch)
     return replace(robot, chain=choice.model), choice.tried
 

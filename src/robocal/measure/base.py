@@ -88,7 +88,7 @@ def problem(
         table.free if free is None else table.with_free(free).free,
         blocks=len(start),
         block_size=len(axes or ()) if len(start) else 0,
-        units=len(data.configurations),
+        configurations=len(data.configurations),
         local_start=start.ravel(),
         local_axes=axes if len(start) else None,
     )

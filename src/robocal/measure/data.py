@@ -136,17 +136,17 @@ class DataSet:
     configurations: Configurations
     observations: tuple[Observations, ...]
 
-    def take(self, units: Ints) -> DataSet:
+    def take(self, configurations: Ints) -> DataSet:
         """The data of some configurations only, renumbered."""
         new = np.full(len(self.configurations), -1, dtype=np.int64)
-        new[units] = np.arange(len(units))
+        new[configurations] = np.arange(len(configurations))
         kept = []
         for obs in self.observations:
             inside = new[obs.configuration] >= 0
             part = obs.take(np.flatnonzero(inside if obs.second is None else inside & (new[obs.second] >= 0)))
             second = None if part.second is None else new[part.second]
             kept.append(replace(part, configuration=new[part.configuration], second=second))
-        return DataSet(self.configurations.take(units), tuple(o for o in kept if len(o)))
+        return DataSet(self.configurations.take(configurations), tuple(o for o in kept if len(o)))
 
     def by_id(self) -> DataSet:
         """Configurations with one id as one, in the order of their first mention; for machines whose configurations are

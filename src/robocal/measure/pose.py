@@ -41,7 +41,7 @@ class PoseRows(Rows):
 
     def predict(self, x: Array) -> Array:
         carrier = self.carrier.bind(np.full(x.shape[1], -1, dtype=np.int64))
-        return se3.to_vector(carrier.pose(x, 0, len(self.unit))[0][0])
+        return se3.to_vector(carrier.pose(x, 0, len(self.configuration))[0][0])
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:

@@ -27,7 +27,7 @@ NONE = np.empty(0, dtype=np.int64)
 
 
 class Rows(ABC):
-    """What the terms of every kind share: group, scale, unit, local blocks, measured values with an optional batch
+    """What the terms of every kind share: group, scale, configuration, local blocks, measured values with an optional batch
     axis, one or two carriers and the kind's own numbers.
 
     The columns of J are those of the carriers, one after the other, then the free ones of `numbers` (rows of the
@@ -49,7 +49,7 @@ class Rows(ABC):
         self.group = obs.label
         self.kind = obs.kind
         self.parts = KINDS[obs.kind].parts
-        self.unit = np.ascontiguousarray(obs.configuration[index])
+        self.configuration = np.ascontiguousarray(obs.configuration[index])
         local = one_local(self.carriers)
         self.local = np.full(len(index), -1, dtype=np.int64) if local is None else local
         self.value = np.ascontiguousarray(obs.value[..., index, :] if obs.value.ndim == 3 else obs.value[None, index])
@@ -120,7 +120,7 @@ class Rows(ABC):
 
     def predict(self, x: Array) -> Array:
         """What a perfect instrument would read, (m, d)."""
-        m = len(self.unit)
+        m = len(self.configuration)
         r, _, _ = self.bind(np.full(x.shape[1], -1, dtype=np.int64)).evaluate(x, np.zeros(1, dtype=np.int64), 0, m)
         return np.asarray(r[0] + self.value[0])
 

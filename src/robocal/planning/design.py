@@ -74,9 +74,9 @@ def blocks(
     scale = np.where([n in loose for n in made.free], DECIMETRE, np.minimum(made.scales, DECIMETRE))
     lin = made.linearize(made.start)
     # Terms come one after the other; stable sorting gathers the rows of each configuration.
-    order = np.argsort(lin.unit, kind="stable")
-    unit, j = lin.unit[order], lin.j[order] * scale
-    ends = np.searchsorted(unit, [done, done + len(q)])
+    order = np.argsort(lin.configuration, kind="stable")
+    configuration, j = lin.configuration[order], lin.j[order] * scale
+    ends = np.searchsorted(configuration, [done, done + len(q)])
     before, now, later = np.split(j, ends)
     width = j.shape[1]
     candidates = now.reshape(len(q), -1, width)

@@ -76,15 +76,15 @@ class _Race:
         if sought is not None and not sought.options.get("harmonics"):
             wide, found = candidates(model, sought)
             self.labels = [(j, k) for j, each in found.items() for k in each]
-        units = np.arange(len(data.configurations))
-        data = set_aside(held(model), data, units)
-        start = baseline(held(model), data, units)[1]
+        configurations = np.arange(len(data.configurations))
+        data = set_aside(held(model), data, configurations)
+        start = baseline(held(model), data, configurations)[1]
         # Whatever is entered or not, the noise is that of the geometry, and only what is left of it is followed.
-        part = fit(held(model), data, units, options, start)
+        part = fit(held(model), data, configurations, options, start)
         members = {g.name: tuple(p for p in g.parameters if p not in bound) for g in wide.groups}
         self.members = {name: own for name, own in members.items() if name in self.groups}
         added = [p for each in self.members.values() for p in each]
-        split = make_split(data, "blocks", folds=min(ROUNDS, len(units)))
+        split = make_split(data, "blocks", folds=min(ROUNDS, len(configurations)))
         self.line: Linearised = linearised(wide, part, added, split)
         self.base = self.line.columns([n for n in self.line.names if n not in set(added)])
         self.unit = next(u for u in UNITS if any(u == v for t in part.problem.terms for _, _, v in t.parts))

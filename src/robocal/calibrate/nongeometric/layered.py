@@ -54,7 +54,7 @@ class LayerRows:
     """What the model misses, measured - predicted in base axes, (N, 3 or 6), and the configuration of every row."""
 
     missed: Array
-    unit: Ints
+    configuration: Ints
 
 
 def layer_rows(data: DataSet, problem: Problem, x: Array) -> LayerRows | None:
@@ -68,7 +68,7 @@ def layer_rows(data: DataSet, problem: Problem, x: Array) -> LayerRows | None:
     ):
         return None
     frames = {o.label: o.frame for o in data.observations}
-    missed, units = [], []
+    missed, configurations = [], []
     for residual, term in zip(problem.residuals(x), problem.terms, strict=True):
         assert isinstance(term, Rows)
         frame = frames[residual.group]
@@ -79,14 +79,14 @@ def layer_rows(data: DataSet, problem: Problem, x: Array) -> LayerRows | None:
         # Rows are told in the instrument's axes, T_frame_base; base axes are turned back.
         parts = [-residual.value[:, a : a + 3] @ turn for a in range(0, residual.value.shape[1], 3)]
         missed.append(np.hstack(parts)[residual.used])
-        units.append(residual.unit[residual.used])
-    return LayerRows(np.concatenate(missed), np.concatenate(units))
+        configurations.append(residual.configuration[residual.used])
+    return LayerRows(np.concatenate(missed), np.concatenate(configurations))
 
 
 def layered_errors(layer: Layer, rows: LayerRows, q: Array) -> Array:
     """Errors (N,) in m that a layer leaves of what a model misses."""
     # A layer that was learned from positions serves poses too, and the other way round.
-    left = rows.missed[:, :3] - layer.predict(q[rows.unit])[:, :3]
+    left = rows.missed[:, :3] - layer.predict(q[rows.configuration])[:, :3]
     return np.asarray(np.linalg.norm(left, axis=1))
 
 
@@ -101,30 +101,32 @@ def try_layer(model: Machine, data: DataSet, problem: Problem, x: Array, watch: 
         return Guarded(None, Remark.of(Code.GROUP_FEW, least=FEWEST))
     turning = tuple(j.type == "revolute" for j in model.joints)
     split = make_split(data, "blocks", folds=ROUNDS)
-    weights = np.ones(problem.units) if problem.weights is None else problem.weights[0]
+    weights = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
     start = np.repeat(np.atleast_2d(x), len(split), axis=0)
     if watch:
-        watch({"stage": "layer", "units": len(split)})
+        watch({"stage": "layer", "configurations": len(split)})
     each = least_squares(problem.with_weights(split.fit * weights), start).x if problem.n else start
-    before, after = np.full(len(rows.unit), np.nan), np.full(len(rows.unit), np.nan)
+    before, after = np.full(len(rows.configuration), np.nan), np.full(len(rows.configuration), np.nan)
     inside: list[Array] = []
     for k in range(len(split)):
         if watch:
             watch({"stage": "layer", "what": split.names[k]})
         own = layer_rows(data, problem, each[k : k + 1])
         assert own is not None
-        known, asked = split.fit[k][own.unit], split.held[k][own.unit]
-        made = learn(tuple(j.name for j in model.joints), turning, q[own.unit[known]], own.missed[known])
-        there = q[own.unit[asked]]
+        known, asked = split.fit[k][own.configuration], split.held[k][own.configuration]
+        made = learn(tuple(j.name for j in model.joints), turning, q[own.configuration[known]], own.missed[known])
+        there = q[own.configuration[asked]]
         left = own.missed[asked] - made.predict(there)
         before[asked] = np.linalg.norm(own.missed[asked, :3], axis=1)
         after[asked] = np.linalg.norm(left[:, :3], axis=1)
         inside.append((np.abs(left) < 1.96 * made.deviation(there)).ravel())
-    gain = bootstrap_gain(before, after, rows.unit, 0)
+    gain = bootstrap_gain(before, after, rows.configuration, 0)
     good = gain[1] > 0
-    made_of_all = learn(tuple(j.name for j in model.joints), turning, q[rows.unit], rows.missed) if good else None
+    made_of_all = (
+        learn(tuple(j.name for j in model.joints), turning, q[rows.configuration], rows.missed) if good else None
+    )
     words = Remark.of(Code.BLOCKS_FALL if good else Code.BLOCKS_DO_NOT_FALL)
     return Guarded(
-        made_of_all, words, float(before.mean()), float(after.mean()), gain, len(rows.unit),
+        made_of_all, words, float(before.mean()), float(after.mean()), gain, len(rows.configuration),
         float(np.concatenate(inside).mean()),
     )  # fmt: skip

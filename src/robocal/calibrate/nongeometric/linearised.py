@@ -38,7 +38,7 @@ class Linearised:
     x: Array
     names: tuple[str, ...]
     rows: Array  # (N, n + 1), the last one is the residual
-    unit: Ints  # (N,) the configuration of every row
+    configuration: Ints  # (N,) of every row
     split: Split
     whole: Array  # (n + 1, n + 1) Gram matrix of all rows
     rounds: Array  # (K, n + 1, n + 1) of the rows that each round may learn from
@@ -70,7 +70,7 @@ class Linearised:
     def unseen(self, columns: Callable[[int], Ints], noise: float, unit: str) -> tuple[Array, Ints]:
         """Errors of held-out observations in a unit, and their configurations; `columns` gives those of each round."""
         r = self.rows[:, -1].copy()
-        turn = self.split.round_of[self.unit]
+        turn = self.split.round_of[self.configuration]
         for k in range(len(self.split)):
             own, chosen = turn == k, columns(k)
             r[own] += self.rows[np.ix_(own, chosen)] @ ridge(self.rounds[k], chosen, noise)
@@ -110,6 +110,6 @@ def linearised(model: Machine, part: Fit, added: Sequence[str], split: Split) ->
     grams = []
     whole = rows.T @ rows
     for k in range(len(split)):
-        out = rows[~split.fit[k][line.unit]]
+        out = rows[~split.fit[k][line.configuration]]
         grams.append(whole - out.T @ out)
-    return Linearised(made, x, names, rows, line.unit, split, whole, np.array(grams))
+    return Linearised(made, x, names, rows, line.configuration, split, whole, np.array(grams))

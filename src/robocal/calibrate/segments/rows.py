@@ -75,9 +75,11 @@ def runs(
     if not made.free or made.block_size:
         return [], np.zeros(0)
     x = made.table.with_values({n: v for n, v in start.items() if n in made.table.index}).values[None]
-    units = np.arange(len(data.configurations)) if weights is None else np.flatnonzero(np.atleast_2d(weights)[0] > 0)
+    configurations = (
+        np.arange(len(data.configurations)) if weights is None else np.flatnonzero(np.atleast_2d(weights)[0] > 0)
+    )
     for moved in (0, made.n):
-        tau = {(g.name, g.unit): g.tau for g in assess(asked, made, x, units, moved) if g.tau > 0}
+        tau = {(g.name, g.unit): g.tau for g in assess(asked, made, x, configurations, moved) if g.tau > 0}
         noisy = apply_noise(asked, tau)
         made = build(model, noisy).with_weights(weights).with_loss("huber")
         if not moved:
@@ -103,7 +105,7 @@ def _collect(problem: Problem, data: DataSet, x: Array) -> list[Run]:
     frames = {f.name for o in data.observations for f in (*o.targets, *((o.frame,) if o.frame else ()))}
     wide = problem.with_free([*problem.free, *(f"{f}.{s}" for f in frames for s in FRAME_SYMBOLS)])
     own = wide.column_of[problem.index]
-    weight = np.ones(problem.units) if problem.weights is None else problem.weights[0]
+    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
     terms = iter(zip(wide.terms, wide.bound_terms, strict=True))
     out = []
     for obs in data.observations:
@@ -116,7 +118,7 @@ def _collect(problem: Problem, data: DataSet, x: Array) -> list[Run]:
             m, d = term.scale.shape
             r, narrow, _ = bound.evaluate(x, np.zeros(1, dtype=np.int64), 0, m)
             j = spread(narrow[0], bound.columns, wide.n)
-            used = (weight[term.unit] > 0)[:, None] * term.scale
+            used = (weight[term.configuration] > 0)[:, None] * term.scale
             parts.append((term.index, r[0] * used, j * used[..., None], 1 / term.scale))
             taken += m
         if not parts:

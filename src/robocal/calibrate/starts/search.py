@@ -37,14 +37,14 @@ def start_of(kind: str) -> Start | None:
     return STARTS.get(kind)
 
 
-def closed_form(model: Machine, data: DataSet, obs: Observations, units: Ints) -> list[dict[str, float]]:
+def closed_form(model: Machine, data: DataSet, obs: Observations, configurations: Ints) -> list[dict[str, float]]:
     """Starting values by name for what one instrument needs: its frame or place, its target, its own numbers; empty
     where nothing is free or nothing is known."""
     start = start_of(obs.kind)
     known = believed(model, data.configurations) if start else None
     if start is None or known is None:
         return []
-    usable = np.isin(np.arange(len(known)), units) & known
+    usable = np.isin(np.arange(len(known)), configurations) & known
     chosen = usable[obs.configuration] if obs.second is None else usable[obs.configuration] & usable[obs.second]
     index = np.flatnonzero(chosen if obs.used is None else chosen & obs.used)
     target = None
@@ -66,12 +66,12 @@ def closed_form(model: Machine, data: DataSet, obs: Observations, units: Ints) -
     return start(Seen(model, obs, index, value, target, machine[at[: len(one)]], other))
 
 
-def combined(model: Machine, data: DataSet, units: Ints, problem: Problem) -> list[dict[str, float]]:
+def combined(model: Machine, data: DataSet, configurations: Ints, problem: Problem) -> list[dict[str, float]]:
     """Every combination of the instruments' starts; where there are many, those that fit best as they are. `problem`
     has the columns free that may be set."""
     out: list[dict[str, float]] = [{}]
     for obs in data.observations:
-        found = closed_form(model, data, obs, units) or [{}]
+        found = closed_form(model, data, obs, configurations) or [{}]
         out = [{**a, **b} for a in out for b in found]
         if len(out) > MOST:
             cost = problem.normal(_placed(problem, out)).cost

@@ -63,7 +63,7 @@ def misfit(chain: Chain, data: DataSet) -> float:
 
 def _told(data: DataSet, problem: Problem) -> float:
     """How many numbers were measured, a repeat of a place not counted: it says nothing new of the geometry."""
-    used = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(t.unit for t in problem.terms)]))
+    used = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(t.configuration for t in problem.terms)]))
     new = len(np.unique(places(data.configurations)[used])) / max(len(used), 1)
     return new * sum(t.scale.size for t in problem.terms)
 
