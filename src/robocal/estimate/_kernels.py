@@ -63,14 +63,45 @@ def products(t, count, out):
 
 
 @kernel
+def add_block(at, w, lrow, row, wr, columns, gl, al, asl):
+    """Adds one whitened row to the normal equations of a local block: lrow its columns, row those that are shared."""
+    k, nl = row.shape[0], lrow.shape[0]
+    for p in range(nl):
+        gl[at, p] += wr * lrow[p]
+        t = w * lrow[p]
+        for q in range(nl):
+            al[at, p, q] += t * lrow[q]
+        for q in range(k):
+            asl[at, columns[q], p] += t * row[q]
+
+
+@kernel
+def add_shared_columns(columns, small_g, small_a, g, a):
+    """Adds what one term's columns say, k of them, to the free columns that they feed; lower triangle."""
+    for p in range(columns.shape[0]):
+        cp = columns[p]
+        g[cp] += small_g[p]
+        for q in range(p + 1):
+            cq = columns[q]
+            if cp == cq and p != q:
+                # Two columns of the term feed one tangent column.
+                a[cp, cp] += 2.0 * small_a[p, q]
+            elif cp >= cq:
+                a[cp, cq] += small_a[p, q]
+            else:
+                a[cq, cp] += small_a[p, q]
+
+
+@kernel
 def accumulate(
-    r, jac, jloc, scale, weight, configuration, columns, local, loss, tuning, first, cost, g, a, gl, al, asl
-):
+    r, jac, jloc, cut, scale, weight, configuration, columns, local, other, pair, loss, tuning, first, cost, g, a, gl, al, asl,
+    gm, am, asm, cross,
+):  # fmt: skip
     """Adds whitened, weighted rows to the normal equations; cost is half the sum of rho.
 
-    r (B, m, d), jac (B, m, d, k), jloc (B, m, d, l); scale (M, d) = 1 / sigma; weight (1 or B, U) per configuration (M,),
-    local (M,) or -1; rows first .. first + m of the (M,) arrays. g (B, n), a (B, n, n) lower triangle, gl (B, L, l),
-    al (B, L, l, l), asl (B, L, n, l). r, jac and jloc are whitened in place.
+    r (B, m, d), jac (B, m, d, k), jloc (B, m, d, l + q), the first `cut` columns of a block of the first family; scale (M, d) =
+    1 / sigma; weight (1 or B, U) per configuration (M,); local, other, pair (M,) or -1; rows first .. first + m of the (M,)
+    arrays. The rest is a `Normal`. r, jac and jloc are whitened in place.
     """
     batch, m, d = r.shape
     k = jac.shape[3]
@@ -98,7 +129,6 @@ def accumulate(
             w *= slope
             if w == 0.0:
                 continue
-            at = local[first + i] if nl > 0 else -1
             root = math.sqrt(w)
             if waiting + d > wide:
                 products(heap, waiting, small_a)
@@ -112,31 +142,22 @@ def accumulate(
                     small_g[p] += wr * row[p]
                     heap[p, waiting] = root * row[p]
                 waiting += 1
-            if at >= 0:
+            if nl > 0:
+                one, two = local[first + i], other[first + i]
                 for c in range(d):
                     f = scale[first + i, c]
-                    row = jac[b, i, c]
                     wr = w * r[b, i, c]
                     lrow = jloc[b, i, c]
                     for p in range(nl):
                         lrow[p] *= f
-                    for p in range(nl):
-                        gl[b, at, p] += wr * lrow[p]
-                        t = w * lrow[p]
-                        for q in range(nl):
-                            al[b, at, p, q] += t * lrow[q]
-                        for q in range(k):
-                            asl[b, at, columns[q], p] += t * row[q]
+                    if one >= 0:
+                        add_block(one, w, lrow[:cut], jac[b, i, c], wr, columns, gl[b], al[b], asl[b])
+                    if two >= 0:
+                        add_block(two, w, lrow[cut:], jac[b, i, c], wr, columns, gm[b], am[b], asm[b])
+                        if one >= 0:
+                            both = cross[b, pair[first + i]]
+                            for p in range(cut):
+                                for q in range(cut, nl):
+                                    both[p, q - cut] += w * lrow[p] * lrow[q]
         products(heap, waiting, small_a)
-        for p in range(k):
-            cp = columns[p]
-            g[b, cp] += small_g[p]
-            for q in range(p + 1):
-                cq = columns[q]
-                if cp == cq and p != q:
-                    # Two columns of the term feed one tangent column.
-                    a[b, cp, cp] += 2.0 * small_a[p, q]
-                elif cp >= cq:
-                    a[b, cp, cq] += small_a[p, q]
-                else:
-                    a[b, cq, cp] += small_a[p, q]
+        add_shared_columns(columns, small_g, small_a, g[b], a[b])

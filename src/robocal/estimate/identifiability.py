@@ -15,7 +15,7 @@ Pathre (1990), Nahvi and Hollerbach (1996), Sun and Hollerbach (2008) for the ob
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,49 +102,80 @@ class Identifiability:
         return tuple(n for n, s in zip(self.names, self.share, strict=True) if s >= CLAIM)
 
 
-def eliminate(lin: Linear, size: int) -> Array:
+def eliminate(lin: Linear) -> Array:
     """J (N', n) with local blocks projected out: rows of Q2^T J, where Q2 spans what the blocks' columns, their priors
     included, leave free."""
-    if not size or (lin.local < 0).all():
-        return lin.j
-    parts = [lin.j[lin.local < 0]]
-    for _, rows, jl in _blocks(lin, size):
+    if not lin.jl.shape[1] or (lin.local < 0).all():
+        return lin.j if not lin.jm.shape[1] else _beside_second(lin, lin.jm, lin.j)
+    wide = lin.jm.shape[1]
+    both = np.hstack([lin.jm, lin.j]) if wide else lin.j
+    parts = [both[lin.local < 0]]
+    for _, rows, jl in _blocks(lin):
         u, s, _ = np.linalg.svd(jl, full_matrices=True)
         spans = np.zeros(jl.shape[:2], dtype=bool)
         spans[:, : s.shape[1]] = _spans(s)
         # Nothing shared is in the rows of a prior.
-        left = np.swapaxes(u[:, : rows.shape[1]], 1, 2) @ lin.j[rows]
+        left = np.swapaxes(u[:, : rows.shape[1]], 1, 2) @ both[rows]
         parts.append(left[~spans])
-    return np.concatenate(parts)
+    left = np.concatenate(parts)
+    return _beside_second(lin, left[:, :wide], left[:, wide:]) if wide else left
 
 
-def block_columns(lin: Linear, size: int) -> int:
+def _beside_second(lin: Linear, jm: Array, j: Array) -> Array:
+    """What the blocks of the second family leave of j (N, n); jm (N, M q) is what those of the first have left of theirs."""
+    if lin.keep is not None:
+        jm, j = np.vstack([jm, lin.keep]), np.vstack([j, np.zeros((len(lin.keep), j.shape[1]))])
+    own = _second(lin, jm)
+    for _ in range(2):
+        j = j - own @ (own.T @ j)
+    return np.asarray(j)
+
+
+def _second(lin: Linear, jm: Array) -> Array:
+    """An orthonormal basis of the columns of the second family's blocks, (N, rank): what the first has left of a column counts
+    against what the column was."""
+    u, s, _ = np.linalg.svd(jm, full_matrices=False)
+    return np.asarray(u[:, s > STRUCTURAL * np.linalg.norm(lin.jm, axis=0).max(initial=0.0)])
+
+
+def block_columns(lin: Linear) -> int:
     """What local blocks cost in degrees of freedom: their own ranks, less what their priors bring in as rows."""
     rank = 0
-    for _, rows, jl in _blocks(lin, size):
+    for _, rows, jl in _blocks(lin):
         rank += int(_spans(np.asarray(np.linalg.svd(jl, compute_uv=False))).sum())
         rank -= int((jl[:, rows.shape[1] :] != 0).any(axis=2).sum())
+    if lin.jm.shape[1]:
+        beside = eliminate(replace(lin, j=lin.jm, jm=lin.jm[:, :0]))
+        rank += _second(lin, triangle(beside if lin.keep is None else np.vstack([beside, lin.keep]))).shape[1]
+        rank -= 0 if lin.keep is None else int((lin.keep != 0).any(axis=1).sum())
     return rank
 
 
-def block_ranks(lin: Linear, size: int, blocks: int) -> Ints:
-    """How many of its own columns the rows of each local block determine, (blocks,)."""
+def block_ranks(lin: Linear, blocks: int) -> Ints:
+    """How many of its own columns the rows of each block of the first family determine, (blocks,)."""
     out = np.zeros(blocks, dtype=np.int64)
-    for own, rows, jl in _blocks(lin, size):
+    for own, rows, jl in _blocks(lin):
         out[own] = _spans(np.asarray(np.linalg.svd(jl[:, : rows.shape[1]], compute_uv=False))).sum(axis=1)
     return out
 
 
-def beside_blocks(lin: Linear, size: int) -> tuple[Array, Array]:
-    """How much of every row its local block takes for itself, (N,): |row of U1|^2, where U1 spans the block's columns; and M J
+def beside_blocks(lin: Linear) -> tuple[Array, Array]:
+    """How much of every row its local blocks take for themselves, (N,): |row of U1|^2, where U1 spans the blocks' columns; and M J
     (N, n) with M = I - U1 U1^T, what is left for shared columns. The first is `block_columns` in all where blocks have no
     priors, and less by what the priors hold otherwise."""
-    taken, left = np.zeros(len(lin.r)), lin.j.copy()
-    for _, rows, jl in _blocks(lin, size):
+    wide = lin.jm.shape[1]
+    taken, left = np.zeros(len(lin.r)), np.hstack([lin.jm, lin.j]) if wide else lin.j.copy()
+    whole = left.copy() if wide else lin.j
+    for _, rows, jl in _blocks(lin):
         u, s, _ = np.linalg.svd(jl, full_matrices=False)
         own = (u * _spans(s)[:, None, :])[:, : rows.shape[1]]
         taken[rows] = np.sum(own**2, axis=2)
-        left[rows] -= own @ (np.swapaxes(own, 1, 2) @ lin.j[rows])
+        left[rows] -= own @ (np.swapaxes(own, 1, 2) @ whole[rows])
+    if wide:
+        second, left = left[:, :wide], left[:, wide:]
+        own = _second(lin, second if lin.keep is None else np.vstack([second, lin.keep]))[: len(second)]
+        taken += np.sum(own**2, axis=1)
+        left = left - own @ (own.T @ left)
     return taken, left
 
 
@@ -153,11 +184,11 @@ def _spans(s: Array) -> NDArray[np.bool_]:
     return np.asarray(s > STRUCTURAL * s.max(axis=1, keepdims=True, initial=0.0))
 
 
-def _blocks(lin: Linear, size: int) -> Iterator[tuple[Ints, Ints, Array]]:
-    """Blocks with the same number of rows together: which blocks (b,), which rows (b, k), and their columns (b, k or k + l, l),
-    the rows of the blocks' priors last."""
+def _blocks(lin: Linear) -> Iterator[tuple[Ints, Ints, Array]]:
+    """Blocks of the first family with the same number of rows together: which blocks (b,), which rows (b, k), and their columns
+    (b, k or k + l, l), the rows of the blocks' priors last."""
     inside = lin.local >= 0
-    if not size or not inside.any():
+    if not lin.jl.shape[1] or not inside.any():
         return
     blocks, counts = np.unique(lin.local[inside], return_counts=True)
     order = np.argsort(lin.local, kind="stable")
@@ -263,7 +294,7 @@ def analyse(
     (`Parameter.believed`), and so are the names in `always`. `lin` is the problem linearised at x, where somebody has it.
     """
     lin = problem.linearize(x) if lin is None else lin
-    root = triangle(eliminate(lin, problem.block_size))
+    root = triangle(eliminate(lin))
     r = root / noise
     names, scale = problem.free, problem.scales
     n = len(names)

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import ModelError, nearest
+from robocal.estimate.damping.steps import Steps
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Normal
 
@@ -133,31 +134,25 @@ def least_squares(
 def _damped(
     problem: Problem, x: Array, most: int, tolerances: tuple[float, float, float], damping: float, watch: Watch | None
 ) -> Solution:
-    from robocal.estimate.damping._kernels import GROW, HOME, LOST, OUT, STAY, TAKE, propose, settle
+    from robocal.estimate.damping._kernels import GROW, HOME, LOST, OUT, STAY, TAKE, settle
 
-    batch, n = len(x), problem.n
-    blocks, size = problem.blocks, problem.block_size
+    batch = len(x)
     normal = problem.normal(x)
     reason = np.where(np.isfinite(normal.cost), _RUNNING, _NOT_FINITE)
     lam, grow = np.full(batch, damping), np.full(batch, GROW)
     iterations = np.zeros(batch, dtype=np.int64)
     first = normal.cost.copy()
     history = [first]
-    damp, damp_local = np.zeros((batch, n)), np.zeros((batch, blocks, size))
-    step, step_local, predicted = np.zeros((batch, n)), np.zeros((batch, blocks, size)), np.zeros(batch)
+    steps, predicted = Steps(problem, batch, np.array(tolerances), damping > 0.0), np.zeros(batch)
     lower, upper = problem.bounds
     bounded = problem.bounded
-    limits = np.array(tolerances)
     nothing = np.empty((batch, 0))
-    away, best, length = np.zeros(batch, dtype=np.bool_), np.zeros(batch), np.zeros(batch)
+    away, best = np.zeros(batch, dtype=np.bool_), np.zeros(batch)
     failed = np.zeros(batch)  # how long the last step was that did not lower the cost, in expected errors
     home: _Home | None = None
     while len(history) <= most:
-        propose(
-            normal.cost, normal.g, normal.a, normal.gl, normal.al, normal.asl,
-            np.ascontiguousarray(x[:, problem.index]) if bounded else nothing, lower, upper, problem.scales, limits, damping > 0.0,
-            away, length, lam, damp, damp_local, step, step_local, predicted, reason,
-        )  # fmt: skip
+        value = np.ascontiguousarray(x[:, problem.index]) if bounded else nothing
+        steps.propose(normal, value, away, lam, predicted, reason)
         lost = np.flatnonzero(reason == LOST)
         if len(lost) and home is not None:
             home.back(lost, x, normal)
@@ -168,11 +163,8 @@ def _damped(
         if not len(at):
             break
         everyone = len(at) == batch
-        new = problem.retract(
-            x if everyone else x[at],
-            step if everyone else step[at],
-            (step_local if everyone else step_local[at]) if blocks else None,
-        )
+        moved = (steps.step, *steps.local[: len(problem.families)])
+        new = problem.retract(x if everyone else x[at], *(moved if everyone else (m[at] for m in moved)))
         if bounded:
             new[:, problem.index] = np.clip(new[:, problem.index], lower, upper)
         result = problem.normal(new, at)
@@ -186,7 +178,7 @@ def _damped(
         else:
             failed[at[move == TAKE]] = 0.0
             first_fails = at[(move == STAY) | (move == OUT)]
-            failed[first_fails] = np.abs(step[first_fails] / problem.scales).max(axis=1, initial=0.0)
+            failed[first_fails] = np.abs(steps.step[first_fails] / problem.scales).max(axis=1, initial=0.0)
             if (move == OUT).any():
                 home = home or _Home(x, normal)
                 home.keep(at[move == OUT], x, normal)

@@ -101,8 +101,8 @@ class Squares:
 def squares(problem: Problem, x: Array, lin: Linear | None = None) -> Squares:
     """Of the free columns at x (1, P); `lin` is the problem linearised there, where somebody has it."""
     lin = reweighted(problem.linearize(x) if lin is None else lin, problem)
-    taken = block_columns(lin, problem.block_size)
-    root = triangle(eliminate(lin, problem.block_size))
+    taken = block_columns(lin)
+    root = triangle(eliminate(lin))
     return Squares(problem.free, root, float(lin.r @ lin.r), len(lin.r), taken)
 
 
@@ -118,7 +118,8 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: S
     inverse = problem.scales[:, None] * vt.T / np.where(resolved, values, 1.0)
     x = np.atleast_2d(x)
     chi2 = rows.square + float(np.sum((problem.prior_root @ problem.difference(x)[0]) ** 2))
-    chi2 += 0.0 if problem.local_prior is None else float(np.sum(problem.local_prior.rows(x)[0] ** 2))
+    for i, family in enumerate(problem.families):
+        chi2 += 0.0 if family.prior is None else float(np.sum(family.prior.rows(problem.values_of(i, x))[0] ** 2))
     dof = rows.rows + int(problem.stated.sum()) - int(resolved.sum()) - rows.taken
     factor = np.sqrt(chi2 / dof) if dof > 0 else 1.0
     # Downweighted residuals are too small to tell that the noise is: they may only enlarge.
@@ -134,7 +135,7 @@ def reweighted(lin: Linear, problem: Problem) -> Linear:
     weight = problem.slopes(lin.r**2, lin)
     root = np.sqrt(weight)[:, None]
     # chi2 counts what pulls, the influence: a gross row pulls no harder than its loss allows.
-    return replace(lin, r=weight * lin.r, j=root * lin.j, jl=root * lin.jl)
+    return replace(lin, r=weight * lin.r, j=root * lin.j, jl=root * lin.jl, jm=root * lin.jm)
 
 
 def effective_columns(problem: Problem, x: Array) -> float:
@@ -143,7 +144,7 @@ def effective_columns(problem: Problem, x: Array) -> float:
     n = problem.n
     if not problem.stated.any():
         return float(n)
-    left = eliminate(problem.linearize(x), problem.block_size)
+    left = eliminate(problem.linearize(x))
     hold = problem.prior_root * problem.scales
     held = _held(left, problem)
     if held is None:
@@ -172,7 +173,7 @@ def leverages(problem: Problem, x: Array, configurations: Ints) -> tuple[Array, 
     """How much of every row that counts, of some configurations, its local block takes for itself and how much the shared columns take,
     (N,) each: the diagonals of U1 U1^T and of M J (J^T M J + P)^-1 J^T M. What a robust loss weighs down takes less."""
     lin = reweighted(problem.linearize(x, configurations), problem)
-    taken, left = beside_blocks(lin, problem.block_size)
+    taken, left = beside_blocks(lin)
     if not problem.n:
         return taken, np.zeros(len(taken))
     scale, root = problem.scales, problem.prior_root
@@ -279,7 +280,7 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
     reduction in standard errors (2002); MacKinnon and White (1985).
     """
     lin = reweighted(problem.linearize(x) if lin is None else lin, problem)
-    if not problem.n or problem.block_size or len(lin.r) <= problem.n:
+    if not problem.n or problem.blocks or len(lin.r) <= problem.n:
         return 1.0
     scaled = lin.j * problem.scales
     _, values, vt = np.linalg.svd(triangle(np.vstack([triangle(scaled), problem.prior_root * problem.scales])))
