@@ -8,8 +8,22 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
-from robocal.estimate._kernels import add_shared_columns, robust
-from robocal.geometry._kernels import vector_from_rotation
+from robocal.estimate._kernels import LANES, add_shared_columns, products, robust
+from robocal.geometry._kernels import rotation_from_vector, vector_from_rotation
+
+
+@kernel
+def frames_of(x, at, block, out):
+    """out (B, m, 4, 4) <- the frames whose vectors begin at x[:, at + 6 block]."""
+    for b in range(x.shape[0]):
+        for m in range(block.shape[0]):
+            v = x[b, at + 6 * block[m] :]
+            t = out[b, m]
+            rotation_from_vector(v[3], v[4], v[5], t)
+            for i in range(3):
+                t[i, 3] = v[i]
+                t[3, i] = 0.0
+            t[3, 3] = 1.0
 
 
 @kernel
@@ -186,7 +200,11 @@ def accumulate_sights(
     k, nl, c = jac.shape[3], jloc.shape[3], own.shape[0]
     shared, q, size = k + c, k + nl, 6 + c
     uv, jp, ji = np.empty(2), np.empty((2, 3)), np.zeros((2, 9))
-    row, h, gs = np.empty((2, size)), np.empty((size, size)), np.empty(size)
+    lanes = (size + LANES - 1) // LANES * LANES
+    most = 0
+    for s in range(first, first + m):
+        most = max(most, edges[s + 1] - edges[s])
+    heap, h, gs = np.zeros((lanes, 2 * most)), np.empty((lanes, lanes)), np.empty(size)
     both, half = np.empty((6, q)), np.empty((6, q))
     out, gout = np.empty((q + c, q + c)), np.empty(q + c)
     small_a, small_g = np.zeros((shared, shared)), np.zeros(shared)
@@ -205,7 +223,7 @@ def accumulate_sights(
             h[:] = 0.0
             gs[:] = 0.0
             f = t[b, s]
-            seen = False
+            waiting = 0
             for i in range(edges[first + s], edges[first + s + 1]):
                 w = weight[wb, configuration[i]]
                 if w == 0.0 or (scale[i, 0] == 0.0 and scale[i, 1] == 0.0):
@@ -221,23 +239,23 @@ def accumulate_sights(
                 w *= slope
                 if w == 0.0:
                     continue
-                seen = True
                 root = math.sqrt(w)
                 for e in range(2):
                     u = root * scale[i, e]
                     jx, jy, jz = u * jp[e, 0], u * jp[e, 1], u * jp[e, 2]
-                    row[e, 0], row[e, 1], row[e, 2] = jx, jy, jz
-                    row[e, 3], row[e, 4], row[e, 5] = ly * jz - lz * jy, lz * jx - lx * jz, lx * jy - ly * jx
+                    heap[0, waiting], heap[1, waiting], heap[2, waiting] = jx, jy, jz
+                    heap[3, waiting] = ly * jz - lz * jy
+                    heap[4, waiting] = lz * jx - lx * jz
+                    heap[5, waiting] = lx * jy - ly * jx
                     for p in range(c):
-                        row[e, 6 + p] = u * ji[e, own[p]]
-                r0, r1 = root * r0, root * r1
-                for p in range(size):
-                    u, v = row[0, p], row[1, p]
-                    gs[p] += u * r0 + v * r1
-                    for o in range(p + 1):
-                        h[p, o] += u * row[0, o] + v * row[1, o]
-            if not seen:
+                        heap[6 + p, waiting] = u * ji[e, own[p]]
+                    u = root * (r1 if e else r0)
+                    for p in range(size):
+                        gs[p] += heap[p, waiting] * u
+                    waiting += 1
+            if not waiting:
                 continue
+            products(heap, waiting, h)
             for i in range(6):
                 for p in range(k):
                     both[i, p] = jac[b, s, i, p]

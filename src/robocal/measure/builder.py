@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.geometry.path.program import Element, Program, compile_path, frame_element
-from robocal.measure.carriers import Carrier, Inverse, KnownPose, LocalPose, Path, Product
+from robocal.measure.carriers import Carrier, Gathered, Inverse, KnownPose, LocalPose, Path, Product
 from robocal.measure.data import Configurations, Frame, Observations
 from robocal.measure.machine import Machine
 from robocal.parameters import Table
 
-__all__ = ["Builder"]
+__all__ = ["Builder", "gathered"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -150,7 +150,7 @@ class Builder:
             if seen is None or seen.mount == "tool":
                 return self.tool(configuration, before=[own], after=after)
             return self.path([own, *after], configuration)
-        sensor = Inverse(self.tool(configuration, after=[own]))
+        sensor = gathered(lambda where: Inverse(self.tool(where, after=[own])), configuration)
         return Product(sensor, self.path(after, configuration)) if after else sensor
 
     def split(self, obs: Observations) -> list[tuple[int, Ints]]:
@@ -165,3 +165,11 @@ class Builder:
         groups = [[t] for t in range(len(obs.targets)) if t not in local] + ([local] if local else [])
         found = [(np.flatnonzero(np.isin(obs.target, group))) for group in groups]
         return [(int(obs.target[index[0]]), index) for index in found if len(index)]
+
+
+def gathered(make: Callable[[Ints], Carrier], configuration: Ints) -> Carrier:
+    """The carrier of some rows (m,), computed once for each configuration where several rows share one."""
+    where, which = np.unique(configuration, return_inverse=True)
+    if 2 * len(where) > len(configuration):
+        return make(configuration)
+    return Gathered(make(where), np.ascontiguousarray(which.ravel()))

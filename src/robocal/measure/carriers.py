@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import ModelError
-from robocal.geometry import se3
 from robocal.geometry.path.program import Program
 
-__all__ = ["Carrier", "Inverse", "KnownPose", "LocalPose", "Path", "Product", "joined", "locals_of"]
+__all__ = ["Carrier", "Gathered", "Inverse", "KnownPose", "LocalPose", "Path", "Product", "joined", "locals_of"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -99,12 +98,14 @@ class LocalPose:
         return self
 
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
-        blocks = x[:, self.at : self.at + 6 * self.count].reshape(len(x), self.count, 6)
-        v = blocks[:, self.block[first : first + rows]]
-        t = se3.from_vector(v)
+        from robocal.measure._kernels import frames_of
+
         high = 6 if turn else 3
-        jl = np.broadcast_to(np.eye(6)[:high, list(self.axes)], (*t.shape[:2], high, len(self.axes)))
-        return t, np.empty((*t.shape[:2], high, 0)), np.ascontiguousarray(jl)
+        t = np.empty((len(x), rows, 4, 4))
+        frames_of(np.ascontiguousarray(x), self.at, self.block[first : first + rows], t)
+        jl = np.empty((len(x), rows, high, len(self.axes)))
+        jl[:] = np.eye(6)[:high, self.axes]
+        return t, np.empty((len(x), rows, high, 0)), jl
 
 
 @dataclass(frozen=True)
@@ -123,6 +124,37 @@ class KnownPose:
         t = np.ascontiguousarray(np.broadcast_to(self.known[first : first + rows], (len(x), rows, 4, 4)))
         none = np.empty((len(x), rows, 6 if turn else 3, 0))
         return t, none, none
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """A carrier that many rows share: row i is the inner one's row which[i], and that is computed once."""
+
+    inner: Carrier
+    which: Ints
+
+    @property
+    def columns(self) -> Ints:
+        return self.inner.columns
+
+    @property
+    def local(self) -> Locals:
+        one, two = (None if block is None else block[self.which] for block in self.inner.local)
+        return one, two
+
+    @property
+    def moves(self) -> bool:
+        return self.inner.moves
+
+    def bind(self, column_of: Ints) -> Gathered:
+        return Gathered(self.inner.bind(column_of), self.which)
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        own = self.which[first : first + rows]
+        lo, hi = (int(own.min()), int(own.max()) + 1) if rows else (0, 0)
+        t, j, jl = self.inner.pose(x, lo, hi - lo, turn)
+        own = own - lo
+        return t.take(own, axis=1), j.take(own, axis=1), jl.take(own, axis=1)
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,7 @@ class System:
     pair: Ints
     slot: Ints
     offset: Ints
+    room: tuple[Array, ...]  # work space: the system, its right-hand side, what `back` needs
 
     @property
     def base(self) -> int:
@@ -58,10 +59,9 @@ class System:
 
         ge, ae, se = (part[b] for part in normal.family(self.out))
         gk, ak, sk = (part[b] for part in normal.family(1 - self.out))
-        s, v = np.zeros((self.size, self.size)), np.empty(self.size)
+        s, v, root, half, store = self.room
+        s[:] = 0.0
         fill(lam, normal.a[b], normal.g[b], damp, ak, gk, sk, local[1 - self.out], s, v)
-        count, size = self.eliminated
-        root, half, store = np.zeros((count, size, size)), np.empty((count, size)), np.empty(int(self.offset[-1]))
         good = eliminate(
             lam, self.out == 0, self.base, self.start, self.slots, self.pair, self.slot, self.offset, ge, ae, se, local[self.out],
             normal.cross[b], s, v, root, half, store,
@@ -96,7 +96,8 @@ class System:
 
 def structure(n: int, sizes: tuple[tuple[int, int], tuple[int, int]], pairs: Ints) -> System:
     """The system of n free columns and two families, (blocks, columns of a block) each, whose blocks meet in pairs (K, 2)."""
-    return min((_eliminating(out, n, sizes, pairs) for out in (0, 1) if sizes[out][0] or not out), key=_work)
+    choices = [(_work(out, n, sizes, pairs), out) for out in (0, 1) if sizes[out][0] or not out]
+    return _eliminating(min(choices)[1], n, sizes, pairs)
 
 
 def _eliminating(out: int, n: int, sizes: tuple[tuple[int, int], tuple[int, int]], pairs: Ints) -> System:
@@ -112,13 +113,16 @@ def _eliminating(out: int, n: int, sizes: tuple[tuple[int, int], tuple[int, int]
     width = np.diff(slots_at) * wide + n
     offset = np.concatenate([[0], np.cumsum(size * width)])
     start = np.array([slots_at, entries_at], dtype=np.int64)
+    left = sizes[1 - out][0] * wide + n
+    room = (left, left), (left,), (count, size, size), (count, size), (int(offset[-1]),)
     return System(
         out, n, sizes[out], sizes[1 - out], start, np.ascontiguousarray(other[new]), np.ascontiguousarray(order),
-        np.ascontiguousarray(slot), offset,
+        np.ascontiguousarray(slot), offset, tuple(np.zeros(shape) for shape in room),
     )  # fmt: skip
 
 
-def _work(system: System) -> float:
+def _work(out: int, n: int, sizes: tuple[tuple[int, int], tuple[int, int]], pairs: Ints) -> float:
     """Operations of one solution, about."""
-    width = np.diff(system.start[0]) * system.kept[1] + system.n
-    return float(system.eliminated[1] * np.sum(width.astype(float) ** 2) + system.size**3 / 3)
+    (count, size), (others, wide) = sizes[out], sizes[1 - out]
+    width = np.bincount(pairs[:, out], minlength=max(count, 1)) * wide + n
+    return float(size * np.sum(width.astype(float) ** 2) + (others * wide + n) ** 3 / 3)
