@@ -175,6 +175,55 @@ def test_normal_is_linearize_squared(name, loss):
     compare(p.with_loss(loss, c if loss != "none" else None).with_weights(weights), x)
 
 
+def curvature(loss, c, s):
+    """2 s rho'' / rho', the textbook's."""
+    u = s / c**2
+    if loss == "huber":
+        return np.where(u <= 1, 0.0, -1.0)
+    if loss == "cauchy":
+        return -2 * u / (1 + u)
+    return np.where(u < 1, -4 * u / np.where(u < 1, 1 - u, 1.0), -np.inf)
+
+
+@pytest.mark.parametrize(
+    "name", [n for n in SCENARIOS if n.startswith(("position/arm", "pose/free", "pixels", "lengths", "mixed"))]
+)
+@pytest.mark.parametrize("loss", ["huber", "cauchy", "tukey"])
+def test_the_curvature_of_a_loss_bends_the_matrix_and_nothing_else(name, loss):
+    p = build(name)
+    lin = p.linearize(p.start)
+    square = np.bincount(lin.observation, lin.r**2)
+    c = 1.1 * float(np.sqrt(np.median(square)))
+    robust = p.with_loss(loss, c)
+    plain, bent = robust.normal(p.start), robust.normal(p.start, curved=np.ones(1, dtype=bool))
+    for field in ("cost", "g", "gl", "gm"):
+        np.testing.assert_allclose(getattr(bent, field), getattr(plain, field), rtol=1e-10, atol=1e-10)
+    _, slope = rho(loss, c, square)
+    reading = lin.reading[np.unique(lin.observation, return_index=True)[1]]
+    less = np.where(reading, np.minimum(-np.maximum(curvature(loss, c, square), -1.0), 1.0), 0.0)
+    j, expected = dense(p, lin), dense_matrix(p, plain)
+    for i in np.flatnonzero((less > 0) & (slope > 0) & reading):
+        rows = lin.observation == i
+        q = j[rows].T @ lin.r[rows]
+        expected -= slope[i] * less[i] / square[i] * np.outer(q, q)
+    np.testing.assert_allclose(dense_matrix(p, bent), expected, atol=1e-10 * np.abs(expected).max())
+
+
+def dense_matrix(p, normal):
+    """The Gauss-Newton matrix of all columns."""
+    out, first = np.zeros((columns(p), columns(p))), p.n
+    out[: p.n, : p.n] = normal.a[0]
+    places = []
+    for i, f in enumerate(p.families):
+        places.append([slice(first + f.size * b, first + f.size * (b + 1)) for b in range(f.count)])
+        for b, at in enumerate(places[-1]):
+            out[at, at], out[at, : p.n] = normal.family(i)[1][0, b], normal.family(i)[2][0, b].T
+        first += f.size * f.count
+    for (one, two), cross in zip(p.pairs, normal.cross[0], strict=True):
+        out[places[1][two], places[0][one]] += cross.T
+    return np.tril(out) + np.tril(out, -1).T
+
+
 def test_default_tunings_are_used():
     p = build("position/arm alone")
     for loss in ("huber", "cauchy", "tukey"):

@@ -28,6 +28,39 @@ def robust(kind, tuning, s):
     return c2 / 3.0 * (1.0 - u * u * u), u * u
 
 
+@kernel
+def kept(kind, tuning, s):
+    """Which share of the columns along the residual a loss keeps when its curvature counts, sqrt(1 + 2 s rho'' / rho'), not below
+    zero: rho'' bends the cost less than rho' says. Reference: Triggs et al. (2000), section 4.3."""
+    u = s / (tuning * tuning)
+    if kind == 0 or (kind == 1 and u <= 1.0):
+        return 1.0
+    if kind == 1:
+        return 0.0
+    if kind == 2:
+        return math.sqrt(max((1.0 - u) / (1.0 + u), 0.0))
+    return math.sqrt(max((1.0 - 5.0 * u) / (1.0 - u), 0.0)) if u < 1.0 else 0.0
+
+
+@kernel
+def shorten(rows, r, share):
+    """Takes 1 - share of the columns along the residual r (d,) from whitened rows (d, k) of one observation."""
+    d, k = rows.shape
+    s = 0.0
+    for c in range(d):
+        s += r[c] * r[c]
+    if s == 0.0:
+        return
+    f = (1.0 - share) / s
+    for p in range(k):
+        q = 0.0
+        for c in range(d):
+            q += r[c] * rows[c, p]
+        q *= f
+        for c in range(d):
+            rows[c, p] -= q * r[c]
+
+
 WIDE = 96  # numbers of a column that are multiplied at once: they stay in the first-level cache
 LANES = 4  # columns at once: their sums stay in registers
 
@@ -63,11 +96,10 @@ def products(t, count, out):
 
 
 @kernel
-def add_block(at, w, lrow, row, wr, columns, gl, al, asl):
-    """Adds one whitened row to the normal equations of a local block: lrow its columns, row those that are shared."""
+def add_block(at, w, lrow, row, columns, al, asl):
+    """Adds one whitened row to the matrix of a local block: lrow its columns, row those that are shared."""
     k, nl = row.shape[0], lrow.shape[0]
     for p in range(nl):
-        gl[at, p] += wr * lrow[p]
         t = w * lrow[p]
         for q in range(nl):
             al[at, p, q] += t * lrow[q]
@@ -94,14 +126,14 @@ def add_shared_columns(columns, small_g, small_a, g, a):
 
 @kernel
 def accumulate(
-    r, jac, jloc, cut, scale, weight, configuration, columns, local, other, pair, loss, tuning, first, cost, g, a, gl, al, asl,
-    gm, am, asm, cross,
+    r, jac, jloc, cut, scale, weight, configuration, columns, local, other, pair, loss, tuning, curved, first, cost, g, a, gl,
+    al, asl, gm, am, asm, cross,
 ):  # fmt: skip
     """Adds whitened, weighted rows to the normal equations; cost is half the sum of rho.
 
     r (B, m, d), jac (B, m, d, k), jloc (B, m, d, l + q), the first `cut` columns of a block of the first family; scale (M, d) =
     1 / sigma; weight (1 or B, U) per configuration (M,); local, other, pair (M,) or -1; rows first .. first + m of the (M,)
-    arrays. The rest is a `Normal`. r, jac and jloc are whitened in place.
+    arrays; curved (B,): whether the loss's curvature counts. The rest is a `Normal`. r, jac and jloc are whitened in place.
     """
     batch, m, d = r.shape
     k = jac.shape[3]
@@ -130,34 +162,42 @@ def accumulate(
             if w == 0.0:
                 continue
             root = math.sqrt(w)
+            one, two = (local[first + i], other[first + i]) if nl > 0 else (-1, -1)
+            for c in range(d):
+                f = scale[first + i, c]
+                wr = w * r[b, i, c]
+                row, lrow = jac[b, i, c], jloc[b, i, c]
+                for p in range(k):
+                    row[p] *= f
+                    small_g[p] += wr * row[p]
+                for p in range(nl):
+                    lrow[p] *= f
+                if one >= 0:
+                    for p in range(cut):
+                        gl[b, one, p] += wr * lrow[p]
+                if two >= 0:
+                    for p in range(cut, nl):
+                        gm[b, two, p - cut] += wr * lrow[p]
+            share = kept(loss, tuning, s) if curved[b] else 1.0
+            if share < 1.0:
+                shorten(jac[b, i], r[b, i], share)
+                shorten(jloc[b, i], r[b, i], share)
             if waiting + d > wide:
                 products(heap, waiting, small_a)
                 waiting = 0
             for c in range(d):
-                f = scale[first + i, c]
-                row = jac[b, i, c]
-                wr = w * r[b, i, c]
+                row, lrow = jac[b, i, c], jloc[b, i, c]
                 for p in range(k):
-                    row[p] *= f
-                    small_g[p] += wr * row[p]
                     heap[p, waiting] = root * row[p]
                 waiting += 1
-            if nl > 0:
-                one, two = local[first + i], other[first + i]
-                for c in range(d):
-                    f = scale[first + i, c]
-                    wr = w * r[b, i, c]
-                    lrow = jloc[b, i, c]
-                    for p in range(nl):
-                        lrow[p] *= f
+                if one >= 0:
+                    add_block(one, w, lrow[:cut], row, columns, al[b], asl[b])
+                if two >= 0:
+                    add_block(two, w, lrow[cut:], row, columns, am[b], asm[b])
                     if one >= 0:
-                        add_block(one, w, lrow[:cut], jac[b, i, c], wr, columns, gl[b], al[b], asl[b])
-                    if two >= 0:
-                        add_block(two, w, lrow[cut:], jac[b, i, c], wr, columns, gm[b], am[b], asm[b])
-                        if one >= 0:
-                            both = cross[b, pair[first + i]]
-                            for p in range(cut):
-                                for q in range(cut, nl):
-                                    both[p, q - cut] += w * lrow[p] * lrow[q]
+                        both = cross[b, pair[first + i]]
+                        for p in range(cut):
+                            for q in range(cut, nl):
+                                both[p, q - cut] += w * lrow[p] * lrow[q]
         products(heap, waiting, small_a)
         add_shared_columns(columns, small_g, small_a, g[b], a[b])

@@ -35,6 +35,8 @@ Array = NDArray[np.float64]
 Watch = Callable[[dict[str, object]], None]
 METHODS = ("lm", "gauss-newton", "pinv", "lse")
 EPS = float(np.finfo(float).eps)
+NEAR = 0.02  # of the cost: what the last step lowered it by when curvature begins to count
+ROUGH = 1e-3  # of the cost: where Huber's loss hands over to Tukey's
 LONG = 1e-3  # of the expected error: a step that fails for rounding is shorter
 
 
@@ -114,6 +116,11 @@ def least_squares(
     Tolerances are relative: decrease promised to cost, largest cosine between the residual and a column, step to
     expected error.
     """
+    if x is None and problem.loss == "tukey":
+        # What lies far off counts for nothing by Tukey's loss, and before the first iteration that may be everything.
+        x = least_squares(
+            problem.with_loss("huber"), method="lm", max_iterations=max_iterations, cost_tolerance=ROUGH, watch=watch
+        ).x
     start = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
     if method in ("pinv", "lse"):
         return _pseudo_inverse(problem, start, 1 if method == "lse" else max_iterations, watch)
@@ -145,11 +152,12 @@ def _damped(
     history = [first]
     steps, predicted = Steps(problem, batch, np.array(tolerances), damping > 0.0), np.zeros(batch)
     lower, upper = problem.bounds
-    bounded = problem.bounded
+    bounded, robust = problem.bounded, problem.loss != "none" and damping > 0
     nothing = np.empty((batch, 0))
     away, best = np.zeros(batch, dtype=np.bool_), np.zeros(batch)
     failed = np.zeros(batch)  # how long the last step was that did not lower the cost, in expected errors
     home: _Home | None = None
+    bent = np.zeros(batch, dtype=np.bool_)  # near the end the curvature of a loss counts: weights alone would creep on
     while len(history) <= most:
         value = np.ascontiguousarray(x[:, problem.index]) if bounded else nothing
         steps.propose(normal, value, away, lam, predicted, reason)
@@ -167,11 +175,13 @@ def _damped(
         new = problem.retract(x if everyone else x[at], *(moved if everyone else (m[at] for m in moved)))
         if bounded:
             new[:, problem.index] = np.clip(new[:, problem.index], lower, upper)
-        result = problem.normal(new, at)
+        result = problem.normal(new, at, bent[at] if robust else None)
         move = np.empty(len(at), dtype=np.int64)
         settle(
             normal.cost, result.cost, first, predicted, damping > 0.0, lam, grow, best, away, iterations, reason, move
         )
+        if robust:
+            bent[at] = (move == TAKE) & (normal.cost[at] - result.cost < NEAR * normal.cost[at])
         if everyone and (move == TAKE).all():
             x, normal = new, result
             failed[:] = 0.0
@@ -195,7 +205,7 @@ def _damped(
     reason[(reason == int(Reason.STEP)) & (failed > LONG)] = int(Reason.STALLED)
     if home is not None and away.any():
         home.back(np.flatnonzero(away), x, normal)
-    return Solution(x, normal.cost, iterations, reason, np.array(history), normal)
+    return Solution(x, normal.cost, iterations, reason, np.array(history), problem.normal(x) if bent.any() else normal)
 
 
 class _Home:

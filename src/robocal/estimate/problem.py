@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.errors import ModelError
 from robocal.estimate.families import Family, offsets
 from robocal.estimate.priors import add_shared, covariance_root, shared_root
-from robocal.estimate.rows import Linear, Normal, Residuals, Term
+from robocal.estimate.rows import Linear, Loss, Normal, Residuals, Term
 from robocal.estimate.whitened import whitened
 from robocal.parameters import Table
 
@@ -221,18 +221,19 @@ class Problem:
             out[:, c[c >= 0]] = w[:, c >= 0]
         return out
 
-    def normal(self, x: Array, which: Ints | None = None) -> Normal:
+    def normal(self, x: Array, which: Ints | None = None, curved: Bools | None = None) -> Normal:
         """Cost, gradient and Gauss-Newton matrix at x (B, P); `which` (B,) tells the problems of the batch when only
-        some are asked."""
+        some are asked, `curved` (B,) those in which the curvature of the loss counts in the matrix (none)."""
         from robocal.estimate._kernels import accumulate
 
         batch, n = len(x), self.n
         which = np.arange(batch) if which is None else which
         out = Normal.zeros(batch, n, *self.sizes, sum(len(t.pairs) for t in self.terms))
+        bent = np.zeros(batch, dtype=np.bool_) if curved is None or self.loss == "none" else curved
         tuning, cut, pairs = self.tuning or TUNING[self.loss], self.sizes[0][1], 0
         for term in self.bound_terms:
-            loss = LOSSES[self.loss] if term.reading else LOSSES["none"]
-            if not term.accumulate(x, which, self._weight(which), (loss, tuning), pairs, out):
+            loss = Loss(LOSSES[self.loss] if term.reading else LOSSES["none"], tuning, bent)
+            if not term.accumulate(x, which, self._weight(which), loss, pairs, out):
                 one, two = term.local
                 own = cut if term.touches[0] else 0
                 part = slice(pairs, pairs + len(term.pairs))
@@ -240,8 +241,8 @@ class Problem:
                     r, jac, jloc = term.evaluate(x[lo:hi], which[lo:hi], first, rows)
                     accumulate(
                         r, jac, jloc, own, term.scale, self._weight(which[lo:hi]), term.configuration, term.columns, one, two, term.pair,
-                        loss, tuning, first, out.cost[lo:hi], out.g[lo:hi], out.a[lo:hi], out.gl[lo:hi], out.al[lo:hi], out.asl[lo:hi],
-                        out.gm[lo:hi], out.am[lo:hi], out.asm[lo:hi], out.cross[lo:hi, part],
+                        loss.kind, tuning, bent[lo:hi], first, out.cost[lo:hi], out.g[lo:hi], out.a[lo:hi], out.gl[lo:hi], out.al[lo:hi],
+                        out.asl[lo:hi], out.gm[lo:hi], out.am[lo:hi], out.asm[lo:hi], out.cross[lo:hi, part],
                     )  # fmt: skip
             pairs += len(term.pairs)
         if self.stated.any():

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Linear", "Normal", "Residuals", "Term", "spread"]
+__all__ = ["Linear", "Loss", "Normal", "Residuals", "Term", "spread"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+
+
+class Loss(NamedTuple):
+    """A robust loss as kernels know it: which, its tuning, and of which problems of a batch its curvature counts, (B,)."""
+
+    kind: int
+    tuning: float
+    curved: Bools
 
 
 class Term(Protocol):
@@ -80,9 +88,9 @@ class Term(Protocol):
         """r (B, m, d), J (B, m, d, k), J of the local blocks (B, m, d, l), those of the first family before those of the second
         (none of a family that no row touches); `which` (B,) says which problems of the batch these are."""
 
-    def accumulate(self, x: Array, which: Ints, weight: Array, loss: tuple[int, float], pair: int, out: Normal) -> bool:
+    def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         """Adds its rows to the normal equations by itself, where it has a shorter way than through `evaluate`, and says whether it
-        did; weight (1 or B, U), loss: kind and tuning, `pair`: where its pairs begin in `Normal.cross`."""
+        did; weight (1 or B, U), `pair`: where its pairs begin in `Normal.cross`."""
 
 
 @dataclass

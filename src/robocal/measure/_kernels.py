@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
-from robocal.estimate._kernels import LANES, add_shared_columns, products, robust
+from robocal.estimate._kernels import LANES, add_shared_columns, kept, products, robust
 from robocal.geometry._kernels import rotation_from_vector, vector_from_rotation
 
 
@@ -188,7 +188,7 @@ def congruence(h, c, both, half, out, g, gout):
 @kernel
 def accumulate_sights(
     t, jac, jloc, first, cut, intrinsics, own, edges, point, value, scale, weight, configuration, columns, one, two, pair,
-    loss, tuning, cost, g, a, gl, al, asl, gm, am, asm, cross,
+    loss, tuning, curved, cost, g, a, gl, al, asl, gm, am, asm, cross,
 ):  # fmt: skip
     """Adds pixels to the normal equations, sight by sight: rows edges[i] to edges[i + 1] see points of one frame.
 
@@ -253,6 +253,13 @@ def accumulate_sights(
                     for p in range(size):
                         gs[p] += heap[p, waiting] * u
                     waiting += 1
+                share = kept(loss, tuning, r0 * r0 + r1 * r1) if curved[b] else 1.0
+                if share < 1.0:
+                    u = (1.0 - share) / (r0 * r0 + r1 * r1)
+                    for p in range(size):
+                        v = u * (r0 * heap[p, waiting - 2] + r1 * heap[p, waiting - 1])
+                        heap[p, waiting - 2] -= v * r0
+                        heap[p, waiting - 1] -= v * r1
             if not waiting:
                 continue
             products(heap, waiting, h)

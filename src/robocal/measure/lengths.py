@@ -16,7 +16,7 @@ from robocal._jit import as_kernel_array
 from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
-from robocal.estimate.rows import Normal
+from robocal.estimate.rows import Loss, Normal
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.machine import Machine
@@ -59,7 +59,7 @@ class LengthRows(Rows):
         jac = np.concatenate([row @ j, mine[:, :, None]], axis=-1)
         return length[..., None] - self.measured(which, first, rows), jac, row @ jl
 
-    def accumulate(self, x: Array, which: Ints, weight: Array, loss: tuple[int, float], pair: int, out: Normal) -> bool:
+    def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         from robocal.measure.cable._kernels import accumulate_lengths
 
         if self.touches[1]:
@@ -75,8 +75,8 @@ class LengthRows(Rows):
             accumulate_lengths(
                 t, j, jl, np.ascontiguousarray(x[part, self.numbers].reshape(len(t), -1, len(SYMBOLS))), self.radius, self.axis,
                 self.sight, self.cable, edges, symbol, self.value if len(self.value) == 1 else self.value[which[part]], self.scale,
-                weight if len(weight) == 1 else weight[part], self.configuration, self.columns, self.local[0], loss[0], loss[1],
-                out.cost[part], out.g[part], out.a[part], out.gl[part], out.al[part], out.asl[part],
+                weight if len(weight) == 1 else weight[part], self.configuration, self.columns, self.local[0], loss.kind, loss.tuning,
+                loss.curved[part], out.cost[part], out.g[part], out.a[part], out.gl[part], out.al[part], out.asl[part],
             )  # fmt: skip
         return True
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.estimate.rows import Normal
+from robocal.estimate.rows import Loss, Normal
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import Kind, Rows, register
@@ -62,9 +62,7 @@ class PixelRows(Rows):
         jac = np.concatenate([both @ j, ji[..., self.own]], axis=-1)
         return uv - self.measured(which, first, rows), jac, both @ jl
 
-    def accumulate(
-        self, x: Array, which: NDArray[np.int64], weight: Array, loss: tuple[int, float], pair: int, out: Normal
-    ) -> bool:
+    def accumulate(self, x: Array, which: NDArray[np.int64], weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         from robocal.measure._kernels import accumulate_sights
 
         value = self.value if len(self.value) == 1 else self.value[which]
@@ -76,7 +74,7 @@ class PixelRows(Rows):
             accumulate_sights(
                 t, j, jl, first, out.gl.shape[2] if self.touches[0] else 0, np.ascontiguousarray(x[:, self.numbers]), self.own, self.edges,
                 self.point, value, self.scale, weight, self.configuration, self.columns, one, two, self.sight_pair + pair,
-                loss[0], loss[1], out.cost, out.g, out.a, out.gl, out.al, out.asl, out.gm, out.am, out.asm, out.cross,
+                loss.kind, loss.tuning, loss.curved, out.cost, out.g, out.a, out.gl, out.al, out.asl, out.gm, out.am, out.asm, out.cross,
             )  # fmt: skip
         return True
 

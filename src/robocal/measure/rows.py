@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import ModelError, nearest
-from robocal.estimate.rows import Normal
+from robocal.estimate.rows import Loss, Normal
 from robocal.measure.builder import Builder
 from robocal.measure.carriers import Carrier, joined, locals_of
 from robocal.measure.data import Frame, Observations
@@ -129,7 +129,7 @@ class Rows(ABC):
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         """What a term owes to a problem (`estimate.rows.Term`)."""
 
-    def accumulate(self, x: Array, which: Ints, weight: Array, loss: tuple[int, float], pair: int, out: Normal) -> bool:
+    def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         """Kinds that have a shorter way to the normal equations than row by row say so."""
         return False
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
-from robocal.estimate._kernels import robust
+from robocal.estimate._kernels import kept, robust
 
 
 @kernel
@@ -38,7 +38,7 @@ def length_of(dx, dy, dz, radius, axis, u):
 @kernel
 def accumulate_lengths(
     t, jac, jloc, numbers, radius, axis, sight, cable, edges, symbol, value, scale, weight, configuration, columns, local, loss,
-    tuning, cost, g, a, gl, al, asl,
+    tuning, curved, cost, g, a, gl, al, asl,
 ):  # fmt: skip
     """Adds lengths of cables to the normal equations.
 
@@ -88,6 +88,8 @@ def accumulate_lengths(
                     row[wide], feeds[wide] = number[symbol[e]], columns[k + e]
                     wide += 1
             wr = w * r
+            if curved[b]:
+                w *= kept(loss, tuning, r * r) ** 2
             for p in range(wide):
                 cp, v = feeds[p], w * row[p]
                 g[b, cp] += wr * row[p]
