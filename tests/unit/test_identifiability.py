@@ -7,7 +7,8 @@ import pytest
 from measure.scenarios import SCENARIOS, build
 from unit.plain_terms import Plain, linear, plain_problem
 
-from robocal.estimate.identifiability import SEEN, analyse, block_columns, eliminate, observability, triangle
+from robocal.estimate.elimination import block_columns, eliminate, triangle
+from robocal.estimate.identifiability import SEEN, analyse, observability
 from robocal.remarks.code import Code
 
 

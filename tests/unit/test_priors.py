@@ -9,7 +9,8 @@ from measure.scenarios import HAND, TAGS, TRACKER, arm, made, observations, plat
 from unit.plain_terms import Plain, linear, plain_problem
 
 from robocal.errors import ModelError
-from robocal.estimate.identifiability import analyse, beside_blocks, block_columns, eliminate
+from robocal.estimate.elimination import beside_blocks, block_columns, eliminate
+from robocal.estimate.identifiability import analyse
 from robocal.estimate.kalman import kalman
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import effective_columns, total, uncertainty

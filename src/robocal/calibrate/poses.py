@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.estimate.identifiability import block_ranks
+from robocal.estimate.elimination import block_ranks
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 

@@ -22,7 +22,8 @@ import scipy
 from numpy.typing import NDArray
 
 from robocal.calibrate.split import NEAR, places
-from robocal.estimate.uncertainty import Total, reweighted
+from robocal.estimate.elimination import reweighted
+from robocal.estimate.uncertainty import Total
 
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit

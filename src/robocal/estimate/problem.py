@@ -269,6 +269,11 @@ class Problem:
             out += np.bincount(t.configuration[t.used], minlength=self.configurations) * t.scale.shape[1]
         return out
 
+    @property
+    def counted(self) -> Bools:
+        """Which configurations have a weight, (U,)."""
+        return np.asarray(self._weight(np.zeros(1, dtype=np.int64))[0] > 0)
+
     @cached_property
     def aside(self) -> float:
         """Which share of the rows counts for nothing: those that were set aside."""
@@ -277,13 +282,18 @@ class Problem:
 
     def slopes(self, square: Array, lin: Linear) -> Array:
         """The robust weight rho' of every row's observation from the squares of whitened rows (N,); one for constraints."""
+        if self.loss == "none" or not len(square):
+            return np.ones(len(square))
+        return np.where(lin.reading, self.slope(np.asarray(np.bincount(lin.observation, square), float))[lin.observation], 1.0)
+
+    def slope(self, square: Array, reading: bool = True) -> Array:
+        """The robust weight rho' of observations from the squares of their whitened lengths (m,)."""
         from robocal.estimate._kernels import robust
 
         kind, tuning = LOSSES[self.loss], self.tuning or TUNING[self.loss]
-        if not kind or not len(square):
+        if not kind or not reading:
             return np.ones(len(square))
-        each = np.array([robust(kind, tuning, s)[1] for s in np.bincount(lin.observation, square)])
-        return np.where(lin.reading, each[lin.observation], 1.0)
+        return np.array([robust(kind, tuning, s)[1] for s in square], dtype=float)
 
     def _weight(self, which: Ints) -> Array:
         if self.weights is None:
@@ -321,7 +331,15 @@ class Problem:
             value = r[0] if len(x) == 1 else r
             out.append(
                 Residuals(
-                    value, term.scale, term.configuration, term.group, term.kind, term.parts, term.used, term.lever
+                    value,
+                    term.scale,
+                    term.configuration,
+                    term.group,
+                    term.kind,
+                    term.parts,
+                    term.used,
+                    term.lever,
+                    term.reading,
                 )
             )
         return out
@@ -331,6 +349,6 @@ class Problem:
         weight; priors of shared columns are left out, those of local blocks are rows of theirs."""
         x = np.atleast_2d(x)
         weight = self._weight(np.zeros(1, dtype=np.int64))[0]
-        chosen = weight > 0 if configurations is None else np.isin(np.arange(len(weight)), configurations)
+        chosen = self.counted if configurations is None else np.isin(np.arange(len(weight)), configurations)
         blocks = [self.values_of(i, x) for i in range(len(self.families))]
         return whitened(self.bound_terms, x, self.n, self.families, blocks, weight, chosen)

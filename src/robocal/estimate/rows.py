@@ -182,6 +182,7 @@ class Residuals:
     parts: tuple[tuple[int, int, str], ...]
     used: Bools
     lever: Array | None = None
+    reading: bool = True
 
     def length(self, part: int = 0) -> Array:
         """Length of the error of every row in one part's unit, (m,) or (B, m)."""

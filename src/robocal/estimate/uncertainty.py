@@ -25,13 +25,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.estimate.identifiability import beside_blocks, block_columns, eliminate, triangle
+from robocal.estimate.elimination import Squares, beside_blocks, eliminate, reducible, reweighted, squares, triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Linear
 
 __all__ = [
     "LEVEL",
-    "Squares",
     "Total",
     "Uncertainty",
     "band",
@@ -39,8 +38,6 @@ __all__ = [
     "leverages",
     "quantile",
     "radius",
-    "reweighted",
-    "squares",
     "total",
     "uncertainty",
     "uneven",
@@ -82,30 +79,6 @@ class Uncertainty:
         return np.asarray(self.covariance / np.outer(s, s))
 
 
-@dataclass(frozen=True)
-class Squares:
-    """What the rows of a problem say of some columns at one x: R (n, n) with R^T R = J^T J, the sum of squared residuals, how
-    many numbers that is, and how many of them local blocks take; robust weights applied."""
-
-    names: tuple[str, ...]
-    root: Array
-    square: float
-    rows: int
-    taken: int = 0
-
-    def of(self, names: tuple[str, ...]) -> Array:
-        """R of some of the columns."""
-        return self.root if names == self.names else triangle(self.root[:, [self.names.index(n) for n in names]])
-
-
-def squares(problem: Problem, x: Array, lin: Linear | None = None) -> Squares:
-    """Of the free columns at x (1, P); `lin` is the problem linearised there, where somebody has it."""
-    lin = reweighted(problem.linearize(x) if lin is None else lin, problem)
-    taken = block_columns(lin)
-    root = triangle(eliminate(lin))
-    return Squares(problem.free, root, float(lin.r @ lin.r), len(lin.r), taken)
-
-
 def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: Squares | None = None) -> Uncertainty:
     """Of the free columns at a solution x; `estimated` says that sigma was not stated, so chi2 / dof also scales bars
     down; `known` are the squares of these columns there, and maybe of more."""
@@ -127,24 +100,13 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: S
     return Uncertainty(inverse @ inverse.T, chi2, dof, float(factor if free_scale else max(factor, 1.0)))
 
 
-def reweighted(lin: Linear, problem: Problem) -> Linear:
-    """Columns times the root of the robust weight, residuals times the weight: what the fit set aside neither informs
-    nor enlarges."""
-    if problem.loss == "none" or not len(lin.r):
-        return lin
-    weight = problem.slopes(lin.r**2, lin)
-    root = np.sqrt(weight)[:, None]
-    # chi2 counts what pulls, the influence: a gross row pulls no harder than its loss allows.
-    return replace(lin, r=weight * lin.r, j=root * lin.j, jl=root * lin.jl, jm=root * lin.jm)
-
-
 def effective_columns(problem: Problem, x: Array) -> float:
     """How many numbers the data determine, trace of (J^T J + P)^-1 J^T J: n without priors, fewer where a prior
     holds."""
     n = problem.n
     if not problem.stated.any():
         return float(n)
-    left = eliminate(problem.linearize(x))
+    left = squares(replace(problem, loss="none"), x).root if reducible(problem) else eliminate(problem.linearize(x))
     hold = problem.prior_root * problem.scales
     held = _held(left, problem)
     if held is None:
