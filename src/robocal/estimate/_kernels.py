@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
+from robocal.geometry._kernels import rotation_from_vector, vector_from_rotation
 
 
 @kernel
@@ -201,3 +202,70 @@ def accumulate(
                                 both[p, q - cut] += w * lrow[p] * lrow[q]
         products(heap, waiting, small_a)
         add_shared_columns(columns, small_g, small_a, g[b], a[b])
+
+
+@kernel
+def add_block_priors(x, start, root, axes, cost, g, a):
+    """Adds the priors of local blocks: x (B, L w) their values, start (L, w), root (L, l, l), axes (l,); cost (B,), g (B, L, l),
+    a (B, L, l, l). The logarithm of the turn from the start answers to a further turn with its left Jacobian, inverted."""
+    count, width = start.shape
+    size = axes.shape[0]
+    e, r = np.empty(width), np.empty(size)
+    now, then, turn, w = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    inverse, slope, rows = np.empty((3, 3)), np.zeros((width, width)), np.empty((size, size))
+    for t in range(count):
+        if width == 6:
+            rotation_from_vector(start[t, 3], start[t, 4], start[t, 5], then)
+        for b in range(x.shape[0]):
+            for i in range(width):
+                e[i] = x[b, t * width + i] - start[t, i]
+                slope[i, i] = 1.0
+            if width == 6:
+                at = t * width + 3
+                rotation_from_vector(x[b, at], x[b, at + 1], x[b, at + 2], now)
+                for i in range(3):
+                    for j in range(3):
+                        turn[i, j] = now[i, 0] * then[j, 0] + now[i, 1] * then[j, 1] + now[i, 2] * then[j, 2]
+                vector_from_rotation(turn, w)
+                left_inverse(w, inverse)
+                for i in range(3):
+                    e[3 + i] = w[i]
+                    for j in range(3):
+                        slope[3 + i, 3 + j] = inverse[i, j]
+            for i in range(size):
+                s = 0.0
+                for j in range(size):
+                    s += root[t, i, j] * e[axes[j]]
+                r[i] = s
+                cost[b] += 0.5 * s * s
+                for k in range(size):
+                    s = 0.0
+                    for j in range(size):
+                        s += root[t, i, j] * slope[axes[j], axes[k]]
+                    rows[i, k] = s
+            for i in range(size):
+                for k in range(size):
+                    g[b, t, k] += rows[i, k] * r[i]
+                    for j in range(size):
+                        a[b, t, k, j] += rows[i, k] * rows[i, j]
+
+
+@kernel
+def left_inverse(w, out):
+    """out (3, 3) <- the inverse of the left Jacobian of the rotation vector w, I - [w] / 2 + e [w]^2."""
+    n2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
+    if n2 < 1e-6:
+        e = 1.0 / 12.0 + n2 / 720.0
+    else:
+        h = 0.5 * math.sqrt(n2)
+        e = (1.0 - h * math.cos(h) / math.sin(h)) / n2
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = e * w[i] * w[j]
+        out[i, i] += 1.0 - e * n2
+    out[0, 1] += 0.5 * w[2]
+    out[0, 2] -= 0.5 * w[1]
+    out[1, 0] -= 0.5 * w[2]
+    out[1, 2] += 0.5 * w[0]
+    out[2, 0] += 0.5 * w[1]
+    out[2, 1] -= 0.5 * w[0]

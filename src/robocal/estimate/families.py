@@ -56,6 +56,9 @@ class Family:
     axes: tuple[int, ...]
     prior: LocalPrior | None = None
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", np.array(self.start, dtype=np.float64, order="C"))
+
     @property
     def count(self) -> int:
         """How many blocks, L."""

@@ -224,7 +224,7 @@ class Problem:
     def normal(self, x: Array, which: Ints | None = None, curved: Bools | None = None) -> Normal:
         """Cost, gradient and Gauss-Newton matrix at x (B, P); `which` (B,) tells the problems of the batch when only
         some are asked, `curved` (B,) those in which the curvature of the loss counts in the matrix (none)."""
-        from robocal.estimate._kernels import accumulate
+        from robocal.estimate._kernels import accumulate, add_block_priors
 
         batch, n = len(x), self.n
         which = np.arange(batch) if which is None else which
@@ -247,13 +247,13 @@ class Problem:
             pairs += len(term.pairs)
         if self.stated.any():
             add_shared(self.prior_root, self.difference(x), self._turns[1], out)
-        for i, family in enumerate(self.families):
+        for i, (family, place) in enumerate(zip(self.families, self.places, strict=True)):
             if family.prior is not None:
-                r, slope = family.prior.rows(self.values_of(i, x))
+                axes = np.array(family.axes, dtype=np.int64)
                 g, a, _ = out.family(i)
-                out.cost += 0.5 * np.sum(r * r, axis=(1, 2))
-                g += np.einsum("blij,bli->blj", slope, r)
-                a += np.swapaxes(slope, -1, -2) @ slope
+                add_block_priors(
+                    np.ascontiguousarray(x[:, place]), family.start, family.prior.root, axes, out.cost, g, a
+                )
         return out
 
     @cached_property
@@ -284,7 +284,9 @@ class Problem:
         """The robust weight rho' of every row's observation from the squares of whitened rows (N,); one for constraints."""
         if self.loss == "none" or not len(square):
             return np.ones(len(square))
-        return np.where(lin.reading, self.slope(np.asarray(np.bincount(lin.observation, square), float))[lin.observation], 1.0)
+        return np.where(
+            lin.reading, self.slope(np.asarray(np.bincount(lin.observation, square), float))[lin.observation], 1.0
+        )
 
     def slope(self, square: Array, reading: bool = True) -> Array:
         """The robust weight rho' of observations from the squares of their whitened lengths (m,)."""

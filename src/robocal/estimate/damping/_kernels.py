@@ -47,6 +47,43 @@ def backward(a, n, v):
 
 
 @kernel
+def half(block, shared, y):
+    """y (l, n) <- L^-1 shared^T, block holds L, shared (n, l)."""
+    size, n = y.shape
+    for i in range(size):
+        for j in range(n):
+            y[i, j] = shared[j, i]
+        for k in range(i):
+            f = block[i, k]
+            for j in range(n):
+                y[i, j] -= f * y[k, j]
+        f = 1.0 / block[i, i]
+        for j in range(n):
+            y[i, j] *= f
+
+
+@kernel
+def subtract_square(y, s):
+    """s -= y^T y, lower triangle, y (l, n)."""
+    size, n = y.shape
+    for i in range(n):
+        out = s[i]
+        if size == 6:
+            a, b, c, d, e, f = y[0, i], y[1, i], y[2, i], y[3, i], y[4, i], y[5, i]
+            for j in range(i + 1):
+                out[j] -= a * y[0, j] + b * y[1, j] + c * y[2, j] + d * y[3, j] + e * y[4, j] + f * y[5, j]
+        elif size == 3:
+            a, b, c = y[0, i], y[1, i], y[2, i]
+            for j in range(i + 1):
+                out[j] -= a * y[0, j] + b * y[1, j] + c * y[2, j]
+        else:
+            for k in range(size):
+                a = y[k, i]
+                for j in range(i + 1):
+                    out[j] -= a * y[k, j]
+
+
+@kernel
 def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, step_local):
     """(A + lam diag(damp)) step = -g of one problem, local blocks eliminated by Schur complement; False when not positive.
 
@@ -57,7 +94,7 @@ def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, ste
     nloc, nl = gl.shape
     block = np.empty((nl, nl))
     bv = np.empty(nl)
-    y = np.empty((n, nl))
+    y = np.empty((nl, n))
     for i in range(n):
         for j in range(i + 1):
             s[i, j] = a[i, j]
@@ -72,19 +109,13 @@ def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, ste
         if not cholesky(block, nl):
             return False
         forward(block, nl, bv)
-        # y = A_sl L^-T, so that A_sl A_ll^-1 A_ls = y y^T.
-        for i in range(n):
-            for j in range(nl):
-                x = asl[t, i, j]
-                for k in range(j):
-                    x -= block[j, k] * y[i, k]
-                y[i, j] = x / block[j, j]
-        for i in range(n):
-            for j in range(nl):
-                v[i] -= y[i, j] * bv[j]
-            for j in range(i + 1):
-                for k in range(nl):
-                    s[i, j] -= y[i, k] * y[j, k]
+        # y = L^-1 A_ls, so that A_sl A_ll^-1 A_ls = y^T y.
+        half(block, asl[t], y)
+        for i in range(nl):
+            f = bv[i]
+            for j in range(n):
+                v[j] -= f * y[i, j]
+        subtract_square(y, s)
     for i in range(n):
         if held[i]:
             for j in range(n):
