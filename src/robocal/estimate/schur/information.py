@@ -69,7 +69,9 @@ def information(
         whole = np.tril(left) + np.tril(left, -1).T
     scaled = whole * np.outer(scales, scales)
     values, vectors = np.linalg.eigh(scaled) if n else (np.zeros(0), np.zeros((0, 0)))
-    root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T / scales
+    # What is left of a column is rounding of what it was.
+    told = values > BLIND * (np.diag(normal.a[0]) * scales**2).max(initial=0.0)
+    root = np.where(told, np.sqrt(np.maximum(values, 0.0)), 0.0)[:, None] * vectors.T / scales
     return Information(np.asarray(root[::-1]), rank)
 
 
