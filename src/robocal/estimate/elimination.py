@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 # Exactly dependent to first order, in units of the largest singular value of a block.
 STRUCTURAL = 1e-9
+RESOLUTION = 1e-13  # of a triangle of rows; half as many digits where it comes from normal equations
+SQUARED = 3e-7
 DENSE = 4_000_000  # numbers of a Jacobian beyond which it is not formed where local blocks can be eliminated
 
 
@@ -32,6 +34,7 @@ class Squares:
     square: float
     rows: int
     taken: int = 0
+    resolution: float = RESOLUTION  # singular values below this share of the largest are rounding
 
     def of(self, names: tuple[str, ...]) -> Array:
         """R of some of the columns."""
@@ -68,7 +71,7 @@ def _reduced(problem: Problem, x: Array) -> Squares:
         square += float(weight[r.configuration[counts]] @ (slope**2 * each))
         rows += white.size
     held = sum(int((f.prior.root != 0).any(axis=2).sum()) for f in problem.families if f.prior is not None)
-    return Squares(problem.free, made.root, square, rows, made.rank - held)
+    return Squares(problem.free, made.root, square, rows, made.rank - held, SQUARED)
 
 
 def reweighted(lin: Linear, problem: Problem) -> Linear:

@@ -25,7 +25,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.estimate.elimination import Squares, beside_blocks, eliminate, reducible, reweighted, squares, triangle
+from robocal.estimate.elimination import (
+    RESOLUTION,
+    Squares,
+    beside_blocks,
+    eliminate,
+    reducible,
+    reweighted,
+    squares,
+    triangle,
+)
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Linear
 
@@ -45,8 +54,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-# Singular values below this share of the largest are rounding.
-RESOLUTION = 1e-13
 EPS = float(np.finfo(float).eps)
 SHARP = 1e-10  # of the rows: so much the number of columns may be wrong by
 LEVEL = 0.95  # of every interval and band
@@ -87,7 +94,7 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: S
     # Scaled as in `identifiability`, so that a singular value means the same in both.
     scaled = triangle(np.vstack([rows.of(problem.free), problem.prior_root])) * problem.scales
     _, values, vt = np.linalg.svd(scaled) if n else (None, np.zeros(0), np.zeros((0, 0)))
-    resolved = values > RESOLUTION * values.max(initial=0.0)
+    resolved = values > rows.resolution * values.max(initial=0.0)
     inverse = problem.scales[:, None] * vt.T / np.where(resolved, values, 1.0)
     x = np.atleast_2d(x)
     chi2 = rows.square + float(np.sum((problem.prior_root @ problem.difference(x)[0]) ** 2))
@@ -199,14 +206,15 @@ def total(
     the squares of all columns there.
     """
     n, scale = problem.n, problem.scales
-    scaled = (squares(problem, x) if known is None else known).of(problem.free) * scale
+    rows = squares(problem, x) if known is None else known
+    scaled = rows.of(problem.free) * scale
     chosen = np.isin(problem.free, kept)
     k, d = np.flatnonzero(chosen), np.flatnonzero(~chosen)
     # What the prior says of the kept ones alone, as in their fit.
     hold = problem.with_free(kept).prior_root * scale[k]
     stacked = np.vstack([scaled[:, k], hold])
     u, values, vt = np.linalg.svd(stacked, full_matrices=False)
-    told = values > RESOLUTION * values.max(initial=0.0)
+    told = values > rows.resolution * values.max(initial=0.0)
     root = vt.T / np.where(told, values, 1.0)
     # What is not known at all answers to nothing, and is as uncertain as expected.
     gain = np.where(told, root, 0.0) @ u.T
