@@ -14,7 +14,7 @@ from measure.scenarios import SCENARIOS, build, made, observations
 
 from robocal.estimate import problem as problem_module
 from robocal.estimate.least_squares import least_squares
-from robocal.estimate.problem import TUNING
+from robocal.estimate.losses import TUNING
 from robocal.geometry import so3
 from robocal.measure import pixels as pixels_module
 from robocal.measure.base import KINDS

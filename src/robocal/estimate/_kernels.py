@@ -1,4 +1,4 @@
-"""Compiled normal equations."""
+"""Compiled normal equations, and small triangular systems."""
 
 from __future__ import annotations
 
@@ -8,6 +8,43 @@ import numpy as np
 
 from robocal._jit import kernel
 from robocal.geometry._kernels import rotation_from_vector, vector_from_rotation
+
+
+@kernel
+def cholesky(a, n):
+    """In place, lower triangle; returns False when a pivot is not positive."""
+    for i in range(n):
+        for j in range(i + 1):
+            s = a[i, j]
+            for k in range(j):
+                s -= a[i, k] * a[j, k]
+            if i == j:
+                if not s > 0.0:
+                    return False
+                a[i, i] = math.sqrt(s)
+            else:
+                a[i, j] = s / a[j, j]
+    return True
+
+
+@kernel
+def forward(a, n, v):
+    """v <- L^-1 v."""
+    for i in range(n):
+        s = v[i]
+        for k in range(i):
+            s -= a[i, k] * v[k]
+        v[i] = s / a[i, i]
+
+
+@kernel
+def backward(a, n, v):
+    """v <- L^-T v."""
+    for i in range(n - 1, -1, -1):
+        s = v[i]
+        for k in range(i + 1, n):
+            s -= a[k, i] * v[k]
+        v[i] = s / a[i, i]
 
 
 @kernel

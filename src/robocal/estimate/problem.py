@@ -22,19 +22,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.errors import ModelError
 from robocal.estimate.families import Family, offsets
+from robocal.estimate.losses import LOSSES, TUNING, Loss, slopes
 from robocal.estimate.priors import add_shared, covariance_root, shared_root
-from robocal.estimate.rows import Linear, Loss, Normal, Residuals, Term
+from robocal.estimate.rows import Linear, Normal, Residuals, Term
 from robocal.estimate.whitened import whitened
 from robocal.parameters import Table
 
-__all__ = ["LOSSES", "Problem"]
+__all__ = ["Problem"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
-LOSSES = {"none": 0, "huber": 1, "cauchy": 2, "tukey": 3}
-# Tuning constants for 95 % efficiency under Gaussian noise in one dimension (Holland and Welsch, 1977).
-TUNING = {"none": 1.0, "huber": 1.345, "cauchy": 2.385, "tukey": 4.685}
 # Doubles per chunk of Jacobian: small enough to stay in the second-level cache.
 CHUNK = 1 << 16
 POSE = 16  # numbers
@@ -290,12 +288,7 @@ class Problem:
 
     def slope(self, square: Array, reading: bool = True) -> Array:
         """The robust weight rho' of observations from the squares of their whitened lengths (m,)."""
-        from robocal.estimate._kernels import robust
-
-        kind, tuning = LOSSES[self.loss], self.tuning or TUNING[self.loss]
-        if not kind or not reading:
-            return np.ones(len(square))
-        return np.array([robust(kind, tuning, s)[1] for s in square], dtype=float)
+        return slopes(self.loss, self.tuning, square) if reading else np.ones(len(square))
 
     def _weight(self, which: Ints) -> Array:
         if self.weights is None:

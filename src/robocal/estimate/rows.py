@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Linear", "Loss", "Normal", "Residuals", "Term", "spread"]
+from robocal.estimate.losses import Loss
+
+__all__ = ["Linear", "Normal", "Residuals", "Term", "spread"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
-
-
-class Loss(NamedTuple):
-    """A robust loss as kernels know it: which, its tuning, and of which problems of a batch its curvature counts, (B,)."""
-
-    kind: int
-    tuning: float
-    curved: Bools
 
 
 class Term(Protocol):

@@ -16,7 +16,8 @@ from robocal._jit import as_kernel_array
 from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
-from robocal.estimate.rows import Loss, Normal
+from robocal.estimate.losses import Loss
+from robocal.estimate.rows import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.machine import Machine

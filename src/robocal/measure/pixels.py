@@ -12,7 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.estimate.rows import Loss, Normal
+from robocal.estimate.losses import Loss
+from robocal.estimate.rows import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import Kind, Rows, register

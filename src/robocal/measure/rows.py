@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import ModelError, nearest
-from robocal.estimate.rows import Loss, Normal
+from robocal.estimate.losses import Loss
+from robocal.estimate.rows import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.carriers import Carrier, joined, locals_of
 from robocal.measure.data import Frame, Observations

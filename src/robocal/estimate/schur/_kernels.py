@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from robocal._jit import kernel
-from robocal.estimate.damping._kernels import backward, cholesky, forward
+from robocal.estimate._kernels import backward, cholesky, forward
 
 
 @kernel
@@ -146,13 +144,3 @@ def back(base, start, slots, offset, root, half, store, kept, v, step):
                 x -= y[i, own * kept + p] * v[base + p]
             step[e, i] = x
         backward(root[e], size, step[e])
-
-
-@kernel
-def inverse_length(a, size):
-    """1 over the root of the diagonal of a (size, size), or one where it is zero."""
-    out = np.ones(size)
-    for i in range(size):
-        if a[i, i] > 0.0:
-            out[i] = 1.0 / math.sqrt(a[i, i])
-    return out
