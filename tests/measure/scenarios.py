@@ -113,6 +113,7 @@ def carriers_of(kind, sigma):
         f"{kind}/arm, targets eliminated": lambda rng: made(arm(), [observations(kind, 4, sigma, HAND, TAGS)], rng, 4, local_targets=("tag0", "tag1")),
         f"{kind}/free poses": lambda rng: made(platform(), [observations(kind, 3, sigma)], rng, 3, free=[]),
         f"{kind}/free poses, instrument on the base": lambda rng: made(platform(), [observations(kind, 3, sigma, TRACKER, (BALL,))], rng, 3, free=[f"{n}.{s}" for n in ("tracker", "ball") for s in ("x", "y", "z", "rx", "ry", "rz")]),
+        f"{kind}/free poses, free targets": lambda rng: made(platform(), [observations(kind, 3, sigma, HAND, TAGS)], rng, 3, free=all_six("hand"), local_targets=("tag0", "tag1")),
         f"{kind}/free poses, instrument on board": lambda rng: made(platform(), [observations(kind, 3, sigma, HAND, TAGS)], rng, 3, free=[f"{n}.{s}" for n in ("hand", "tag1") for s in ("x", "y", "z", "rx", "ry", "rz")]),
     }  # fmt: skip
 
@@ -230,6 +231,15 @@ SCENARIOS = {
         arm(), [pixels(3, HAND, TAGS)], rng, 3, local_targets=("tag0", "tag1")
     ),
     "pixels/free poses": lambda rng: made(platform(), [pixels(3, HAND, TAGS)], rng, 3, free=lens(["hand", "tag0"])),
+    "pixels/free poses, free markers": lambda rng: made(
+        platform(), [pixels(3, HAND, TAGS)], rng, 3, free=lens(["hand"]), local_targets=("tag0", "tag1")
+    ),
+    "pixels/free poses, a marker is known": lambda rng: made(
+        platform(), [pixels(3, HAND, TAGS)], rng, 3, free=lens(["hand"]), local_targets=("tag1",)
+    ),
+    "pixels/free poses, markers on board": lambda rng: made(
+        platform(), [pixels(3, EYE, (BALL,))], rng, 3, free=lens(["eye"]), local_targets=("ball",)
+    ),
     "mixed": mixed,
 }
 

@@ -14,25 +14,39 @@ from measure.scenarios import SCENARIOS, build, made, observations
 
 from robocal.estimate import problem as problem_module
 from robocal.estimate.least_squares import least_squares
-from robocal.estimate.problem import TUNING
+from robocal.estimate.losses import TUNING
 from robocal.geometry import so3
+from robocal.measure import pixels as pixels_module
 from robocal.measure.base import KINDS
 
 CONVENTIONS = [(c, k) for c in NAMES for k in ("position", "pose")]
 
 
+def columns(p):
+    """How many columns all free parameters and local blocks have."""
+    return p.n + sum(f.count * f.size for f in p.families)
+
+
 def split(p, step):
-    return step[None, : p.n], step[None, p.n :].reshape(1, p.blocks, p.block_size) if p.blocks else None
+    """The step (1, n) of the free columns, and of the blocks of every family, (1, L, l)."""
+    out, first = [step[None, : p.n]], p.n
+    for f in p.families:
+        out.append(step[None, first : first + f.count * f.size].reshape(1, f.count, f.size))
+        first += f.count * f.size
+    return out
 
 
 def dense(p, lin):
-    """J (N, n + L l), the local columns in their places."""
-    out = np.zeros((len(lin.r), p.n + p.blocks * p.block_size))
+    """J (N, n + L l + M q), the local columns in their places."""
+    out = np.zeros((len(lin.r), columns(p)))
     out[:, : p.n] = lin.j
-    for b in range(p.blocks):
-        rows = lin.local == b
-        at = p.n + b * p.block_size
-        out[rows, at : at + p.block_size] = lin.jl[rows]
+    if p.families:
+        size = p.families[0].size
+        for b in range(p.families[0].count):
+            rows = lin.local == b
+            at = p.n + b * size
+            out[rows, at : at + size] = lin.jl[rows]
+        out[:, columns(p) - lin.jm.shape[1] :] = lin.jm
     return out
 
 
@@ -43,7 +57,7 @@ def check(p, scale=1.0):
     def jacobian(step):
         return scale * dense(p, p.linearize(p.retract(p.start, *split(p, step))))
 
-    check_jacobian(residual, jacobian, np.zeros(p.n + p.blocks * p.block_size), tolerance=1e-7)
+    check_jacobian(residual, jacobian, np.zeros(columns(p)), tolerance=1e-7)
 
 
 def test_every_kind_has_a_scenario():
@@ -126,14 +140,26 @@ def compare(p, x, tolerance=1e-12):
     size = np.abs(a).max()
     np.testing.assert_allclose(got.cost[0], cost, rtol=1e-11)
     np.testing.assert_allclose(
-        np.concatenate([got.g[0], got.gl[0].ravel()]), g, rtol=1e-8, atol=1e-11 * np.abs(g).max()
+        np.concatenate([got.g[0], got.gl[0].ravel(), got.gm[0].ravel()]), g, rtol=1e-8, atol=1e-11 * np.abs(g).max()
     )
     np.testing.assert_allclose(np.tril(got.a[0]), np.tril(a[:n, :n]), atol=tolerance * size)
     assert not np.triu(got.a[0], 1).any()
-    for b in range(p.blocks):
-        at = slice(n + 6 * b, n + 6 * b + 6)
-        np.testing.assert_allclose(got.al[0, b], a[at, at], atol=tolerance * size)
-        np.testing.assert_allclose(got.asl[0, b], a[:n, at], atol=tolerance * size)
+    first, places = n, []
+    for i, f in enumerate(p.families):
+        places.append([slice(first + f.size * b, first + f.size * (b + 1)) for b in range(f.count)])
+        for b, at in enumerate(places[-1]):
+            np.testing.assert_allclose(got.family(i)[1][0, b], a[at, at], atol=tolerance * size)
+            np.testing.assert_allclose(got.family(i)[2][0, b], a[:n, at], atol=tolerance * size)
+        first += f.size * f.count
+    if len(p.families) > 1:
+        between = np.zeros((columns(p), columns(p)))
+        for (one, two), cross in zip(p.pairs, got.cross[0], strict=True):
+            between[places[0][one], places[1][two]] += cross
+        ends = places[0][-1].stop
+        np.testing.assert_allclose(between[n:ends, ends:], a[n:ends, ends:], atol=tolerance * size)
+
+
+FIELDS = ("cost", "g", "a", "gl", "al", "asl", "gm", "am", "asm", "cross")
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
@@ -147,6 +173,55 @@ def test_normal_is_linearize_squared(name, loss):
     compare(p.with_loss(loss, c if loss != "none" else None), x)
     weights = np.linspace(0, 2, p.configurations)
     compare(p.with_loss(loss, c if loss != "none" else None).with_weights(weights), x)
+
+
+def curvature(loss, c, s):
+    """2 s rho'' / rho', the textbook's."""
+    u = s / c**2
+    if loss == "huber":
+        return np.where(u <= 1, 0.0, -1.0)
+    if loss == "cauchy":
+        return -2 * u / (1 + u)
+    return np.where(u < 1, -4 * u / np.where(u < 1, 1 - u, 1.0), -np.inf)
+
+
+@pytest.mark.parametrize(
+    "name", [n for n in SCENARIOS if n.startswith(("position/arm", "pose/free", "pixels", "lengths", "mixed"))]
+)
+@pytest.mark.parametrize("loss", ["huber", "cauchy", "tukey"])
+def test_the_curvature_of_a_loss_bends_the_matrix_and_nothing_else(name, loss):
+    p = build(name)
+    lin = p.linearize(p.start)
+    square = np.bincount(lin.observation, lin.r**2)
+    c = 1.1 * float(np.sqrt(np.median(square)))
+    robust = p.with_loss(loss, c)
+    plain, bent = robust.normal(p.start), robust.normal(p.start, curved=np.ones(1, dtype=bool))
+    for field in ("cost", "g", "gl", "gm"):
+        np.testing.assert_allclose(getattr(bent, field), getattr(plain, field), rtol=1e-10, atol=1e-10)
+    _, slope = rho(loss, c, square)
+    reading = lin.reading[np.unique(lin.observation, return_index=True)[1]]
+    less = np.where(reading, np.minimum(-np.maximum(curvature(loss, c, square), -1.0), 1.0), 0.0)
+    j, expected = dense(p, lin), dense_matrix(p, plain)
+    for i in np.flatnonzero((less > 0) & (slope > 0) & reading):
+        rows = lin.observation == i
+        q = j[rows].T @ lin.r[rows]
+        expected -= slope[i] * less[i] / square[i] * np.outer(q, q)
+    np.testing.assert_allclose(dense_matrix(p, bent), expected, atol=1e-10 * np.abs(expected).max())
+
+
+def dense_matrix(p, normal):
+    """The Gauss-Newton matrix of all columns."""
+    out, first = np.zeros((columns(p), columns(p))), p.n
+    out[: p.n, : p.n] = normal.a[0]
+    places = []
+    for i, f in enumerate(p.families):
+        places.append([slice(first + f.size * b, first + f.size * (b + 1)) for b in range(f.count)])
+        for b, at in enumerate(places[-1]):
+            out[at, at], out[at, : p.n] = normal.family(i)[1][0, b], normal.family(i)[2][0, b].T
+        first += f.size * f.count
+    for (one, two), cross in zip(p.pairs, normal.cross[0], strict=True):
+        out[places[1][two], places[0][one]] += cross.T
+    return np.tril(out) + np.tril(out, -1).T
 
 
 def test_default_tunings_are_used():
@@ -177,8 +252,9 @@ def test_chunks_do_not_matter(name, monkeypatch):
     whole = p.normal(x)
     for chunk in (1, 40, 400):
         monkeypatch.setattr(problem_module, "CHUNK", chunk)
+        monkeypatch.setattr(pixels_module, "CHUNK", chunk)
         parts = p.normal(x)
-        for field in ("cost", "g", "a", "gl", "al", "asl"):
+        for field in FIELDS:
             want = getattr(whole, field)
             np.testing.assert_allclose(
                 getattr(parts, field), want, atol=1e-12 * np.abs(want).max(initial=1), err_msg=f"{field}, {chunk}"
@@ -189,13 +265,13 @@ def test_chunks_do_not_matter(name, monkeypatch):
 def test_a_batch_is_its_singles(name):
     p = build(name)
     rng = np.random.default_rng(0)
-    local = rng.normal(scale=1e-2, size=(4, p.blocks, p.block_size)) if p.blocks else None
-    x = p.retract(np.repeat(p.start, 4, axis=0), rng.normal(scale=1e-2, size=(4, p.n)), local)
+    local = [rng.normal(scale=1e-2, size=(4, f.count, f.size)) for f in p.families]
+    x = p.retract(np.repeat(p.start, 4, axis=0), rng.normal(scale=1e-2, size=(4, p.n)), *local)
     batch = p.with_weights(rng.uniform(size=(4, p.configurations)))
     together = batch.normal(x)
     for b in range(4):
         alone = batch.normal(x[[b]], np.array([b]))
-        for field in ("cost", "g", "a", "gl", "al", "asl"):
+        for field in FIELDS:
             want = getattr(alone, field)[0]
             np.testing.assert_allclose(
                 getattr(together, field)[b], want, atol=1e-12 * np.abs(want).max(initial=1), err_msg=field

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.optimize
 
+from robocal.estimate.families import Family
 from robocal.estimate.problem import Problem
 from robocal.parameters import Parameter, Table
 
@@ -21,7 +22,9 @@ class Plain:
         self.scale = np.ascontiguousarray(1.0 / np.broadcast_to(np.asarray(sigma, float), (m, d)))
         self.used = np.ones(m, dtype=bool)
         self.configuration = np.arange(m) if configuration is None else np.asarray(configuration)
-        self.local = np.full(m, -1) if local is None else np.asarray(local)
+        none = np.full(m, -1)
+        self.local = (none if local is None else np.asarray(local), none)
+        self.touches, self.pairs, self.pair = (local is not None, False), np.zeros((0, 2), dtype=np.int64), none
         self.block = np.zeros((m, d, 0)) if block is None else np.asarray(block, float)
         self.columns = np.empty(0, dtype=np.int64)
         self.rows = self.columns
@@ -34,6 +37,9 @@ class Plain:
         other.size = len(column_of)
         return other
 
+    def accumulate(self, *_):
+        return False
+
     def evaluate(self, x, which, first, rows):
         part = slice(first, first + rows)
         n, size = self.size, self.block.shape[2]
@@ -42,7 +48,7 @@ class Plain:
             value = np.array(self.fn(row[:n]), float)[part]
             if size:
                 blocks = row[n:].reshape(-1, size)
-                value = value + np.einsum("mdl,ml->md", self.block[part], blocks[self.local[part]])
+                value = value + np.einsum("mdl,ml->md", self.block[part], blocks[self.local[0][part]])
             r.append(value)
             j.append(np.asarray(self.jac(row[:n]), float)[part][:, :, self.rows])
         jl = np.repeat(self.block[None, part], len(x), axis=0)
@@ -59,15 +65,14 @@ def plain_problem(terms, start, *, configurations=None, blocks=0, block_size=0, 
         for i, (name, v) in enumerate(zip(names, start, strict=True))
     ]
     configurations = max(int(t.configuration.max()) + 1 for t in terms) if configurations is None else configurations
-    given = np.zeros(blocks * block_size) if local_start is None else np.asarray(local_start, float).ravel()
+    given = np.zeros((blocks, block_size)) if local_start is None else np.asarray(local_start, float)
+    family = Family(given.reshape(blocks, block_size), tuple(range(block_size))) if blocks else None
     return Problem(
         Table(tuple(rows)),
         tuple(terms),
         tuple(names),
-        blocks=blocks,
-        block_size=block_size,
+        () if family is None else (family,),
         configurations=configurations,
-        local_start=given,
     )
 
 

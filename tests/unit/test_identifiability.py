@@ -7,7 +7,8 @@ import pytest
 from measure.scenarios import SCENARIOS, build
 from unit.plain_terms import Plain, linear, plain_problem
 
-from robocal.estimate.identifiability import SEEN, analyse, block_columns, eliminate, observability, triangle
+from robocal.estimate.elimination import block_columns, eliminate, triangle
+from robocal.estimate.identifiability import SEEN, analyse, observability
 from robocal.remarks.code import Code
 
 
@@ -182,22 +183,19 @@ def test_triangle_in_chunks_keeps_the_squares(rng):
 # --- local blocks -----------------------------------------------------------------------------------------------------------
 
 
-def schur(lin, size):
+def schur(p, lin):
     """Information of the shared columns with the local ones profiled out, by pseudo-inverse."""
-    a = lin.j.T @ lin.j
-    for b in np.unique(lin.local[lin.local >= 0]):
-        rows = lin.local == b
-        j, jl = lin.j[rows], lin.jl[rows]
-        a = a - j.T @ jl @ np.linalg.pinv(jl.T @ jl, rcond=1e-12) @ jl.T @ j
-    return a
+    local = [np.where((lin.local == b)[:, None], lin.jl, 0.0) for b in range(p.sizes[0][0])]
+    own = np.hstack([*local, lin.jm, np.zeros((len(lin.r), 0))])
+    return lin.j.T @ lin.j - lin.j.T @ own @ np.linalg.pinv(own.T @ own, rcond=1e-12) @ own.T @ lin.j
 
 
 @pytest.mark.parametrize("name", [n for n in SCENARIOS if "eliminated" in n or "free poses" in n])
 def test_eliminate_equals_the_dense_schur_complement(name):
     p = build(name)
     lin = p.linearize(p.start)
-    reduced = eliminate(lin, p.block_size)
-    expected = schur(lin, p.block_size)
+    reduced = eliminate(lin)
+    expected = schur(p, lin)
     np.testing.assert_allclose(
         reduced.T @ reduced, expected, atol=1e-8 * max(np.abs(lin.j.T @ lin.j).max(initial=0), 1)
     )
@@ -221,20 +219,20 @@ def test_a_block_takes_away_only_its_own_rank(rng, ranks):
     """A pose seen through one point has rank 3: it must not eat six rows."""
     p = blocks_of(rng, ranks)
     lin = p.linearize(p.start)
-    assert block_columns(lin, 6) == sum(ranks)
-    reduced = eliminate(lin, 6)
-    np.testing.assert_allclose(reduced.T @ reduced, schur(lin, 6), atol=1e-8)
+    assert block_columns(lin) == sum(ranks)
+    reduced = eliminate(lin)
+    np.testing.assert_allclose(reduced.T @ reduced, schur(p, lin), atol=1e-8)
     assert len(reduced) == len(lin.r) - sum(ranks)
 
 
 def test_blocks_with_fewer_rows_than_columns(rng):
     p = blocks_of(rng, (3, 4), each=4)
     lin = p.linearize(p.start)
-    assert block_columns(lin, 6) == 7
-    np.testing.assert_allclose(eliminate(lin, 6).T @ eliminate(lin, 6), schur(lin, 6), atol=1e-8)
+    assert block_columns(lin) == 7
+    np.testing.assert_allclose(eliminate(lin).T @ eliminate(lin), schur(p, lin), atol=1e-8)
 
 
 def test_without_blocks_nothing_is_eliminated(rng):
     p = plain_problem(linear(rng.normal(size=(5, 2)), np.zeros(5)), np.zeros(2))
     lin = p.linearize(p.start)
-    assert eliminate(lin, 0) is lin.j and block_columns(lin, 0) == 0
+    assert eliminate(lin) is lin.j and block_columns(lin) == 0

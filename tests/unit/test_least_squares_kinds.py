@@ -9,7 +9,7 @@ from unit.plain_terms import Plain, curved, linear, plain_problem, scipy_solutio
 
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
-from robocal.estimate.problem import TUNING
+from robocal.estimate.losses import TUNING
 
 # --- bounds -----------------------------------------------------------------------------------------------------------------
 

@@ -9,7 +9,8 @@ from measure.scenarios import HAND, TAGS, TRACKER, arm, made, observations, plat
 from unit.plain_terms import Plain, linear, plain_problem
 
 from robocal.errors import ModelError
-from robocal.estimate.identifiability import analyse, beside_blocks, block_columns, eliminate
+from robocal.estimate.elimination import beside_blocks, block_columns, eliminate
+from robocal.estimate.identifiability import analyse
 from robocal.estimate.kalman import kalman
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import effective_columns, total, uncertainty
@@ -190,9 +191,9 @@ def test_priors_of_local_blocks_are_the_dense_estimate(rng, ranks):
     lin = q.linearize(s.x)
     local = np.linalg.inv((dense.T @ dense + info)[2:, 2:])
     np.testing.assert_allclose(
-        beside_blocks(lin, 3)[0], np.einsum("ij,jk,ik->i", dense[:, 2:], local, dense[:, 2:]), atol=1e-10
+        beside_blocks(lin)[0], np.einsum("ij,jk,ik->i", dense[:, 2:], local, dense[:, 2:]), atol=1e-10
     )
-    reduced = eliminate(lin, 3)
+    reduced = eliminate(lin)
     np.testing.assert_allclose(reduced.T @ reduced + info[:2, :2], np.linalg.inv(inverse[:2, :2]), atol=1e-9)
     f = kalman(q)
     np.testing.assert_allclose(f.x[0, :2], x[:2], atol=1e-8)
@@ -203,8 +204,8 @@ def test_priors_of_local_blocks_are_the_dense_estimate(rng, ranks):
 def test_leverage_without_priors_is_the_rank(rng, ranks):
     p, dense, _ = with_blocks(rng, ranks)
     lin = p.linearize(p.start)
-    taken = beside_blocks(lin, 3)[0]
-    assert taken.sum() == pytest.approx(sum(ranks)) == block_columns(lin, 3) and not taken[lin.local < 0].any()
+    taken = beside_blocks(lin)[0]
+    assert taken.sum() == pytest.approx(sum(ranks)) == block_columns(lin) and not taken[lin.local < 0].any()
     hat = dense[:, 2:] @ np.linalg.pinv(dense[:, 2:], rcond=1e-10)
     np.testing.assert_allclose(taken, np.diag(hat), atol=1e-9)
 
@@ -215,8 +216,8 @@ def test_vague_and_infinite_priors_of_blocks_are_none_and_tight_ones_hold(rng):
     np.testing.assert_allclose(vague, free, atol=1e-6)
     assert uncertainty(p, free).dof == uncertainty(p.with_local_prior(sigma=[np.inf] * 3), free).dof
     held = least_squares(p.with_local_prior(sigma=np.full((4, 3), 1e-9))).x
-    np.testing.assert_allclose(held[0, 2:], p.local_start, atol=1e-6)
-    assert p.with_local_prior(sigma=[1.0] * 3).with_local_prior().local_prior is None
+    np.testing.assert_allclose(held[0, 2:], p.families[0].start.ravel(), atol=1e-6)
+    assert p.with_local_prior(sigma=[1.0] * 3).with_local_prior().families[0].prior is None
 
 
 @pytest.mark.parametrize(
@@ -239,7 +240,7 @@ def test_what_is_no_prior_of_blocks_is_refused(rng, prior, words):
 def test_the_gradient_of_a_local_prior_is_right_far_from_its_mean(rng, kind):
     """Free poses, each with its own covariance over shifts and turns, half a radian off."""
     p = made(platform(), [observations(kind, 3, 1e-3, TRACKER)], rng, 3, free=[])
-    size = p.block_size
+    size = p.families[0].size
     p = p.with_local_prior(covariance=[covariance(rng, size, 0.2) for _ in range(p.blocks)])
     p = p.with_weights(np.zeros((1, p.configurations)))
     far = p.retract(p.start, np.zeros((1, 0)), 0.4 * rng.normal(size=(1, p.blocks, size)))
@@ -249,7 +250,7 @@ def test_the_gradient_of_a_local_prior_is_right_far_from_its_mean(rng, kind):
 
     zero = np.zeros(p.blocks * size)
     check_jacobian(lambda d: p.normal(moved(d)).cost, lambda d: p.normal(moved(d)).gl.reshape(1, -1), zero)
-    whole = p.local_prior.rows(far)
+    whole = p.families[0].prior.rows(p.values_of(0, far))
     np.testing.assert_allclose(p.normal(far).al, np.swapaxes(whole[1], -1, -2) @ whole[1], atol=1e-9)
     np.testing.assert_allclose(p.linearize(far).hold, whole[1][0])
     assert least_squares(p, far).cost[0] < 1e-12

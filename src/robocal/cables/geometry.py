@@ -172,9 +172,11 @@ def lengths(pose: Array, cable: Array, pulley: Pulleys | None = None) -> tuple[A
     """Length (B, m) of one cable, its gradient with respect to the platform's (v, w), (B, m, 6), and to the cable's
     seven numbers, (B, m, 7).
 
-    pose (B, m, 4, 4), cable (B, 7) in the order of SYMBOLS, pulley that of the cable, radius () and axis (3,).
+    pose (B, m, 4, 4), cable (B, 7) or of every row (B, m, 7) in the order of SYMBOLS, its pulley, radius () and axis (3,), or
+    (m,) and (m, 3).
     """
-    a, b, l0 = cable[:, None, :3], cable[:, None, 3:6], cable[:, None, 6]
+    each = cable if cable.ndim == 3 else cable[:, None]
+    a, b, l0 = each[..., :3], each[..., 3:6], each[..., 6]
     r = pose[..., :3, :3]
     lever = np.einsum("bmij,bmj->bmi", r, np.broadcast_to(b, (*pose.shape[:2], 3)))
     full, u = run(pose[..., :3, 3] + lever - a, pulley)

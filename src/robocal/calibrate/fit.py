@@ -24,19 +24,11 @@ from robocal.calibrate.noise import Group, apply_noise, assess, noise_dof, under
 from robocal.calibrate.options import Options
 from robocal.calibrate.split import places
 from robocal.errors import ModelError
+from robocal.estimate.elimination import Squares, squares
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import Solution, least_squares
 from robocal.estimate.problem import Problem
-from robocal.estimate.uncertainty import (
-    Squares,
-    Total,
-    Uncertainty,
-    effective_columns,
-    squares,
-    total,
-    uncertainty,
-    uneven,
-)
+from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, total, uncertainty, uneven
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine

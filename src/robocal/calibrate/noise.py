@@ -138,7 +138,7 @@ def _paid(problem: Problem, x: Array, chosen: NDArray[np.bool_], columns: float)
         (chosen[t.configuration] & t.used)[:, None] & np.ones(t.scale.shape[1], dtype=bool) for t in problem.terms
     ]
     total = sum(int(c.sum()) for c in counts)
-    if not problem.block_size or not total:
+    if not problem.blocks or not total:
         return [np.asarray(columns / max(total, 1) * c, dtype=np.float64) for c in counts]
     own, shared = leverages(problem, x, np.flatnonzero(chosen))
     whole = shared.sum()

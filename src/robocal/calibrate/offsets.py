@@ -25,10 +25,11 @@ from robocal.calibrate.judge import Proof, drawn, units_of
 from robocal.calibrate.prove import Proven
 from robocal.calibrate.split import places
 from robocal.calibrate.statistics import Statistic
+from robocal.estimate.elimination import squares
 from robocal.estimate.identifiability import Combination, analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
-from robocal.estimate.uncertainty import Total, quantile, squares, total, uncertainty, uneven
+from robocal.estimate.uncertainty import Total, quantile, total, uncertainty, uneven
 from robocal.geometry.path.joints import Zero
 from robocal.measure.machine import Machine
 from robocal.remarks.code import Code

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.estimate.identifiability import block_ranks
+from robocal.estimate.elimination import block_ranks
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 
@@ -23,12 +23,12 @@ def own_poses(problem: Problem, x: Array, configurations: NDArray[np.bool_]) -> 
     (B, U), and whether every fit converged. Other poses stay."""
     alone = problem.with_free(()).with_weights(configurations.astype(float))
     solved = least_squares(alone, x)
-    p, width = len(problem.table), len(problem.local_start) // problem.blocks
+    place, width = problem.places[0], problem.families[0].width
     out = np.array(x)
     mine = np.repeat(configurations, width, axis=1)
-    out[:, p:] = np.where(mine, solved.x[:, p:], x[:, p:])
+    out[:, place] = np.where(mine, solved.x[:, place], x[:, place])
     numbers = problem.numbers.astype(float)
-    rank = block_ranks(alone.with_weights(None).linearize(x[:1]), problem.block_size, problem.blocks)
+    rank = block_ranks(alone.with_weights(None).linearize(x[:1]), problem.families[0].count)
     known = numbers > rank
     factor = np.where(known, np.sqrt(numbers / np.where(known, numbers - rank, 1.0)), np.nan)
     return out, np.where(configurations, factor, 1.0), all(r.converged for r in solved.reasons)

@@ -22,7 +22,8 @@ import scipy
 from numpy.typing import NDArray
 
 from robocal.calibrate.split import NEAR, places
-from robocal.estimate.uncertainty import Total, reweighted
+from robocal.estimate.elimination import reweighted
+from robocal.estimate.uncertainty import Total
 
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
@@ -70,7 +71,7 @@ def kept_rows(fit: Fit, total: Total) -> Kept | None:
     """The rows of a fit that tell how its errors are spread; None where places have no joint values, or rows have
     unknowns of their own."""
     where, problem, x = fit.data.configurations, fit.problem, fit.solution.x
-    if where.joints is None or not problem.n or problem.block_size:
+    if where.joints is None or not problem.n or problem.blocks:
         return None
     lin = reweighted(problem.linearize(x), problem)
     seen = fit.uncertainty

@@ -1,4 +1,4 @@
-"""Compiled normal equations."""
+"""Compiled normal equations, and small triangular systems."""
 
 from __future__ import annotations
 
@@ -7,6 +7,44 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
+from robocal.geometry._kernels import rotation_from_vector, vector_from_rotation
+
+
+@kernel
+def cholesky(a, n):
+    """In place, lower triangle; returns False when a pivot is not positive."""
+    for i in range(n):
+        for j in range(i + 1):
+            s = a[i, j]
+            for k in range(j):
+                s -= a[i, k] * a[j, k]
+            if i == j:
+                if not s > 0.0:
+                    return False
+                a[i, i] = math.sqrt(s)
+            else:
+                a[i, j] = s / a[j, j]
+    return True
+
+
+@kernel
+def forward(a, n, v):
+    """v <- L^-1 v."""
+    for i in range(n):
+        s = v[i]
+        for k in range(i):
+            s -= a[i, k] * v[k]
+        v[i] = s / a[i, i]
+
+
+@kernel
+def backward(a, n, v):
+    """v <- L^-T v."""
+    for i in range(n - 1, -1, -1):
+        s = v[i]
+        for k in range(i + 1, n):
+            s -= a[k, i] * v[k]
+        v[i] = s / a[i, i]
 
 
 @kernel
@@ -26,6 +64,39 @@ def robust(kind, tuning, s):
         return c2 / 3.0, 0.0
     u = 1.0 - s / c2
     return c2 / 3.0 * (1.0 - u * u * u), u * u
+
+
+@kernel
+def kept(kind, tuning, s):
+    """Which share of the columns along the residual a loss keeps when its curvature counts, sqrt(1 + 2 s rho'' / rho'), not below
+    zero: rho'' bends the cost less than rho' says. Reference: Triggs et al. (2000), section 4.3."""
+    u = s / (tuning * tuning)
+    if kind == 0 or (kind == 1 and u <= 1.0):
+        return 1.0
+    if kind == 1:
+        return 0.0
+    if kind == 2:
+        return math.sqrt(max((1.0 - u) / (1.0 + u), 0.0))
+    return math.sqrt(max((1.0 - 5.0 * u) / (1.0 - u), 0.0)) if u < 1.0 else 0.0
+
+
+@kernel
+def shorten(rows, r, share):
+    """Takes 1 - share of the columns along the residual r (d,) from whitened rows (d, k) of one observation."""
+    d, k = rows.shape
+    s = 0.0
+    for c in range(d):
+        s += r[c] * r[c]
+    if s == 0.0:
+        return
+    f = (1.0 - share) / s
+    for p in range(k):
+        q = 0.0
+        for c in range(d):
+            q += r[c] * rows[c, p]
+        q *= f
+        for c in range(d):
+            rows[c, p] -= q * r[c]
 
 
 WIDE = 96  # numbers of a column that are multiplied at once: they stay in the first-level cache
@@ -63,14 +134,44 @@ def products(t, count, out):
 
 
 @kernel
+def add_block(at, w, lrow, row, columns, al, asl):
+    """Adds one whitened row to the matrix of a local block: lrow its columns, row those that are shared."""
+    k, nl = row.shape[0], lrow.shape[0]
+    for p in range(nl):
+        t = w * lrow[p]
+        for q in range(nl):
+            al[at, p, q] += t * lrow[q]
+        for q in range(k):
+            asl[at, columns[q], p] += t * row[q]
+
+
+@kernel
+def add_shared_columns(columns, small_g, small_a, g, a):
+    """Adds what one term's columns say, k of them, to the free columns that they feed; lower triangle."""
+    for p in range(columns.shape[0]):
+        cp = columns[p]
+        g[cp] += small_g[p]
+        for q in range(p + 1):
+            cq = columns[q]
+            if cp == cq and p != q:
+                # Two columns of the term feed one tangent column.
+                a[cp, cp] += 2.0 * small_a[p, q]
+            elif cp >= cq:
+                a[cp, cq] += small_a[p, q]
+            else:
+                a[cq, cp] += small_a[p, q]
+
+
+@kernel
 def accumulate(
-    r, jac, jloc, scale, weight, configuration, columns, local, loss, tuning, first, cost, g, a, gl, al, asl
-):
+    r, jac, jloc, cut, scale, weight, configuration, columns, local, other, pair, loss, tuning, curved, first, cost, g, a, gl,
+    al, asl, gm, am, asm, cross,
+):  # fmt: skip
     """Adds whitened, weighted rows to the normal equations; cost is half the sum of rho.
 
-    r (B, m, d), jac (B, m, d, k), jloc (B, m, d, l); scale (M, d) = 1 / sigma; weight (1 or B, U) per configuration (M,),
-    local (M,) or -1; rows first .. first + m of the (M,) arrays. g (B, n), a (B, n, n) lower triangle, gl (B, L, l),
-    al (B, L, l, l), asl (B, L, n, l). r, jac and jloc are whitened in place.
+    r (B, m, d), jac (B, m, d, k), jloc (B, m, d, l + q), the first `cut` columns of a block of the first family; scale (M, d) =
+    1 / sigma; weight (1 or B, U) per configuration (M,); local, other, pair (M,) or -1; rows first .. first + m of the (M,)
+    arrays; curved (B,): whether the loss's curvature counts. The rest is a `Normal`. r, jac and jloc are whitened in place.
     """
     batch, m, d = r.shape
     k = jac.shape[3]
@@ -98,45 +199,110 @@ def accumulate(
             w *= slope
             if w == 0.0:
                 continue
-            at = local[first + i] if nl > 0 else -1
             root = math.sqrt(w)
+            one, two = (local[first + i], other[first + i]) if nl > 0 else (-1, -1)
+            for c in range(d):
+                f = scale[first + i, c]
+                wr = w * r[b, i, c]
+                row, lrow = jac[b, i, c], jloc[b, i, c]
+                for p in range(k):
+                    row[p] *= f
+                    small_g[p] += wr * row[p]
+                for p in range(nl):
+                    lrow[p] *= f
+                if one >= 0:
+                    for p in range(cut):
+                        gl[b, one, p] += wr * lrow[p]
+                if two >= 0:
+                    for p in range(cut, nl):
+                        gm[b, two, p - cut] += wr * lrow[p]
+            share = kept(loss, tuning, s) if curved[b] else 1.0
+            if share < 1.0:
+                shorten(jac[b, i], r[b, i], share)
+                shorten(jloc[b, i], r[b, i], share)
             if waiting + d > wide:
                 products(heap, waiting, small_a)
                 waiting = 0
             for c in range(d):
-                f = scale[first + i, c]
-                row = jac[b, i, c]
-                wr = w * r[b, i, c]
+                row, lrow = jac[b, i, c], jloc[b, i, c]
                 for p in range(k):
-                    row[p] *= f
-                    small_g[p] += wr * row[p]
                     heap[p, waiting] = root * row[p]
                 waiting += 1
-            if at >= 0:
-                for c in range(d):
-                    f = scale[first + i, c]
-                    row = jac[b, i, c]
-                    wr = w * r[b, i, c]
-                    lrow = jloc[b, i, c]
-                    for p in range(nl):
-                        lrow[p] *= f
-                    for p in range(nl):
-                        gl[b, at, p] += wr * lrow[p]
-                        t = w * lrow[p]
-                        for q in range(nl):
-                            al[b, at, p, q] += t * lrow[q]
-                        for q in range(k):
-                            asl[b, at, columns[q], p] += t * row[q]
+                if one >= 0:
+                    add_block(one, w, lrow[:cut], row, columns, al[b], asl[b])
+                if two >= 0:
+                    add_block(two, w, lrow[cut:], row, columns, am[b], asm[b])
+                    if one >= 0:
+                        both = cross[b, pair[first + i]]
+                        for p in range(cut):
+                            for q in range(cut, nl):
+                                both[p, q - cut] += w * lrow[p] * lrow[q]
         products(heap, waiting, small_a)
-        for p in range(k):
-            cp = columns[p]
-            g[b, cp] += small_g[p]
-            for q in range(p + 1):
-                cq = columns[q]
-                if cp == cq and p != q:
-                    # Two columns of the term feed one tangent column.
-                    a[b, cp, cp] += 2.0 * small_a[p, q]
-                elif cp >= cq:
-                    a[b, cp, cq] += small_a[p, q]
-                else:
-                    a[b, cq, cp] += small_a[p, q]
+        add_shared_columns(columns, small_g, small_a, g[b], a[b])
+
+
+@kernel
+def add_block_priors(x, start, root, axes, cost, g, a):
+    """Adds the priors of local blocks: x (B, L w) their values, start (L, w), root (L, l, l), axes (l,); cost (B,), g (B, L, l),
+    a (B, L, l, l). The logarithm of the turn from the start answers to a further turn with its left Jacobian, inverted."""
+    count, width = start.shape
+    size = axes.shape[0]
+    e, r = np.empty(width), np.empty(size)
+    now, then, turn, w = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    inverse, slope, rows = np.empty((3, 3)), np.zeros((width, width)), np.empty((size, size))
+    for t in range(count):
+        if width == 6:
+            rotation_from_vector(start[t, 3], start[t, 4], start[t, 5], then)
+        for b in range(x.shape[0]):
+            for i in range(width):
+                e[i] = x[b, t * width + i] - start[t, i]
+                slope[i, i] = 1.0
+            if width == 6:
+                at = t * width + 3
+                rotation_from_vector(x[b, at], x[b, at + 1], x[b, at + 2], now)
+                for i in range(3):
+                    for j in range(3):
+                        turn[i, j] = now[i, 0] * then[j, 0] + now[i, 1] * then[j, 1] + now[i, 2] * then[j, 2]
+                vector_from_rotation(turn, w)
+                left_inverse(w, inverse)
+                for i in range(3):
+                    e[3 + i] = w[i]
+                    for j in range(3):
+                        slope[3 + i, 3 + j] = inverse[i, j]
+            for i in range(size):
+                s = 0.0
+                for j in range(size):
+                    s += root[t, i, j] * e[axes[j]]
+                r[i] = s
+                cost[b] += 0.5 * s * s
+                for k in range(size):
+                    s = 0.0
+                    for j in range(size):
+                        s += root[t, i, j] * slope[axes[j], axes[k]]
+                    rows[i, k] = s
+            for i in range(size):
+                for k in range(size):
+                    g[b, t, k] += rows[i, k] * r[i]
+                    for j in range(size):
+                        a[b, t, k, j] += rows[i, k] * rows[i, j]
+
+
+@kernel
+def left_inverse(w, out):
+    """out (3, 3) <- the inverse of the left Jacobian of the rotation vector w, I - [w] / 2 + e [w]^2."""
+    n2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
+    if n2 < 1e-6:
+        e = 1.0 / 12.0 + n2 / 720.0
+    else:
+        h = 0.5 * math.sqrt(n2)
+        e = (1.0 - h * math.cos(h) / math.sin(h)) / n2
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = e * w[i] * w[j]
+        out[i, i] += 1.0 - e * n2
+    out[0, 1] += 0.5 * w[2]
+    out[0, 2] -= 0.5 * w[1]
+    out[1, 0] -= 0.5 * w[2]
+    out[1, 2] += 0.5 * w[0]
+    out[2, 0] += 0.5 * w[1]
+    out[2, 1] -= 0.5 * w[0]

@@ -14,12 +14,13 @@ Pathre (1990), Nahvi and Hollerbach (1996), Sun and Hollerbach (2008) for the ob
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.estimate.elimination import squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Linear
 from robocal.remarks.code import Code
@@ -30,12 +31,7 @@ __all__ = [
     "Combination",
     "Identifiability",
     "analyse",
-    "beside_blocks",
-    "block_columns",
-    "block_ranks",
-    "eliminate",
     "observability",
-    "triangle",
 ]
 
 Array = NDArray[np.float64]
@@ -100,83 +96,6 @@ class Identifiability:
     def identified(self) -> tuple[str, ...]:
         """The parameters that the data, with everything else unknown too, narrow to half of what was expected."""
         return tuple(n for n, s in zip(self.names, self.share, strict=True) if s >= CLAIM)
-
-
-def eliminate(lin: Linear, size: int) -> Array:
-    """J (N', n) with local blocks projected out: rows of Q2^T J, where Q2 spans what the blocks' columns, their priors
-    included, leave free."""
-    if not size or (lin.local < 0).all():
-        return lin.j
-    parts = [lin.j[lin.local < 0]]
-    for _, rows, jl in _blocks(lin, size):
-        u, s, _ = np.linalg.svd(jl, full_matrices=True)
-        spans = np.zeros(jl.shape[:2], dtype=bool)
-        spans[:, : s.shape[1]] = _spans(s)
-        # Nothing shared is in the rows of a prior.
-        left = np.swapaxes(u[:, : rows.shape[1]], 1, 2) @ lin.j[rows]
-        parts.append(left[~spans])
-    return np.concatenate(parts)
-
-
-def block_columns(lin: Linear, size: int) -> int:
-    """What local blocks cost in degrees of freedom: their own ranks, less what their priors bring in as rows."""
-    rank = 0
-    for _, rows, jl in _blocks(lin, size):
-        rank += int(_spans(np.asarray(np.linalg.svd(jl, compute_uv=False))).sum())
-        rank -= int((jl[:, rows.shape[1] :] != 0).any(axis=2).sum())
-    return rank
-
-
-def block_ranks(lin: Linear, size: int, blocks: int) -> Ints:
-    """How many of its own columns the rows of each local block determine, (blocks,)."""
-    out = np.zeros(blocks, dtype=np.int64)
-    for own, rows, jl in _blocks(lin, size):
-        out[own] = _spans(np.asarray(np.linalg.svd(jl[:, : rows.shape[1]], compute_uv=False))).sum(axis=1)
-    return out
-
-
-def beside_blocks(lin: Linear, size: int) -> tuple[Array, Array]:
-    """How much of every row its local block takes for itself, (N,): |row of U1|^2, where U1 spans the block's columns; and M J
-    (N, n) with M = I - U1 U1^T, what is left for shared columns. The first is `block_columns` in all where blocks have no
-    priors, and less by what the priors hold otherwise."""
-    taken, left = np.zeros(len(lin.r)), lin.j.copy()
-    for _, rows, jl in _blocks(lin, size):
-        u, s, _ = np.linalg.svd(jl, full_matrices=False)
-        own = (u * _spans(s)[:, None, :])[:, : rows.shape[1]]
-        taken[rows] = np.sum(own**2, axis=2)
-        left[rows] -= own @ (np.swapaxes(own, 1, 2) @ lin.j[rows])
-    return taken, left
-
-
-def _spans(s: Array) -> NDArray[np.bool_]:
-    """Which singular values (b, k) of blocks are any: one that its rows do not determine takes away only what they say of it."""
-    return np.asarray(s > STRUCTURAL * s.max(axis=1, keepdims=True, initial=0.0))
-
-
-def _blocks(lin: Linear, size: int) -> Iterator[tuple[Ints, Ints, Array]]:
-    """Blocks with the same number of rows together: which blocks (b,), which rows (b, k), and their columns (b, k or k + l, l),
-    the rows of the blocks' priors last."""
-    inside = lin.local >= 0
-    if not size or not inside.any():
-        return
-    blocks, counts = np.unique(lin.local[inside], return_counts=True)
-    order = np.argsort(lin.local, kind="stable")
-    order = order[inside[order]]
-    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    for count in np.unique(counts):
-        rows = order[starts[counts == count][:, None] + np.arange(count)]
-        own, jl = blocks[counts == count], lin.jl[rows]
-        yield own, rows, jl if lin.hold is None else np.concatenate([jl, lin.hold[own]], axis=1)
-
-
-def triangle(j: Array, chunk: int = 2000) -> Array:
-    """R (n, n) with R^T R = J^T J, by QR in chunks of rows: rank decisions are taken on R, never on J^T J."""
-    r: Array = np.zeros((0, j.shape[1]))
-    for first in range(0, max(len(j), 1), chunk):
-        r = np.asarray(np.linalg.qr(np.vstack([r, j[first : first + chunk]]), mode="r"))
-    if len(r) < j.shape[1]:
-        r = np.vstack([r, np.zeros((j.shape[1] - len(r), j.shape[1]))])
-    return r
 
 
 def _pivot(r: Array, tolerance: Array) -> tuple[list[int], list[int]]:
@@ -262,8 +181,8 @@ def analyse(
     stated priors together. So what has a prior is always kept, unless that is so wide that it says nothing
     (`Parameter.believed`), and so are the names in `always`. `lin` is the problem linearised at x, where somebody has it.
     """
-    lin = problem.linearize(x) if lin is None else lin
-    root = triangle(eliminate(lin, problem.block_size))
+    # What is weighed down by a loss says as much as anything else of what could be seen.
+    root = squares(replace(problem, loss="none"), x, lin).root
     r = root / noise
     names, scale = problem.free, problem.scales
     n = len(names)
@@ -289,7 +208,7 @@ def analyse(
         combinations,
         values,
         float(final[0] / final[-1]) if len(final) and final[-1] > 0 else float("inf"),
-        observability(final, len(np.unique(lin.configuration))),
+        observability(final, int((problem.numbers[problem.counted] > 0).sum())),
         1.0 - np.diag(posterior) / scale**2,
         posterior,
         root,

@@ -58,11 +58,13 @@ def kalman(
     ModelError when a local block is seen from several configurations: it could not be marginalised.
     """
     x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
-    n, size = problem.n, problem.block_size
+    if len(problem.families) > 1:
+        raise ModelError("the filter knows one family of local blocks", found="two", expected="lm")
+    n, size = problem.n, problem.sizes[0][1]
     root = _beforehand(problem) if covariance is None else _root(covariance)
-    if problem.local_prior is not None:
+    if any(f.prior is not None for f in problem.families):
         # What has a prior starts at its mean.
-        x = np.concatenate([x[:, : len(problem.table)], problem.local_start[None]], axis=1)
+        x = np.concatenate([x[:, : len(problem.table)], problem.start[:, len(problem.table) :]], axis=1)
     block_of = {configuration: block for block, configuration in _owners(problem).items()}
     vague = np.eye(size) / local_sigma
     big = np.zeros((size + n, size + n))
@@ -91,7 +93,7 @@ def kalman(
             local = np.zeros((1, problem.blocks, size))
             if size:
                 local[0, blocks] = step[:size]
-            x = problem.retract(x, step[None, size:], local if size else None)
+            x = problem.retract(x, step[None, size:], local)
             moved = target
             root = r[size : size + n, size : size + n]
         if watch:
@@ -169,9 +171,10 @@ def _beforehand(problem: Problem) -> Array:
 
 def _local(problem: Problem, block: int, vague: Array) -> Array:
     """R (l, l) of a local block before its rows: its prior, and `vague` where that says nothing."""
-    if problem.local_prior is None:
+    prior = problem.families[0].prior
+    if prior is None:
         return vague
-    own = problem.local_prior.root[block]
+    own = prior.root[block]
     silent = ~(own != 0).any(axis=0)
     return np.asarray(np.linalg.qr(np.vstack([own, vague[silent]]), mode="r"))
 
@@ -181,7 +184,7 @@ def _owners(problem: Problem) -> dict[int, int]:
     owner: dict[int, int] = {}
     for term in problem.terms:
         for block, configuration in {
-            (int(b), int(u)) for b, u in zip(term.local, term.configuration, strict=True) if b >= 0
+            (int(b), int(u)) for b, u in zip(term.local[0], term.configuration, strict=True) if b >= 0
         }:
             if owner.setdefault(block, configuration) != configuration:
                 raise ModelError(

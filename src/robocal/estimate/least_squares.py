@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import ModelError, nearest
+from robocal.estimate.damping.steps import Steps
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Normal
 
@@ -34,6 +35,8 @@ Array = NDArray[np.float64]
 Watch = Callable[[dict[str, object]], None]
 METHODS = ("lm", "gauss-newton", "pinv", "lse")
 EPS = float(np.finfo(float).eps)
+NEAR = 0.02  # of the cost: what the last step lowered it by when curvature begins to count
+ROUGH = 1e-3  # of the cost: where Huber's loss hands over to Tukey's
 LONG = 1e-3  # of the expected error: a step that fails for rounding is shorter
 
 
@@ -113,6 +116,11 @@ def least_squares(
     Tolerances are relative: decrease promised to cost, largest cosine between the residual and a column, step to
     expected error.
     """
+    if x is None and problem.loss == "tukey":
+        # What lies far off counts for nothing by Tukey's loss, and before the first iteration that may be everything.
+        x = least_squares(
+            problem.with_loss("huber"), method="lm", max_iterations=max_iterations, cost_tolerance=ROUGH, watch=watch
+        ).x
     start = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
     if method in ("pinv", "lse"):
         return _pseudo_inverse(problem, start, 1 if method == "lse" else max_iterations, watch)
@@ -133,31 +141,26 @@ def least_squares(
 def _damped(
     problem: Problem, x: Array, most: int, tolerances: tuple[float, float, float], damping: float, watch: Watch | None
 ) -> Solution:
-    from robocal.estimate.damping._kernels import GROW, HOME, LOST, OUT, STAY, TAKE, propose, settle
+    from robocal.estimate.damping._kernels import GROW, HOME, LOST, OUT, STAY, TAKE, settle
 
-    batch, n = len(x), problem.n
-    blocks, size = problem.blocks, problem.block_size
+    batch = len(x)
     normal = problem.normal(x)
     reason = np.where(np.isfinite(normal.cost), _RUNNING, _NOT_FINITE)
     lam, grow = np.full(batch, damping), np.full(batch, GROW)
     iterations = np.zeros(batch, dtype=np.int64)
     first = normal.cost.copy()
     history = [first]
-    damp, damp_local = np.zeros((batch, n)), np.zeros((batch, blocks, size))
-    step, step_local, predicted = np.zeros((batch, n)), np.zeros((batch, blocks, size)), np.zeros(batch)
+    steps, predicted = Steps(problem, batch, np.array(tolerances), damping > 0.0), np.zeros(batch)
     lower, upper = problem.bounds
-    bounded = problem.bounded
-    limits = np.array(tolerances)
+    bounded, robust = problem.bounded, problem.loss != "none" and damping > 0
     nothing = np.empty((batch, 0))
-    away, best, length = np.zeros(batch, dtype=np.bool_), np.zeros(batch), np.zeros(batch)
+    away, best = np.zeros(batch, dtype=np.bool_), np.zeros(batch)
     failed = np.zeros(batch)  # how long the last step was that did not lower the cost, in expected errors
     home: _Home | None = None
+    bent = np.zeros(batch, dtype=np.bool_)  # near the end the curvature of a loss counts: weights alone would creep on
     while len(history) <= most:
-        propose(
-            normal.cost, normal.g, normal.a, normal.gl, normal.al, normal.asl,
-            np.ascontiguousarray(x[:, problem.index]) if bounded else nothing, lower, upper, problem.scales, limits, damping > 0.0,
-            away, length, lam, damp, damp_local, step, step_local, predicted, reason,
-        )  # fmt: skip
+        value = np.ascontiguousarray(x[:, problem.index]) if bounded else nothing
+        steps.propose(normal, value, away, lam, predicted, reason)
         lost = np.flatnonzero(reason == LOST)
         if len(lost) and home is not None:
             home.back(lost, x, normal)
@@ -168,25 +171,24 @@ def _damped(
         if not len(at):
             break
         everyone = len(at) == batch
-        new = problem.retract(
-            x if everyone else x[at],
-            step if everyone else step[at],
-            (step_local if everyone else step_local[at]) if blocks else None,
-        )
+        moved = (steps.step, *steps.local[: len(problem.families)])
+        new = problem.retract(x if everyone else x[at], *(moved if everyone else (m[at] for m in moved)))
         if bounded:
             new[:, problem.index] = np.clip(new[:, problem.index], lower, upper)
-        result = problem.normal(new, at)
+        result = problem.normal(new, at, bent[at] if robust else None)
         move = np.empty(len(at), dtype=np.int64)
         settle(
             normal.cost, result.cost, first, predicted, damping > 0.0, lam, grow, best, away, iterations, reason, move
         )
+        if robust:
+            bent[at] = (move == TAKE) & (normal.cost[at] - result.cost < NEAR * normal.cost[at])
         if everyone and (move == TAKE).all():
             x, normal = new, result
             failed[:] = 0.0
         else:
             failed[at[move == TAKE]] = 0.0
             first_fails = at[(move == STAY) | (move == OUT)]
-            failed[first_fails] = np.abs(step[first_fails] / problem.scales).max(axis=1, initial=0.0)
+            failed[first_fails] = np.abs(steps.step[first_fails] / problem.scales).max(axis=1, initial=0.0)
             if (move == OUT).any():
                 home = home or _Home(x, normal)
                 home.keep(at[move == OUT], x, normal)
@@ -203,7 +205,7 @@ def _damped(
     reason[(reason == int(Reason.STEP)) & (failed > LONG)] = int(Reason.STALLED)
     if home is not None and away.any():
         home.back(np.flatnonzero(away), x, normal)
-    return Solution(x, normal.cost, iterations, reason, np.array(history), normal)
+    return Solution(x, normal.cost, iterations, reason, np.array(history), problem.normal(x) if bent.any() else normal)
 
 
 class _Home:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.estimate.identifiability import triangle
+from robocal.estimate.elimination import triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Linear
 

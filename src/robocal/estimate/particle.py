@@ -24,7 +24,8 @@ import scipy
 from numpy.typing import NDArray
 
 from robocal.errors import ModelError
-from robocal.estimate.problem import LOSSES, TUNING, Problem
+from robocal.estimate.losses import LOSSES, TUNING
+from robocal.estimate.problem import Problem
 
 __all__ = ["Cloud", "density", "effective", "normalised", "particles", "systematic"]
 

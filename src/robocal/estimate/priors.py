@@ -1,4 +1,4 @@
-"""What is known beforehand: priors as further rows, of shared columns and of local blocks.
+"""What is known beforehand: priors as further rows, of shared columns; those of local blocks are in `families.py`.
 
     1/2 |R d|^2 + 1/2 sum_b |R_b e_b|^2,   R^T R = C^-1 of the stated covariance C
 
@@ -11,21 +11,17 @@ of the rotation vector's left Jacobian, inverted.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from robocal.errors import ModelError
 from robocal.estimate.rows import Normal
-from robocal.parameters import Table, check_covariance
+from robocal.parameters import Table
 
-__all__ = ["LocalPrior", "add_shared", "covariance_root", "local_prior", "shared_root"]
+__all__ = ["add_shared", "covariance_root", "shared_root"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-FRAME = 6  # numbers of a frame vector; a point has three, and does not turn
-KEY = "prior of local blocks"
 
 
 def covariance_root(table: Table, names: Sequence[str], scales: Array) -> Array:
@@ -56,67 +52,6 @@ def _shared(table: Table, names: Sequence[str]) -> list[tuple[Ints, Array]]:
         if len(here) > 1:
             out.append((np.array([at[n] for n in here]), prior.of(here)))
     return out
-
-
-@dataclass(frozen=True, eq=False)
-class LocalPrior:
-    """Of every local block, around where it starts: root (L, l, l), R^T R the information; start (L, w), w = 3 for points and 6
-    for frame vectors; axes (l,) the components that a block's step moves."""
-
-    root: Array
-    start: Array
-    axes: tuple[int, ...]
-
-    def rows(self, x: Array) -> tuple[Array, Array]:
-        """R e (B, L, l) of every block at x (B, P) and its slope (B, L, l, l): whitened rows like any others."""
-        from robocal.geometry import so3
-
-        now = x[:, x.shape[1] - self.start.size :].reshape(len(x), *self.start.shape)
-        e = np.asarray(now - self.start)
-        slope = np.broadcast_to(np.eye(e.shape[-1]), (*e.shape, e.shape[-1])).copy()
-        if e.shape[-1] == FRAME:
-            e[..., 3:] = so3.log(so3.exp(now[..., 3:]) @ np.swapaxes(so3.exp(self.start[:, 3:]), -1, -2))
-            slope[..., 3:, 3:] = so3.left_jacobian_inverse(e[..., 3:])
-        axes = np.array(self.axes, dtype=np.int64)
-        return np.einsum("lij,blj->bli", self.root, e[..., axes]), self.root @ slope[..., axes[:, None], axes]
-
-    def add(self, x: Array, out: Normal) -> None:
-        """Adds it to the normal equations at x (B, P)."""
-        r, slope = self.rows(x)
-        out.cost += 0.5 * np.sum(r * r, axis=(1, 2))
-        out.gl += np.einsum("blij,bli->blj", slope, r)
-        out.al += np.swapaxes(slope, -1, -2) @ slope
-
-
-def local_prior(
-    start: Array, axes: Sequence[int], sigma: ArrayLike | None = None, covariance: ArrayLike | None = None
-) -> LocalPrior | None:
-    """The prior of blocks that start at `start` (L, w) from standard deviations (l,) or (L, l), infinite where nothing is known,
-    or from covariances (l, l) or (L, l, l), l components in the order of `axes`; from neither, none.
-
-    Raises ModelError for another shape and for what is no covariance.
-    """
-    given = sigma if covariance is None else covariance
-    if given is None:
-        return None
-    blocks, size = len(start), len(axes)
-    shape = (size,) if covariance is None else (size, size)
-    s = np.asarray(given, float)
-    if s.shape not in (shape, (blocks, *shape)):
-        raise ModelError(
-            "a prior of local blocks has another shape",
-            key=KEY,
-            found=s.shape,
-            expected=f"{shape} or {(blocks, *shape)}",
-        )
-    if covariance is not None:
-        check_covariance(s, size, KEY)
-        root = np.linalg.inv(np.linalg.cholesky(s))
-    elif not (s > 0).all():
-        raise ModelError("a prior of a local block must be above zero", key=KEY, found=float(s.min()))
-    else:
-        root = np.eye(size) / s[..., :, None]
-    return LocalPrior(np.broadcast_to(root, (blocks, size, size)).copy(), start, tuple(axes))
 
 
 def add_shared(root: Array, d: Array, turns: Ints, out: Normal) -> None:

@@ -2,8 +2,9 @@
 
     cost(x) = 1/2 sum_i w_i rho(|r_i(x) / sigma_i|^2) + 1/2 |R (x - mu)|^2 + 1/2 sum_b |R_b (x_b - mu_b)|^2
 
-x (B, P) stacks B parameter vectors of a table, followed by local blocks (one pose or one point each). The solver
-moves in the tangent space: n free columns and L blocks of l; R and R_b are roots of stated priors (`priors.py`). Terms
+x (B, P) stacks B parameter vectors of a table, followed by local blocks (one pose or one point each) of at most two families
+(`families.py`). The solver moves in the tangent space: n free columns, L blocks of l and M of q; R and R_b are roots of stated
+priors. Terms
 give residuals and Jacobians for many rows at once; whitening, robust weights, priors, bounds and elimination happen here,
 once. `normal` feeds the iteration,
 `linearize` feeds rank, EKF and reports; a law test keeps them equal. Reference: Triggs et al., Bundle adjustment, a
@@ -13,25 +14,25 @@ modern synthesis (2000), sections 4 to 6.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal.errors import ModelError
-from robocal.estimate.priors import LocalPrior, add_shared, covariance_root, local_prior, shared_root
-from robocal.estimate.rows import Linear, Normal, Residuals, Term, spread
+from robocal.estimate.families import Family, offsets
+from robocal.estimate.losses import LOSSES, TUNING, Loss, slopes
+from robocal.estimate.priors import add_shared, covariance_root, shared_root
+from robocal.estimate.rows import Linear, Normal, Residuals, Term
+from robocal.estimate.whitened import whitened
 from robocal.parameters import Table
 
-__all__ = ["LOSSES", "Problem"]
+__all__ = ["Problem"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
-LOSSES = {"none": 0, "huber": 1, "cauchy": 2, "tukey": 3}
-# Tuning constants for 95 % efficiency under Gaussian noise in one dimension (Holland and Welsch, 1977).
-TUNING = {"none": 1.0, "huber": 1.345, "cauchy": 2.385, "tukey": 4.685}
 # Doubles per chunk of Jacobian: small enough to stay in the second-level cache.
 CHUNK = 1 << 16
 POSE = 16  # numbers
@@ -39,25 +40,17 @@ POSE = 16  # numbers
 
 @dataclass(frozen=True)
 class Problem:
-    """Terms over a parameter table, with the columns that are free; immutable, `with_...` gives another problem.
-
-    Local blocks are points (3 numbers in x) or frame vectors (6); `local_axes` are the components that a step of
-    `block_size` numbers moves (None: the first so many), the others stay where they start.
-    """
+    """Terms over a parameter table, with the columns that are free; immutable, `with_...` gives another problem."""
 
     table: Table
     terms: tuple[Term, ...]
     free: tuple[str, ...]
-    blocks: int = 0
-    block_size: int = 0
+    families: tuple[Family, ...] = ()  # of local blocks: at most two
     configurations: int = 0
     weights: Array | None = None
     loss: str = "none"
     tuning: float | None = None
     priors: bool = True
-    local_start: Array = field(default_factory=lambda: np.zeros(0))
-    local_axes: tuple[int, ...] | None = None
-    local_prior: LocalPrior | None = None  # of every block, around its start
 
     def __post_init__(self) -> None:
         if self.loss not in LOSSES:
@@ -66,9 +59,24 @@ class Problem:
     # --- layout -------------------------------------------------------------------------------------------------------------
 
     @property
-    def axes(self) -> list[int]:
-        """The components of a local block that a step moves."""
-        return list(range(self.block_size) if self.local_axes is None else self.local_axes)
+    def blocks(self) -> int:
+        """How many local blocks there are, of all families."""
+        return sum(f.count for f in self.families)
+
+    @property
+    def sizes(self) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Blocks and columns of a block, of the first and of the second family."""
+        one, two = ([*((f.count, f.size) for f in self.families), (0, 0), (0, 0)])[:2]
+        return one, two
+
+    @cached_property
+    def places(self) -> list[slice]:
+        """Where in x the blocks of each family lie."""
+        return offsets(self.families, len(self.table))
+
+    def values_of(self, family: int, x: Array) -> Array:
+        """The blocks of one family at x (B, P): (B, L, w)."""
+        return x[:, self.places[family]].reshape(len(x), *self.families[family].start.shape)
 
     @property
     def n(self) -> int:
@@ -78,7 +86,7 @@ class Problem:
     @property
     def start(self) -> Array:
         """x at the table's values, shape (1, P)."""
-        return np.concatenate([self.table.values, self.local_start])[None]
+        return np.concatenate([self.table.values, *(f.start.ravel() for f in self.families)])[None]
 
     @cached_property
     def index(self) -> Ints:
@@ -173,16 +181,19 @@ class Problem:
         """The same rows over a table with the same names and other values, priors or bounds."""
         return replace(self, table=table)
 
-    def with_local_prior(self, sigma: ArrayLike | None = None, covariance: ArrayLike | None = None) -> Problem:
-        """The same problem with a prior of every local block around its start; see `priors.local_prior`."""
-        start = self.local_start.reshape(self.blocks, len(self.local_start) // max(self.blocks, 1))
-        return replace(self, local_prior=local_prior(start, self.axes, sigma, covariance))
+    def with_local_prior(
+        self, sigma: ArrayLike | None = None, covariance: ArrayLike | None = None, family: int = 0
+    ) -> Problem:
+        """The same problem with a prior of every local block of a family around its start; see `Family.with_prior`."""
+        made = list(self.families)
+        made[family] = made[family].with_prior(sigma, covariance)
+        return replace(self, families=tuple(made))
 
     # --- evaluation ---------------------------------------------------------------------------------------------------------
 
-    def retract(self, x: Array, step: Array, step_local: Array | None = None) -> Array:
-        """x moved by a tangent step: x (B, P), step (B, n), step_local (B, L, l); rotation vectors move on the
-        group."""
+    def retract(self, x: Array, step: Array, *local: Array) -> Array:
+        """x moved by a tangent step: x (B, P), step (B, n), and of each family (B, L, l) where its blocks move too; rotation
+        vectors move on the group."""
         from robocal.geometry._kernels import turn_vectors
 
         at, columns, rows, adds = self._turns
@@ -191,15 +202,8 @@ class Problem:
             out[:, rows] += step[:, adds]
         if len(at):
             turn_vectors(out, at, np.ascontiguousarray(step), columns)
-        if self.blocks and step_local is not None:
-            p = len(self.table)
-            flat = np.ascontiguousarray(out[:, p:]).reshape(len(x) * self.blocks, -1)
-            moved = np.zeros_like(flat)
-            moved[:, self.axes] = step_local.reshape(len(flat), self.block_size)
-            flat[:, :3] += moved[:, :3]
-            if flat.shape[1] == 6:
-                turn_vectors(flat, _THREE, moved, _COLUMNS)
-            out[:, p:] = flat.reshape(len(x), -1)
+        for family, place, moved in zip(self.families, self.places, local, strict=False):
+            out[:, place] = family.moved(out[:, place], moved)
         return out
 
     def difference(self, x: Array) -> Array:
@@ -215,35 +219,45 @@ class Problem:
             out[:, c[c >= 0]] = w[:, c >= 0]
         return out
 
-    def normal(self, x: Array, which: Ints | None = None) -> Normal:
+    def normal(self, x: Array, which: Ints | None = None, curved: Bools | None = None) -> Normal:
         """Cost, gradient and Gauss-Newton matrix at x (B, P); `which` (B,) tells the problems of the batch when only
-        some are asked."""
-        from robocal.estimate._kernels import accumulate
+        some are asked, `curved` (B,) those in which the curvature of the loss counts in the matrix (none)."""
+        from robocal.estimate._kernels import accumulate, add_block_priors
 
-        batch, n, blocks, size = len(x), self.n, self.blocks, self.block_size
+        batch, n = len(x), self.n
         which = np.arange(batch) if which is None else which
-        out = Normal(
-            np.zeros(batch),
-            np.zeros((batch, n)),
-            np.zeros((batch, n, n)),
-            np.zeros((batch, blocks, size)),
-            np.zeros((batch, blocks, size, size)),
-            np.zeros((batch, blocks, n, size)),
-        )
-        tuning = self.tuning or TUNING[self.loss]
+        out = Normal.zeros(batch, n, *self.sizes, sum(len(t.pairs) for t in self.terms))
+        bent = np.zeros(batch, dtype=np.bool_) if curved is None or self.loss == "none" else curved
+        tuning, cut, pairs = self.tuning or TUNING[self.loss], self.sizes[0][1], 0
         for term in self.bound_terms:
-            loss = LOSSES[self.loss] if term.reading else LOSSES["none"]
-            for lo, hi, first, rows in self._chunks(term, batch):
-                r, jac, jloc = term.evaluate(x[lo:hi], which[lo:hi], first, rows)
-                accumulate(
-                    r, jac, jloc, term.scale, self._weight(which[lo:hi]), term.configuration, term.columns, term.local, loss, tuning, first,
-                    out.cost[lo:hi], out.g[lo:hi], out.a[lo:hi], out.gl[lo:hi], out.al[lo:hi], out.asl[lo:hi],
-                )  # fmt: skip
+            loss = Loss(LOSSES[self.loss] if term.reading else LOSSES["none"], tuning, bent)
+            if not term.accumulate(x, which, self._weight(which), loss, pairs, out):
+                one, two = term.local
+                own = cut if term.touches[0] else 0
+                part = slice(pairs, pairs + len(term.pairs))
+                for lo, hi, first, rows in self._chunks(term, batch):
+                    r, jac, jloc = term.evaluate(x[lo:hi], which[lo:hi], first, rows)
+                    accumulate(
+                        r, jac, jloc, own, term.scale, self._weight(which[lo:hi]), term.configuration, term.columns, one, two, term.pair,
+                        loss.kind, tuning, bent[lo:hi], first, out.cost[lo:hi], out.g[lo:hi], out.a[lo:hi], out.gl[lo:hi], out.al[lo:hi],
+                        out.asl[lo:hi], out.gm[lo:hi], out.am[lo:hi], out.asm[lo:hi], out.cross[lo:hi, part],
+                    )  # fmt: skip
+            pairs += len(term.pairs)
         if self.stated.any():
             add_shared(self.prior_root, self.difference(x), self._turns[1], out)
-        if self.local_prior is not None:
-            self.local_prior.add(x, out)
+        for i, (family, place) in enumerate(zip(self.families, self.places, strict=True)):
+            if family.prior is not None:
+                axes = np.array(family.axes, dtype=np.int64)
+                g, a, _ = out.family(i)
+                add_block_priors(
+                    np.ascontiguousarray(x[:, place]), family.start, family.prior.root, axes, out.cost, g, a
+                )
         return out
+
+    @cached_property
+    def pairs(self) -> Ints:
+        """The pairs of blocks of both families that rows touch, (K, 2), in the order of `Normal.cross`."""
+        return np.concatenate([np.zeros((0, 2), dtype=np.int64), *(t.pairs for t in self.terms)])
 
     @cached_property
     def numbers(self) -> Ints:
@@ -253,6 +267,11 @@ class Problem:
             out += np.bincount(t.configuration[t.used], minlength=self.configurations) * t.scale.shape[1]
         return out
 
+    @property
+    def counted(self) -> Bools:
+        """Which configurations have a weight, (U,)."""
+        return np.asarray(self._weight(np.zeros(1, dtype=np.int64))[0] > 0)
+
     @cached_property
     def aside(self) -> float:
         """Which share of the rows counts for nothing: those that were set aside."""
@@ -261,13 +280,15 @@ class Problem:
 
     def slopes(self, square: Array, lin: Linear) -> Array:
         """The robust weight rho' of every row's observation from the squares of whitened rows (N,); one for constraints."""
-        from robocal.estimate._kernels import robust
-
-        kind, tuning = LOSSES[self.loss], self.tuning or TUNING[self.loss]
-        if not kind or not len(square):
+        if self.loss == "none" or not len(square):
             return np.ones(len(square))
-        each = np.array([robust(kind, tuning, s)[1] for s in np.bincount(lin.observation, square)])
-        return np.where(lin.reading, each[lin.observation], 1.0)
+        return np.where(
+            lin.reading, self.slope(np.asarray(np.bincount(lin.observation, square), float))[lin.observation], 1.0
+        )
+
+    def slope(self, square: Array, reading: bool = True) -> Array:
+        """The robust weight rho' of observations from the squares of their whitened lengths (m,)."""
+        return slopes(self.loss, self.tuning, square) if reading else np.ones(len(square))
 
     def _weight(self, which: Ints) -> Array:
         if self.weights is None:
@@ -281,7 +302,7 @@ class Problem:
     def _chunks(self, term: Term, batch: int) -> Iterable[tuple[int, int, int, int]]:
         """Slices of batch and rows (lo, hi, first, rows) whose Jacobian stays small."""
         m, d = term.scale.shape
-        each = max(1, d * (len(term.columns) + self.block_size))
+        each = max(1, d * (len(term.columns) + sum(f.size for f in self.families)))
         if batch * m * each <= CHUNK:
             return ((0, batch, 0, m),)
         rows = max(1, min(m, CHUNK // each))
@@ -305,51 +326,24 @@ class Problem:
             value = r[0] if len(x) == 1 else r
             out.append(
                 Residuals(
-                    value, term.scale, term.configuration, term.group, term.kind, term.parts, term.used, term.lever
+                    value,
+                    term.scale,
+                    term.configuration,
+                    term.group,
+                    term.kind,
+                    term.parts,
+                    term.used,
+                    term.lever,
+                    term.reading,
                 )
             )
         return out
 
     def linearize(self, x: Array, configurations: Ints | None = None) -> Linear:
         """Whitened r and dense J at one x (P,) or (1, P), of the rows that count, of the given configurations or of all with positive
-        weight; priors of shared columns are left out, those of local blocks are `hold`."""
+        weight; priors of shared columns are left out, those of local blocks are rows of theirs."""
         x = np.atleast_2d(x)
         weight = self._weight(np.zeros(1, dtype=np.int64))[0]
-        chosen = weight > 0 if configurations is None else np.isin(np.arange(len(weight)), configurations)
-        groups = sorted({t.group for t in self.terms})
-        parts: list[tuple[Array, ...]] = []
-        count = 0
-        for term in self.bound_terms:
-            d = term.scale.shape[1]
-            keep = chosen[term.configuration] & term.used
-            # One configuration's rows lie together: only their span is evaluated.
-            first, last = (np.flatnonzero(keep)[[0, -1]] + [0, 1]) if keep.any() else (0, min(1, len(keep)))
-            r, jac, jloc = term.evaluate(x, np.zeros(1, dtype=np.int64), int(first), int(last - first))
-            scale = term.scale[keep] * np.sqrt(weight[term.configuration[keep]])[:, None]
-            # Of many rows every copy of the Jacobian costs as much as the Jacobian: where all count, none is made.
-            inside = slice(None) if keep[first:last].all() else keep[first:last]
-            dense = spread(jac[0][inside], term.columns, self.n)
-            dense *= scale[..., None]
-            wide = np.zeros((len(dense), d, self.block_size))
-            if jloc.shape[-1]:
-                wide[:] = jloc[0][inside] * scale[..., None]
-            observation = count + np.arange(len(dense))
-            count += len(dense)
-            parts.append(
-                (
-                    (r[0][inside] * scale).ravel(),
-                    dense.reshape(len(dense) * d, self.n),
-                    wide.reshape(len(dense) * d, self.block_size),
-                    np.repeat(term.local[keep], d),
-                    np.repeat(term.configuration[keep], d),
-                    np.repeat(observation, d),
-                    np.full(len(dense) * d, groups.index(term.group)),
-                    np.full(len(dense) * d, term.reading),
-                )
-            )
-        lin = Linear(*(parts[0] if len(parts) == 1 else (np.concatenate(p) for p in zip(*parts, strict=True))))
-        return lin if self.local_prior is None else replace(lin, hold=self.local_prior.rows(x)[1][0])
-
-
-_THREE = np.array([3], dtype=np.int64)
-_COLUMNS = np.array([[3, 4, 5]], dtype=np.int64)
+        chosen = self.counted if configurations is None else np.isin(np.arange(len(weight)), configurations)
+        blocks = [self.values_of(i, x) for i in range(len(self.families))]
+        return whitened(self.bound_terms, x, self.n, self.families, blocks, weight, chosen)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from robocal.estimate.losses import Loss
 
 __all__ = ["Linear", "Normal", "Residuals", "Term", "spread"]
 
@@ -39,8 +41,20 @@ class Term(Protocol):
         """The configuration of each row, shape (m,): what is held out together."""
 
     @property
-    def local(self) -> Ints:
-        """The local block of each row, shape (m,), or -1."""
+    def local(self) -> tuple[Ints, Ints]:
+        """The block of the first and of the second family that each row touches, (m,) each, or -1."""
+
+    @property
+    def touches(self) -> tuple[bool, bool]:
+        """Whether any row touches a block of the first, of the second family."""
+
+    @property
+    def pairs(self) -> Ints:
+        """The pairs of blocks of both families that rows touch, (K, 2)."""
+
+    @property
+    def pair(self) -> Ints:
+        """Which of them each row touches, (m,), or -1."""
 
     @property
     def lever(self) -> Array | None:
@@ -65,14 +79,18 @@ class Term(Protocol):
         """The same term with these rows (m,) set aside."""
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
-        """r (B, m, d), J (B, m, d, k), J of the local block (B, m, d, l or 0); `which` (B,) says which problems of the
-        batch these are."""
+        """r (B, m, d), J (B, m, d, k), J of the local blocks (B, m, d, l), those of the first family before those of the second
+        (none of a family that no row touches); `which` (B,) says which problems of the batch these are."""
+
+    def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
+        """Adds its rows to the normal equations by itself, where it has a shorter way than through `evaluate`, and says whether it
+        did; weight (1 or B, U), `pair`: where its pairs begin in `Normal.cross`."""
 
 
 @dataclass
 class Normal:
-    """Half the weighted sum of squares, its gradient and Gauss-Newton matrix, the local blocks kept apart (lower
-    triangles)."""
+    """Half the weighted sum of squares, its gradient and Gauss-Newton matrix, local blocks kept apart: those of the first family
+    in gl, al, asl, of the second in gm, am, asm, and between them in `cross`, for the pairs that rows touch (lower triangles)."""
 
     cost: Array  # (B,)
     g: Array  # (B, n)
@@ -80,22 +98,49 @@ class Normal:
     gl: Array  # (B, L, l)
     al: Array  # (B, L, l, l)
     asl: Array  # (B, L, n, l)
+    gm: Array  # (B, M, q)
+    am: Array  # (B, M, q, q)
+    asm: Array  # (B, M, n, q)
+    cross: Array  # (B, K, l, q)
+
+    @classmethod
+    def zeros(cls, batch: int, n: int, first: tuple[int, int], second: tuple[int, int], pairs: int) -> Normal:
+        """Nothing yet, for families of so many blocks of so many columns."""
+        (many, l), (more, q) = first, second
+        shapes = [
+            (),
+            (n,),
+            (n, n),
+            (many, l),
+            (many, l, l),
+            (many, n, l),
+            (more, q),
+            (more, q, q),
+            (more, n, q),
+            (pairs, l, q),
+        ]
+        return cls(*(np.zeros((batch, *shape)) for shape in shapes))
+
+    def family(self, second: int) -> tuple[Array, Array, Array]:
+        """Gradient, matrix and what it shares with the free columns, of the first (0) or second (1) family."""
+        return (self.gm, self.am, self.asm) if second else (self.gl, self.al, self.asl)
 
     def take(self, index: Ints) -> Normal:
         """The same for a subset of the batch."""
-        return Normal(*(getattr(self, f)[index] for f in ("cost", "g", "a", "gl", "al", "asl")))
+        return Normal(*(getattr(self, f.name)[index] for f in fields(self)))
 
     def put(self, index: Ints, other: Normal) -> None:
         """Overwrites a subset of the batch."""
-        for f in ("cost", "g", "a", "gl", "al", "asl"):
-            getattr(self, f)[index] = getattr(other, f)
+        for f in fields(self):
+            getattr(self, f.name)[index] = getattr(other, f.name)
 
 
 @dataclass(frozen=True)
 class Linear:
-    """Whitened residual and dense Jacobian of one problem: r (N,), j (N, n), jl (N, l), of the rows that count; robust
-    weights are not applied, and concern only what is a `reading` of the machine. `hold` (L, l, l) are the rows of the local
-    blocks' priors, whitened (None: no priors)."""
+    """Whitened residual and dense Jacobian of one problem: r (N,), j (N, n), jl (N, l) of the block `local` (N,) of the first
+    family, jm (N, M q) of all blocks of the second, of the rows that count; robust weights are not applied, and concern only what
+    is a `reading` of the machine. `hold` (L, l, l) are the rows of the first family's priors, `keep` (H, M q) those of the second's,
+    whitened (None: no priors)."""
 
     r: Array
     j: Array
@@ -105,7 +150,9 @@ class Linear:
     observation: Ints
     group: Ints
     reading: Bools
+    jm: Array
     hold: Array | None = None
+    keep: Array | None = None
 
     def columns(self, index: Ints) -> Linear:
         """The same rows over some of the columns."""
@@ -129,6 +176,7 @@ class Residuals:
     parts: tuple[tuple[int, int, str], ...]
     used: Bools
     lever: Array | None = None
+    reading: bool = True
 
     def length(self, part: int = 0) -> Array:
         """Length of the error of every row in one part's unit, (m,) or (B, m)."""

@@ -25,13 +25,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.estimate.identifiability import beside_blocks, block_columns, eliminate, triangle
+from robocal.estimate.elimination import (
+    RESOLUTION,
+    Squares,
+    beside_blocks,
+    eliminate,
+    reducible,
+    reweighted,
+    squares,
+    triangle,
+)
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Linear
 
 __all__ = [
     "LEVEL",
-    "Squares",
     "Total",
     "Uncertainty",
     "band",
@@ -39,8 +47,6 @@ __all__ = [
     "leverages",
     "quantile",
     "radius",
-    "reweighted",
-    "squares",
     "total",
     "uncertainty",
     "uneven",
@@ -48,8 +54,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-# Singular values below this share of the largest are rounding.
-RESOLUTION = 1e-13
 EPS = float(np.finfo(float).eps)
 SHARP = 1e-10  # of the rows: so much the number of columns may be wrong by
 LEVEL = 0.95  # of every interval and band
@@ -82,30 +86,6 @@ class Uncertainty:
         return np.asarray(self.covariance / np.outer(s, s))
 
 
-@dataclass(frozen=True)
-class Squares:
-    """What the rows of a problem say of some columns at one x: R (n, n) with R^T R = J^T J, the sum of squared residuals, how
-    many numbers that is, and how many of them local blocks take; robust weights applied."""
-
-    names: tuple[str, ...]
-    root: Array
-    square: float
-    rows: int
-    taken: int = 0
-
-    def of(self, names: tuple[str, ...]) -> Array:
-        """R of some of the columns."""
-        return self.root if names == self.names else triangle(self.root[:, [self.names.index(n) for n in names]])
-
-
-def squares(problem: Problem, x: Array, lin: Linear | None = None) -> Squares:
-    """Of the free columns at x (1, P); `lin` is the problem linearised there, where somebody has it."""
-    lin = reweighted(problem.linearize(x) if lin is None else lin, problem)
-    taken = block_columns(lin, problem.block_size)
-    root = triangle(eliminate(lin, problem.block_size))
-    return Squares(problem.free, root, float(lin.r @ lin.r), len(lin.r), taken)
-
-
 def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: Squares | None = None) -> Uncertainty:
     """Of the free columns at a solution x; `estimated` says that sigma was not stated, so chi2 / dof also scales bars
     down; `known` are the squares of these columns there, and maybe of more."""
@@ -114,27 +94,17 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: S
     # Scaled as in `identifiability`, so that a singular value means the same in both.
     scaled = triangle(np.vstack([rows.of(problem.free), problem.prior_root])) * problem.scales
     _, values, vt = np.linalg.svd(scaled) if n else (None, np.zeros(0), np.zeros((0, 0)))
-    resolved = values > RESOLUTION * values.max(initial=0.0)
+    resolved = values > rows.resolution * values.max(initial=0.0)
     inverse = problem.scales[:, None] * vt.T / np.where(resolved, values, 1.0)
     x = np.atleast_2d(x)
     chi2 = rows.square + float(np.sum((problem.prior_root @ problem.difference(x)[0]) ** 2))
-    chi2 += 0.0 if problem.local_prior is None else float(np.sum(problem.local_prior.rows(x)[0] ** 2))
+    for i, family in enumerate(problem.families):
+        chi2 += 0.0 if family.prior is None else float(np.sum(family.prior.rows(problem.values_of(i, x))[0] ** 2))
     dof = rows.rows + int(problem.stated.sum()) - int(resolved.sum()) - rows.taken
     factor = np.sqrt(chi2 / dof) if dof > 0 else 1.0
     # Downweighted residuals are too small to tell that the noise is: they may only enlarge.
     free_scale = estimated and problem.loss == "none"
     return Uncertainty(inverse @ inverse.T, chi2, dof, float(factor if free_scale else max(factor, 1.0)))
-
-
-def reweighted(lin: Linear, problem: Problem) -> Linear:
-    """Columns times the root of the robust weight, residuals times the weight: what the fit set aside neither informs
-    nor enlarges."""
-    if problem.loss == "none" or not len(lin.r):
-        return lin
-    weight = problem.slopes(lin.r**2, lin)
-    root = np.sqrt(weight)[:, None]
-    # chi2 counts what pulls, the influence: a gross row pulls no harder than its loss allows.
-    return replace(lin, r=weight * lin.r, j=root * lin.j, jl=root * lin.jl)
 
 
 def effective_columns(problem: Problem, x: Array) -> float:
@@ -143,7 +113,7 @@ def effective_columns(problem: Problem, x: Array) -> float:
     n = problem.n
     if not problem.stated.any():
         return float(n)
-    left = eliminate(problem.linearize(x), problem.block_size)
+    left = squares(replace(problem, loss="none"), x).root if reducible(problem) else eliminate(problem.linearize(x))
     hold = problem.prior_root * problem.scales
     held = _held(left, problem)
     if held is None:
@@ -172,7 +142,7 @@ def leverages(problem: Problem, x: Array, configurations: Ints) -> tuple[Array, 
     """How much of every row that counts, of some configurations, its local block takes for itself and how much the shared columns take,
     (N,) each: the diagonals of U1 U1^T and of M J (J^T M J + P)^-1 J^T M. What a robust loss weighs down takes less."""
     lin = reweighted(problem.linearize(x, configurations), problem)
-    taken, left = beside_blocks(lin, problem.block_size)
+    taken, left = beside_blocks(lin)
     if not problem.n:
         return taken, np.zeros(len(taken))
     scale, root = problem.scales, problem.prior_root
@@ -236,14 +206,15 @@ def total(
     the squares of all columns there.
     """
     n, scale = problem.n, problem.scales
-    scaled = (squares(problem, x) if known is None else known).of(problem.free) * scale
+    rows = squares(problem, x) if known is None else known
+    scaled = rows.of(problem.free) * scale
     chosen = np.isin(problem.free, kept)
     k, d = np.flatnonzero(chosen), np.flatnonzero(~chosen)
     # What the prior says of the kept ones alone, as in their fit.
     hold = problem.with_free(kept).prior_root * scale[k]
     stacked = np.vstack([scaled[:, k], hold])
     u, values, vt = np.linalg.svd(stacked, full_matrices=False)
-    told = values > RESOLUTION * values.max(initial=0.0)
+    told = values > rows.resolution * values.max(initial=0.0)
     root = vt.T / np.where(told, values, 1.0)
     # What is not known at all answers to nothing, and is as uncertain as expected.
     gain = np.where(told, root, 0.0) @ u.T
@@ -279,7 +250,7 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
     reduction in standard errors (2002); MacKinnon and White (1985).
     """
     lin = reweighted(problem.linearize(x) if lin is None else lin, problem)
-    if not problem.n or problem.block_size or len(lin.r) <= problem.n:
+    if not problem.n or problem.blocks or len(lin.r) <= problem.n:
         return 1.0
     scaled = lin.j * problem.scales
     _, values, vt = np.linalg.svd(triangle(np.vstack([triangle(scaled), problem.prior_root * problem.scales])))

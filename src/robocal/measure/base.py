@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.errors import ModelError
+from robocal.errors import ModelError, nearest
+from robocal.estimate.families import Family
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term
 from robocal.measure.builder import Builder
@@ -49,7 +50,7 @@ def problem(
 
     The table holds the machine's parameters, then those of frames, targets and kinds; `free` names the columns
     (default: those that say so). Where a configuration has a pose of its own, what is free of it is a local block;
-    `local_targets` names targets (markers) that are eliminated instead of sharing the dense part.
+    `local_targets` names targets (markers) that are local blocks too, a family of their own, instead of free columns.
     """
     rows: dict[str, Parameter] = {p.name: p for p in machine.table.rows}
     known: dict[str, tuple[Frame, bool]] = {}
@@ -72,26 +73,44 @@ def problem(
     table = Table(tuple(rows.values()), machine.table.together)
     if values:
         table = table.with_values(values)
-    builder = Builder(machine, table, data.configurations, tuple(local_targets))
+    families = []
+    if machine.freedom:
+        families.append(Family(_starts(data), machine.freedom))
+    if local_targets:
+        families.append(_targets(data, local_targets))
+    axes = families[-1].axes if local_targets else ()
+    builder = Builder(machine, table, data.configurations, tuple(local_targets), axes)
     terms: list[Term] = []
     for obs in data.observations:
         terms.extend(kind_of(obs).terms(builder, obs))
-    start, axes = np.zeros(0), machine.freedom
-    if axes:
-        start = builder.starts
-    elif local_targets:
-        by_name = {f.name: f for obs in data.observations for f in obs.targets}
-        start, axes = np.array([by_name[n].value for n in local_targets]), tuple(range(6))
     return Problem(
         table,
         tuple(terms),
         table.free if free is None else table.with_free(free).free,
-        blocks=len(start),
-        block_size=len(axes or ()) if len(start) else 0,
+        tuple(families),
         configurations=len(data.configurations),
-        local_start=start.ravel(),
-        local_axes=axes if len(start) else None,
     )
+
+
+def _starts(data: DataSet) -> Array:
+    given = data.configurations.start
+    return np.zeros((len(data.configurations), 6)) if given is None else given
+
+
+def _targets(data: DataSet, names: Sequence[str]) -> Family:
+    """Targets that are local blocks, free in the same components, all of them where nobody says which."""
+    by_name = {f.name: f for obs in data.observations for f in obs.targets}
+    for name in names:
+        if name not in by_name:
+            raise ModelError("no such target", found=name, expected="a target", suggestion=nearest(name, by_name))
+    free = {by_name[n].free for n in names} - {(False,) * 6}
+    if len(free) > 1:
+        raise ModelError(
+            "targets that are local blocks must be free in the same components",
+            found=", ".join(sorted(names)[:4]), expected="the same `free` for all of them",
+        )  # fmt: skip
+    axes = tuple(np.flatnonzero(free.pop()).tolist()) if free else tuple(range(6))
+    return Family(np.array([by_name[n].value for n in names]), axes)
 
 
 def _one_meaning(machine: Machine, known: dict[str, tuple[Frame, bool]], frame: Frame, sees: bool) -> None:
@@ -127,7 +146,8 @@ def synthesise(
     """
     made = problem(machine, data, local_targets=local_targets)
     x = made.start if x is None else np.atleast_2d(x)
-    builder = Builder(machine, made.table, data.configurations, tuple(local_targets))
+    axes = made.families[-1].axes if local_targets else ()
+    builder = Builder(machine, made.table, data.configurations, tuple(local_targets), axes)
     out = []
     for obs in data.observations:
         kind = kind_of(obs)

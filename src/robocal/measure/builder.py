@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.geometry.path.program import Element, Program, compile_path, frame_element
-from robocal.measure.carriers import Carrier, Inverse, KnownPose, LocalPose, Path, Product
+from robocal.measure.carriers import Carrier, Gathered, Inverse, KnownPose, LocalPose, Path, Product
 from robocal.measure.data import Configurations, Frame, Observations
 from robocal.measure.machine import Machine
 from robocal.parameters import Table
 
-__all__ = ["Builder"]
+__all__ = ["Builder", "gathered"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -29,7 +29,8 @@ class Builder:
     machine: Machine
     table: Table
     configurations: Configurations
-    local_targets: tuple[str, ...] = ()  # targets that are local blocks, when the poses are not
+    local_targets: tuple[str, ...] = ()  # targets that are local blocks
+    target_axes: tuple[int, ...] = (0, 1, 2, 3, 4, 5)  # the components that are free of them
 
     def rows(self, names: Iterable[str]) -> Ints:
         """The table rows of some parameters."""
@@ -74,7 +75,8 @@ class Builder:
             return self.path((*first, *after), configuration)
         own: Carrier
         if self.machine.freedom:
-            own = LocalPose(np.ascontiguousarray(configuration), len(self.table), self.machine.freedom)
+            many = len(self.configurations)
+            own = LocalPose(np.ascontiguousarray(configuration), len(self.table), many, self.machine.freedom)
         else:
             own = KnownPose(se3.from_vector(self.starts[configuration]))
         if first:
@@ -87,21 +89,40 @@ class Builder:
         given = self.configurations.start
         return np.zeros((len(self.configurations), 6)) if given is None else given
 
-    def held(self, thing: Frame | None, configuration: Ints) -> Carrier:
-        """T_base_thing of a frame that the tool carries (None: the tool itself) or that stands on the base."""
+    def held(self, thing: Frame | None, configuration: Ints, block: Ints | None = None) -> Carrier:
+        """T_base_thing of a frame that the tool carries (None: the tool itself) or that stands on the base; `block` are those of a
+        target that is one of many local blocks."""
         if thing is None:
             return self.tool(configuration)
+        if block is not None:
+            own = self.local(block)
+            return Product(self.tool(configuration), own) if thing.mount == "tool" else own
         after = [frame_element(thing.name)]
         return self.tool(configuration, after=after) if thing.mount == "tool" else self.path(after, configuration)
 
-    def target(self, obs: Observations, target: int, configuration: Ints) -> Carrier:
-        """T_base_target of one target of some observations, at any configurations."""
-        return self.held(obs.targets[target] if obs.targets else None, configuration)
+    def local(self, block: Ints) -> LocalPose:
+        """The frames of targets that are local blocks, (m,): they come behind the poses, where these are free too."""
+        second = bool(self.machine.freedom)
+        at = len(self.table) + 6 * len(self.configurations) * second
+        return LocalPose(block, at, len(self.local_targets), self.target_axes, int(second))
+
+    def blocks(self, obs: Observations, target: int, index: Ints) -> Ints | None:
+        """The local blocks of the targets of some rows, where the first of them is one."""
+        if not obs.targets or obs.targets[target].name not in self.local_targets:
+            return None
+        number = {name: i for i, name in enumerate(self.local_targets)}
+        of = np.array([number.get(t.name, -1) for t in obs.targets], dtype=np.int64)
+        return of[index * 0 if obs.target is None else obs.target[index]]
+
+    def target(self, obs: Observations, target: int, configuration: Ints, index: Ints) -> Carrier:
+        """T_base_target of the targets of some rows, at any configurations."""
+        thing = obs.targets[target] if obs.targets else None
+        return self.held(thing, configuration, self.blocks(obs, target, index))
 
     def between(self, place: Frame, obs: Observations, target: int, index: Ints) -> tuple[Carrier, Carrier]:
         """A place on the base, and the target that is measured against it."""
         configuration = obs.configuration[index]
-        return self.held(place, configuration), self.target(obs, target, configuration)
+        return self.held(place, configuration), self.target(obs, target, configuration, index)
 
     def second(self, obs: Observations, index: Ints) -> Ints:
         """The other configuration of rows that compare two. Raises ModelError when there is none."""
@@ -112,10 +133,16 @@ class Builder:
         return np.ascontiguousarray(obs.second[index])
 
     def view(self, obs: Observations, target: int, index: Ints, *, second: bool = False) -> Carrier:
-        """T_measuring_measured of some rows that share one target; `second` looks at the other configuration."""
+        """T_measuring_measured of some rows that share one target, or whose targets are local blocks; `second` looks at the other
+        configuration."""
         configuration = self.second(obs, index) if second else obs.configuration[index]
         seen = obs.targets[target] if obs.targets else None
-        after = [frame_element(seen.name)] if seen else []
+        block = self.blocks(obs, target, index)
+        after = [frame_element(seen.name)] if seen and block is None else []
+        carrier = self._sight(obs, seen, configuration, after)
+        return carrier if block is None else Product(carrier, self.local(block))
+
+    def _sight(self, obs: Observations, seen: Frame | None, configuration: Ints, after: list[Element]) -> Carrier:
         if obs.frame is None:
             return self.tool(configuration, after=after)
         own = frame_element(obs.frame.name)
@@ -123,20 +150,26 @@ class Builder:
             if seen is None or seen.mount == "tool":
                 return self.tool(configuration, before=[own], after=after)
             return self.path([own, *after], configuration)
-        sensor = Inverse(self.tool(configuration, after=[own]))
-        if seen is None:
-            return sensor
-        if seen.name in self.local_targets:
-            block = np.full(len(index), self.local_targets.index(seen.name), dtype=np.int64)
-            return Product(sensor, LocalPose(block, len(self.table)))
-        return Product(sensor, self.path(after, configuration))
+        sensor = gathered(lambda where: Inverse(self.tool(where, after=[own])), configuration)
+        return Product(sensor, self.path(after, configuration)) if after else sensor
 
     def split(self, obs: Observations) -> list[tuple[int, Ints]]:
-        """The rows of every target, so that each group is one path."""
+        """The rows of every target, so that each group is one path; those of targets that are local blocks are one group."""
         if obs.target is None:
             return [(0, np.arange(len(obs)))]
         if len(obs) and not 0 <= obs.target.min() <= obs.target.max() < len(obs.targets):
             raise ModelError(
                 "an observation of a target that is not listed", key=obs.label, expected=f"0 to {len(obs.targets) - 1}"
             )
-        return [(t, np.flatnonzero(obs.target == t)) for t in range(len(obs.targets)) if (obs.target == t).any()]
+        local = [t for t, frame in enumerate(obs.targets) if frame.name in self.local_targets]
+        groups = [[t] for t in range(len(obs.targets)) if t not in local] + ([local] if local else [])
+        found = [(np.flatnonzero(np.isin(obs.target, group))) for group in groups]
+        return [(int(obs.target[index[0]]), index) for index in found if len(index)]
+
+
+def gathered(make: Callable[[Ints], Carrier], configuration: Ints) -> Carrier:
+    """The carrier of some rows (m,), computed once for each configuration where several rows share one."""
+    where, which = np.unique(configuration, return_inverse=True)
+    if 2 * len(where) > len(configuration):
+        return make(configuration)
+    return Gathered(make(where), np.ascontiguousarray(which.ravel()))

@@ -1,6 +1,7 @@
 """Carriers: where a frame is, as a function of the parameters.
 
-T (B, m, 4, 4), J (B, m, 6, k) for the free parameters and J (B, m, 6, l) for a local block; rows of J are (v, w) of
+T (B, m, 4, 4), J (B, m, 6, k) for the free parameters and J (B, m, 6, l) for local blocks, those of the first family (poses)
+before those of the second (targets); rows of J are (v, w) of
 the end frame in the coordinates of the first. A sensor kind sees these and never a machine, so the same kind serves
 an arm, a fixed instrument and a cable platform.
 """
@@ -15,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import ModelError
-from robocal.geometry import se3
 from robocal.geometry.path.program import Program
 
-__all__ = ["Carrier", "Inverse", "KnownPose", "LocalPose", "Path", "Product", "one_local"]
+__all__ = ["Carrier", "Gathered", "Inverse", "KnownPose", "LocalPose", "Path", "Product", "joined", "locals_of"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 NONE = np.empty(0, dtype=np.int64)
+Locals = tuple[Ints | None, Ints | None]
 
 
 class Carrier(Protocol):
@@ -33,8 +34,8 @@ class Carrier(Protocol):
         """Tangent columns of J, (k,)."""
 
     @property
-    def local(self) -> Ints | None:
-        """Local block of every row, (m,), or None."""
+    def local(self) -> Locals:
+        """The block of every row, (m,), of the first and of the second family, or None."""
 
     @property
     def moves(self) -> bool:
@@ -56,7 +57,7 @@ class Path:
     trig: Array  # (1, M, C, 2): the rows never change, so their cosines are taken once
     columns: Ints = field(default_factory=lambda: NONE)
     entries: tuple[Ints, Array] | None = None
-    local: Ints | None = None
+    local: Locals = (None, None)
 
     @property
     def moves(self) -> bool:
@@ -78,24 +79,33 @@ class Path:
 
 @dataclass(frozen=True)
 class LocalPose:
-    """A pose of its own for every local block: x[at + 6 i : at + 6 i + 6] is the frame vector of block i, `axes` are the
-    components that are free."""
+    """A pose of its own for every block of a family (0 or 1): x[at + 6 i : at + 6 i + 6] is the frame vector of block i of
+    `count`, `axes` are the components that are free."""
 
-    local: Ints
+    block: Ints
     at: int
+    count: int
     axes: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
+    family: int = 0
     columns: Ints = field(default_factory=lambda: NONE)
     moves: bool = True
+
+    @property
+    def local(self) -> Locals:
+        return (None, self.block) if self.family else (self.block, None)
 
     def bind(self, column_of: Ints) -> LocalPose:
         return self
 
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
-        v = x[:, self.at :].reshape(len(x), -1, 6)[:, self.local[first : first + rows]]
-        t = se3.from_vector(v)
+        from robocal.measure._kernels import frames_of
+
         high = 6 if turn else 3
-        jl = np.broadcast_to(np.eye(6)[:high, list(self.axes)], (*t.shape[:2], high, len(self.axes)))
-        return t, np.empty((*t.shape[:2], high, 0)), np.ascontiguousarray(jl)
+        t = np.empty((len(x), rows, 4, 4))
+        frames_of(np.ascontiguousarray(x), self.at, self.block[first : first + rows], t)
+        jl = np.empty((len(x), rows, high, len(self.axes)))
+        jl[:] = np.eye(6)[:high, self.axes]
+        return t, np.empty((len(x), rows, high, 0)), jl
 
 
 @dataclass(frozen=True)
@@ -104,7 +114,7 @@ class KnownPose:
 
     known: Array
     columns: Ints = field(default_factory=lambda: NONE)
-    local: Ints | None = None
+    local: Locals = (None, None)
     moves: bool = True
 
     def bind(self, column_of: Ints) -> KnownPose:
@@ -114,6 +124,37 @@ class KnownPose:
         t = np.ascontiguousarray(np.broadcast_to(self.known[first : first + rows], (len(x), rows, 4, 4)))
         none = np.empty((len(x), rows, 6 if turn else 3, 0))
         return t, none, none
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """A carrier that many rows share: row i is the inner one's row which[i], and that is computed once."""
+
+    inner: Carrier
+    which: Ints
+
+    @property
+    def columns(self) -> Ints:
+        return self.inner.columns
+
+    @property
+    def local(self) -> Locals:
+        one, two = (None if block is None else block[self.which] for block in self.inner.local)
+        return one, two
+
+    @property
+    def moves(self) -> bool:
+        return self.inner.moves
+
+    def bind(self, column_of: Ints) -> Gathered:
+        return Gathered(self.inner.bind(column_of), self.which)
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        own = self.which[first : first + rows]
+        lo, hi = (int(own.min()), int(own.max()) + 1) if rows else (0, 0)
+        t, j, jl = self.inner.pose(x, lo, hi - lo, turn)
+        own = own - lo
+        return t.take(own, axis=1), j.take(own, axis=1), jl.take(own, axis=1)
 
 
 @dataclass(frozen=True)
@@ -127,7 +168,7 @@ class Inverse:
         return self.inner.columns
 
     @property
-    def local(self) -> Ints | None:
+    def local(self) -> Locals:
         return self.inner.local
 
     @property
@@ -149,7 +190,7 @@ class Inverse:
 
 @dataclass(frozen=True)
 class Product:
-    """The product of two carriers, at most one of them with a local block."""
+    """The product of two carriers, with local blocks of different families."""
 
     a: Carrier
     b: Carrier
@@ -159,8 +200,8 @@ class Product:
         return np.concatenate([self.a.columns, self.b.columns])
 
     @property
-    def local(self) -> Ints | None:
-        return one_local((self.a, self.b))
+    def local(self) -> Locals:
+        return locals_of((self.a, self.b))
 
     @property
     def moves(self) -> bool:
@@ -185,21 +226,27 @@ class Product:
         if not na and not lb.shape[3]:
             return out, both, both[..., :0]
         shared = np.concatenate([both[..., :ka], both[..., ka + na : ka + na + kb]], axis=3)
-        local = both[..., ka : ka + na] if na else both[..., ka + kb :]
-        return out, shared, np.ascontiguousarray(local)
+        return out, shared, joined((self.a, self.b), both[..., ka : ka + na], both[..., ka + na + kb :])
 
 
-def one_local(carriers: Sequence[Carrier]) -> Ints | None:
-    """The local block of every row, (m,), or None. Raises ModelError when two carriers have one: a row may touch one
-    free pose only."""
-    found = [c.local for c in carriers if c.local is not None]
-    if len(found) > 1:
+def locals_of(carriers: Sequence[Carrier]) -> Locals:
+    """The block of every row, (m,), of the first and of the second family, or None. Raises ModelError when two carriers have one
+    of the same: a row may touch one free pose only."""
+    found = [[c.local[i] for c in carriers if c.local[i] is not None] for i in (0, 1)]
+    if max(map(len, found)) > 1:
         raise ModelError(
             "a measurement between two free poses",
             found="two local blocks",
             expected="a machine with joints, or targets that are not eliminated",
         )
-    return found[0] if found else None
+    return found[0][0] if found[0] else None, found[1][0] if found[1] else None
+
+
+def joined(carriers: Sequence[Carrier], a: Array, b: Array) -> Array:
+    """Columns of the local blocks of two carriers, (..., l) and (..., q), the first family's first."""
+    if not a.shape[-1] or not b.shape[-1]:
+        return np.ascontiguousarray(a if a.shape[-1] else b)
+    return np.concatenate([a, b] if carriers[0].local[0] is not None else [b, a], axis=-1)
 
 
 def _cut(a: Array, part: slice) -> Array:

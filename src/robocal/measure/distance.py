@@ -57,7 +57,7 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
         if found:
             pair = builder.held(found[0], first), builder.held(found[1], other)
         else:
-            pair = builder.target(obs, t, first), builder.target(obs, t, other)
+            pair = builder.target(obs, t, first, index), builder.target(obs, t, other, index)
         out.append(DistanceRows(pair, obs, index, UNSTATED, own))
     return out
 

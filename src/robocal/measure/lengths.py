@@ -6,15 +6,18 @@ machine's parameters; its pulley, if any, is taken as stated.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._jit import as_kernel_array
 from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
+from robocal.estimate.losses import Loss
+from robocal.estimate.rows import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.machine import Machine
@@ -23,39 +26,68 @@ from robocal.measure.rows import Kind, Rows, register
 __all__ = ["LENGTHS", "located"]
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+CHUNK = 1 << 17  # numbers of poses and their Jacobians at once
 UNSTATED = (1e-3,)
 
 
 class LengthRows(Rows):
-    """The rows of one cable; columns are the carrier's, then the cable's free numbers."""
+    """The rows of all cables; columns are the carrier's, then the cables' free numbers."""
 
-    def __init__(
-        self,
-        builder: Builder,
-        obs: Observations,
-        name: str,
-        index: NDArray[np.int64],
-        pulley: Pulleys | None,
-    ) -> None:
-        cable = builder.rows(f"{name}.{s}" for s in SYMBOLS)
-        super().__init__(builder.tool(obs.configuration[index]), obs, index, UNSTATED, cable)
-        self.pulley = pulley
+    def __init__(self, builder: Builder, obs: Observations, cables: Sequence[str], index: Ints) -> None:
+        configurations, sight = np.unique(obs.configuration[index], return_inverse=True)
+        numbers = builder.rows(f"{name}.{s}" for name in cables for s in SYMBOLS)
+        super().__init__(
+            builder.tool(configurations), obs, index, UNSTATED, numbers, np.ascontiguousarray(sight.ravel())
+        )
+        self.cable = obs.extra["cable"][index].astype(np.int64)
+        pulleys: Pulleys | None = getattr(builder.machine, "pulleys", None)
+        eyelets = Pulleys(np.zeros(len(cables)), np.tile([0.0, 0.0, 1.0], (len(cables), 1)))
+        self.pulleys = pulleys
+        self.radius, self.axis = as_kernel_array((pulleys or eyelets).radius, (pulleys or eyelets).axis)
 
-    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
-        t, j, jl = self.carrier.pose(x, first, rows)
-        length, by_pose, by_cable = lengths(t, x[:, self.numbers], self.pulley)
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        assert self.sight is not None
+        own, cable = self.sight[first : first + rows], self.cable[first : first + rows]
+        lo, hi = (int(own.min()), int(own.max()) + 1) if rows else (0, 0)
+        t, j, jl = (part.take(own - lo, axis=1) for part in self.carrier.pose(x, lo, hi - lo))
+        numbers = x[:, self.numbers].reshape(len(x), -1, len(SYMBOLS))[:, cable]
+        pulley = None if self.pulleys is None else Pulleys(self.radius[cable], self.axis[cable])
+        length, by_pose, by_cable = lengths(t, numbers, pulley)
         row = by_pose[:, :, None, :]
-        jac = np.concatenate([row @ j, by_cable[:, :, None, self.own]], axis=-1)
+        owner, symbol = np.divmod(self.own, len(SYMBOLS))
+        mine = by_cable[:, :, symbol] * (cable[:, None] == owner)
+        jac = np.concatenate([row @ j, mine[:, :, None]], axis=-1)
         return length[..., None] - self.measured(which, first, rows), jac, row @ jl
+
+    def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
+        from robocal.measure.cable._kernels import accumulate_lengths
+
+        if self.touches[1]:
+            return False
+        assert self.sight is not None
+        poses = int(self.sight.max(initial=-1)) + 1
+        owner, symbol = np.divmod(self.own, len(SYMBOLS))
+        edges = np.searchsorted(owner, np.arange(len(self.radius) + 1))
+        many = max(1, CHUNK // (64 * max(poses, 1)))
+        for lo in range(0, len(x), many):
+            part = slice(lo, lo + many)
+            t, j, jl = self.carrier.pose(x[part], 0, poses)
+            accumulate_lengths(
+                t, j, jl, np.ascontiguousarray(x[part, self.numbers].reshape(len(t), -1, len(SYMBOLS))), self.radius, self.axis,
+                self.sight, self.cable, edges, symbol, self.value if len(self.value) == 1 else self.value[which[part]], self.scale,
+                weight if len(weight) == 1 else weight[part], self.configuration, self.columns, self.local[0], loss.kind, loss.tuning,
+                loss.curved[part], out.cost[part], out.g[part], out.a[part], out.gl[part], out.al[part], out.asl[part],
+            )  # fmt: skip
+        return True
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term per cable."""
+    """One term for all cables, their rows one cable after the other."""
     machine = builder.machine
     cables: tuple[str, ...] = getattr(machine, "cables", ())
     if not cables:
         raise ModelError("cable lengths need a cable robot", found=machine.name, expected="kind: cable")
-    pulley: Callable[[int], Pulleys | None] = getattr(machine, "pulley")  # noqa: B009
     number = obs.extra["cable"].astype(np.int64)
     if len(number) and not 0 <= number.min() <= number.max() < len(cables):
         raise ModelError(
@@ -64,11 +96,7 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
             found=[int(number.min()), int(number.max())],
             expected=f"0 to {len(cables) - 1}",
         )
-    return [
-        LengthRows(builder, obs, name, np.flatnonzero(number == i), pulley(i))
-        for i, name in enumerate(cables)
-        if (number == i).any()
-    ]
+    return [LengthRows(builder, obs, cables, np.argsort(number, kind="stable"))] if len(number) else []
 
 
 def located(machine: Machine, obs: Observations, wanted: NDArray[np.bool_]) -> Array:

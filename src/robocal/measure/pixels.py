@@ -12,6 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.estimate.losses import Loss
+from robocal.estimate.rows import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import Kind, Rows, register
@@ -22,26 +24,60 @@ __all__ = ["PIXELS", "rays"]
 
 Array = NDArray[np.float64]
 UNSTATED = (0.1, 0.1)
+CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
 UNDISTORT = 8  # steps; each gains a factor of the distortion
 EXPECTED = (10.0, 10.0, 10.0, 10.0, 0.1, 0.1, 0.01, 0.01, 0.1)
 
 
 class PixelRows(Rows):
-    """Reprojection error; columns are the carrier's, then the free intrinsics."""
+    """Reprojection error; columns are the carrier's, then the free intrinsics. All points that one configuration sees of one
+    target are a sight: they move together, so the carrier is asked once for all of them."""
 
     def __init__(self, builder: Builder, obs: Observations, target: int, index: NDArray[np.int64]) -> None:
+        seen = np.zeros(len(index), dtype=np.int64) if obs.target is None else obs.target[index]
+        order = np.lexsort((seen, obs.configuration[index]))
+        index, seen = index[order], seen[order]
+        where = obs.configuration[index]
+        new = np.ones(len(index), dtype=bool)
+        new[1:] = (where[1:] != where[:-1]) | (seen[1:] != seen[:-1])
+        first = np.flatnonzero(new)
         intrinsics = builder.rows(p.name for p in parameters(obs))
-        super().__init__(builder.view(obs, target, index), obs, index, UNSTATED, intrinsics)
+        sight = np.cumsum(new) - 1
+        super().__init__(builder.view(obs, target, index[first]), obs, index, UNSTATED, intrinsics, sight)
+        self.edges = np.append(first, len(index))
         self.point = np.ascontiguousarray(obs.extra["point"][index])
+        one, two = (np.ascontiguousarray(block[first]) for block in self.local)
+        self.blocks = one, two
+        self.sight_pair = np.ascontiguousarray(self.pair[first])
 
     def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
-        t, j, jl = self.carrier.pose(x, first, rows)
+        assert self.sight is not None
+        own = self.sight[first : first + rows]
+        lo, hi = (int(own[0]), int(own[-1]) + 1) if rows else (0, 0)
+        t, j, jl = self.carrier.pose(x, lo, hi - lo)
+        t, j, jl = t[:, own - lo], j[:, own - lo], jl[:, own - lo]
         lever = np.einsum("bmij,mj->bmi", t[:, :, :3, :3], self.point[first : first + rows])
         uv, jp, ji = project(lever + t[:, :, :3, 3], x[:, None, self.numbers])
         # d point = v + w x lever, so d uv = jp v + (lever x jp) w row by row.
         both = np.concatenate([jp, np.cross(lever[:, :, None, :], jp)], axis=-1)
         jac = np.concatenate([both @ j, ji[..., self.own]], axis=-1)
         return uv - self.measured(which, first, rows), jac, both @ jl
+
+    def accumulate(self, x: Array, which: NDArray[np.int64], weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
+        from robocal.measure._kernels import accumulate_sights
+
+        value = self.value if len(self.value) == 1 else self.value[which]
+        one, two = self.blocks
+        sights = max(1, CHUNK // (len(x) * 6 * max(1, len(self.columns) + 12)))
+        for first in range(0, len(self.edges) - 1, sights):
+            some = min(sights, len(self.edges) - 1 - first)
+            t, j, jl = self.carrier.pose(x, first, some)
+            accumulate_sights(
+                t, j, jl, first, out.gl.shape[2] if self.touches[0] else 0, np.ascontiguousarray(x[:, self.numbers]), self.own, self.edges,
+                self.point, value, self.scale, weight, self.configuration, self.columns, one, two, self.sight_pair + pair,
+                loss.kind, loss.tuning, loss.curved, out.cost, out.g, out.a, out.gl, out.al, out.asl, out.gm, out.am, out.asm, out.cross,
+            )  # fmt: skip
+        return True
 
 
 def rays(obs: Observations, uv: Array) -> Array:
@@ -55,7 +91,7 @@ def rays(obs: Observations, uv: Array) -> Array:
 
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term per target."""
+    """One term per target, and one for all that are local blocks."""
     return [PixelRows(builder, obs, t, index) for t, index in builder.split(obs)]
 
 

@@ -50,7 +50,7 @@ class PlaneRows(Rows):
     def __init__(self, builder: Builder, obs: Observations, target: int, index: Ints) -> None:
         configuration = obs.configuration[index]
         place = builder.path([frame_element(place_of(obs).name)], configuration)
-        carrier = Product(Inverse(place), builder.target(obs, target, configuration))
+        carrier = Product(Inverse(place), builder.target(obs, target, configuration, index))
         super().__init__(carrier, obs, index, UNSTATED, builder.rows(number_names(obs, NUMBERS)))
         normal, offset = normals(obs)
         self.normal, self.offset = np.ascontiguousarray(normal[index]), offset[index]

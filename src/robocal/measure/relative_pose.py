@@ -21,8 +21,8 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term per target."""
     out: list[Rows] = []
     for t, index in builder.split(obs):
-        first = builder.target(obs, t, obs.configuration[index])
-        second = builder.target(obs, t, builder.second(obs, index))
+        first = builder.target(obs, t, obs.configuration[index], index)
+        second = builder.target(obs, t, builder.second(obs, index), index)
         out.append(PoseRows(Product(Inverse(first), second), obs, index, UNSTATED))
     return out
 

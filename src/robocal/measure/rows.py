@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import ModelError, nearest
+from robocal.estimate.losses import Loss
+from robocal.estimate.rows import Normal
 from robocal.measure.builder import Builder
-from robocal.measure.carriers import Carrier, one_local
+from robocal.measure.carriers import Carrier, joined, locals_of
 from robocal.measure.data import Frame, Observations
 from robocal.measure.kinds import NAMES
 from robocal.parameters import Parameter
@@ -41,6 +43,7 @@ class Rows(ABC):
         index: Ints,
         default: Sequence[float],
         numbers: Ints = NONE,
+        sight: Ints | None = None,
     ) -> None:
         self.carriers: tuple[Carrier, ...] = carrier if isinstance(carrier, tuple) else (carrier,)
         self.index = index
@@ -50,8 +53,17 @@ class Rows(ABC):
         self.kind = obs.kind
         self.parts = KINDS[obs.kind].parts
         self.configuration = np.ascontiguousarray(obs.configuration[index])
-        local = one_local(self.carriers)
-        self.local = np.full(len(index), -1, dtype=np.int64) if local is None else local
+        # Which row of the carriers each row looks through: its own, where a kind does not say otherwise.
+        self.sight = sight
+        blocks = [block if block is None or sight is None else block[sight] for block in locals_of(self.carriers)]
+        self.touches = blocks[0] is not None, blocks[1] is not None
+        none = np.full(len(index), -1, dtype=np.int64)
+        one, two = (none if block is None else block for block in blocks)
+        self.local = one, two
+        self.pairs, self.pair = np.zeros((0, 2), dtype=np.int64), none
+        if all(self.touches):
+            self.pairs, pair = np.unique(np.column_stack(self.local), axis=0, return_inverse=True)
+            self.pair = np.ascontiguousarray(pair.ravel())
         self.value = np.ascontiguousarray(obs.value[..., index, :] if obs.value.ndim == 3 else obs.value[None, index])
         sigma = (
             np.broadcast_to(np.asarray(default, float), (len(index), len(default)))
@@ -118,6 +130,10 @@ class Rows(ABC):
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         """What a term owes to a problem (`estimate.rows.Term`)."""
 
+    def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
+        """Kinds that have a shorter way to the normal equations than row by row say so."""
+        return False
+
     def predict(self, x: Array) -> Array:
         """What a perfect instrument would read, (m, d)."""
         m = len(self.configuration)
@@ -129,12 +145,11 @@ class Between(Rows):
     """Rows that look only at the vector from the origin of one carrier to that of another, in common axes."""
 
     def gap(self, x: Array, first: int, rows: int) -> tuple[Array, Array, Array]:
-        """d = p_b - p_a (B, m, 3), its Jacobian for both carriers' columns, and for a local block."""
+        """d = p_b - p_a (B, m, 3), its Jacobian for both carriers' columns, and for local blocks."""
         a, b = self.carriers
         ta, ja, la = a.pose(x, first, rows, turn=False)
         tb, jb, lb = b.pose(x, first, rows, turn=False)
-        local = -la if la.shape[3] else lb
-        return tb[:, :, :3, 3] - ta[:, :, :3, 3], np.concatenate([-ja, jb], axis=3), local
+        return tb[:, :, :3, 3] - ta[:, :, :3, 3], np.concatenate([-ja, jb], axis=3), joined(self.carriers, -la, lb)
 
     def length(self, x: Array, first: int, rows: int) -> tuple[Array, Array, Array]:
         """|d| (B, m, 1) with its Jacobians; the gradient is the unit vector along d."""

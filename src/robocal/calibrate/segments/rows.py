@@ -72,7 +72,7 @@ def runs(
     """Every file as a run, at a robust fit of everything free from `start`, and the information (n,) that holds it."""
     asked = DataSet(data.configurations, tuple(_seen(o, i) for i, o in enumerate(data.observations)))
     made = build(model, asked).with_weights(weights).with_loss("huber")
-    if not made.free or made.block_size:
+    if not made.free or made.blocks:
         return [], np.zeros(0)
     x = made.table.with_values({n: v for n, v in start.items() if n in made.table.index}).values[None]
     configurations = (

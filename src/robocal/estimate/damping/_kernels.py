@@ -7,43 +7,44 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
+from robocal.estimate._kernels import backward, cholesky, forward
 
 
 @kernel
-def cholesky(a, n):
-    """In place, lower triangle; returns False when a pivot is not positive."""
-    for i in range(n):
-        for j in range(i + 1):
-            s = a[i, j]
-            for k in range(j):
-                s -= a[i, k] * a[j, k]
-            if i == j:
-                if not s > 0.0:
-                    return False
-                a[i, i] = math.sqrt(s)
-            else:
-                a[i, j] = s / a[j, j]
-    return True
-
-
-@kernel
-def forward(a, n, v):
-    """v <- L^-1 v."""
-    for i in range(n):
-        s = v[i]
+def half(block, shared, y):
+    """y (l, n) <- L^-1 shared^T, block holds L, shared (n, l)."""
+    size, n = y.shape
+    for i in range(size):
+        for j in range(n):
+            y[i, j] = shared[j, i]
         for k in range(i):
-            s -= a[i, k] * v[k]
-        v[i] = s / a[i, i]
+            f = block[i, k]
+            for j in range(n):
+                y[i, j] -= f * y[k, j]
+        f = 1.0 / block[i, i]
+        for j in range(n):
+            y[i, j] *= f
 
 
 @kernel
-def backward(a, n, v):
-    """v <- L^-T v."""
-    for i in range(n - 1, -1, -1):
-        s = v[i]
-        for k in range(i + 1, n):
-            s -= a[k, i] * v[k]
-        v[i] = s / a[i, i]
+def subtract_square(y, s):
+    """s -= y^T y, lower triangle, y (l, n)."""
+    size, n = y.shape
+    for i in range(n):
+        out = s[i]
+        if size == 6:
+            a, b, c, d, e, f = y[0, i], y[1, i], y[2, i], y[3, i], y[4, i], y[5, i]
+            for j in range(i + 1):
+                out[j] -= a * y[0, j] + b * y[1, j] + c * y[2, j] + d * y[3, j] + e * y[4, j] + f * y[5, j]
+        elif size == 3:
+            a, b, c = y[0, i], y[1, i], y[2, i]
+            for j in range(i + 1):
+                out[j] -= a * y[0, j] + b * y[1, j] + c * y[2, j]
+        else:
+            for k in range(size):
+                a = y[k, i]
+                for j in range(i + 1):
+                    out[j] -= a * y[k, j]
 
 
 @kernel
@@ -57,7 +58,7 @@ def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, ste
     nloc, nl = gl.shape
     block = np.empty((nl, nl))
     bv = np.empty(nl)
-    y = np.empty((n, nl))
+    y = np.empty((nl, n))
     for i in range(n):
         for j in range(i + 1):
             s[i, j] = a[i, j]
@@ -72,19 +73,13 @@ def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, ste
         if not cholesky(block, nl):
             return False
         forward(block, nl, bv)
-        # y = A_sl L^-T, so that A_sl A_ll^-1 A_ls = y y^T.
-        for i in range(n):
-            for j in range(nl):
-                x = asl[t, i, j]
-                for k in range(j):
-                    x -= block[j, k] * y[i, k]
-                y[i, j] = x / block[j, j]
-        for i in range(n):
-            for j in range(nl):
-                v[i] -= y[i, j] * bv[j]
-            for j in range(i + 1):
-                for k in range(nl):
-                    s[i, j] -= y[i, k] * y[j, k]
+        # y = L^-1 A_ls, so that A_sl A_ll^-1 A_ls = y^T y.
+        half(block, asl[t], y)
+        for i in range(nl):
+            f = bv[i]
+            for j in range(n):
+                v[j] -= f * y[i, j]
+        subtract_square(y, s)
     for i in range(n):
         if held[i]:
             for j in range(n):
@@ -127,6 +122,80 @@ ROUNDING = 1e-15  # a smaller decrease cannot be told from rounding
 
 
 @kernel
+def scale_columns(cost, g, a, value, lower, upper, scales, damp, held):
+    """The damping of the free columns, which of them are held at a bound, and the largest cosine between the residual and one of
+    the others, times the residual's length."""
+    n = g.shape[0]
+    tiny = EPS**2
+    largest = 1e-300
+    for i in range(n):
+        largest = max(largest, a[i, i])
+    worst = 0.0
+    for i in range(n):
+        # A column that carries nothing still needs a positive pivot to stay where it is, and one that carries
+        # rounding alone has no length of its own: its error is expected to be worth a share of what is to be
+        # explained. Otherwise noise-free data throw an angle that does nothing yet by 1e11 rad.
+        damp[i] = max(damp[i], a[i, i], largest * tiny, SHARE * 2.0 * cost / scales[i] ** 2)
+        if damp[i] == 0.0:
+            damp[i] = 1.0
+        held[i] = value.shape[0] > 0 and ((value[i] <= lower[i] and g[i] > 0) or (value[i] >= upper[i] and g[i] < 0))
+        if not held[i]:
+            worst = max(worst, abs(g[i]) / math.sqrt(damp[i]))
+    return worst
+
+
+@kernel
+def scale_blocks(gl, al, damp, worst):
+    """The same of the blocks of a family."""
+    nloc, nl = gl.shape
+    tiny = EPS**2
+    for t in range(nloc):
+        largest = 1e-300
+        for i in range(nl):
+            largest = max(largest, al[t, i, i])
+        for i in range(nl):
+            damp[t, i] = max(damp[t, i], al[t, i, i], largest * tiny)
+            if damp[t, i] == 0.0:  # no row sees the block, as when its rows weigh nothing
+                damp[t, i] = 1.0
+            worst = max(worst, abs(gl[t, i]) / math.sqrt(damp[t, i]))
+    return worst
+
+
+@kernel
+def promised(step, g, lam, damp, scales, tolerance):
+    """Of a step: its squared length in the solver's metric, twice the decrease that the damped model promises, and whether it is
+    below the resolution of x; scales (n,), or one for all."""
+    far, gain, small = 0.0, 0.0, True
+    for i in range(step.shape[0]):
+        x = step[i]
+        far += damp[i] * x * x
+        gain += x * (lam * damp[i] * x - g[i])
+        small = small and abs(x) <= tolerance * (scales[i] if scales.shape[0] > 1 else scales[0])
+    return far, gain, small
+
+
+@kernel
+def judge(far, gain, small, failed, cost, tolerances, away, before, length, lam, predicted):
+    """Why to stop with a step, or 0; the damping to go on with, the step's length, and the decrease that is promised.
+
+    Problems that are `away` are stepped and not stopped, but LOST where the step is no shorter than the one that led away.
+    """
+    if away:
+        # What leads back to the floor of a valley is far shorter than what led away from it along the floor.
+        if failed or not far < SHORTER * length:
+            return LOST, before, length, predicted
+        return 0, lam, length, predicted
+    if failed:
+        return SINGULAR, lam, far, predicted
+    # For a step that solves the damped system, decrease = 1/2 step . (lam D step - g).
+    predicted = 0.5 * gain
+    # A heavily damped step promises little anywhere; what counts is what the model promises without damping.
+    if predicted * (1.0 + lam) <= max(tolerances[0], ROUNDING) * cost:
+        return COST, lam, far, predicted
+    return (STEP if small else 0), lam, far, predicted
+
+
+@kernel
 def propose(
     cost, g, a, gl, al, asl, value, lower, upper, scales, tolerances, damped, away, length, lam, damp, damp_local, step,
     step_local, predicted, reason,
@@ -134,89 +203,41 @@ def propose(
     """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,).
 
     value (B, n) are the parameters where bounds apply (B, 0 without bounds); tolerances (3,): cost, gradient, step.
-    predicted (B,) is the decrease of half the sum of squares that the undamped model promises. Problems that are `away`
-    (B,) are stepped and not stopped, but LOST where the step is no shorter than the one that led away, of which length
-    (B,) is the square.
+    predicted (B,) is the decrease of half the sum of squares that the undamped model promises; length (B,) the square of
+    the step that led a problem away.
     """
     batch, n = g.shape
-    nloc, nl = gl.shape[1], gl.shape[2]
+    nloc = gl.shape[1]
     s = np.empty((n, n))
     v = np.empty(n)
+    one = np.ones(1)
     held = np.zeros(n, np.bool_)
-    tiny = EPS**2
     for b in range(batch):
         if reason[b] != 0:
             continue
-        largest = 1e-300
-        for i in range(n):
-            largest = max(largest, a[b, i, i])
-        worst = 0.0
-        for i in range(n):
-            # A column that carries nothing still needs a positive pivot to stay where it is, and one that carries
-            # rounding alone has no length of its own: its error is expected to be worth a share of what is to be
-            # explained. Otherwise noise-free data throw an angle that does nothing yet by 1e11 rad.
-            damp[b, i] = max(damp[b, i], a[b, i, i], largest * tiny, SHARE * 2.0 * cost[b] / scales[i] ** 2)
-            if damp[b, i] == 0.0:
-                damp[b, i] = 1.0
-            held[i] = value.shape[1] > 0 and (
-                (value[b, i] <= lower[i] and g[b, i] > 0) or (value[b, i] >= upper[i] and g[b, i] < 0)
-            )
-            if not held[i]:
-                worst = max(worst, abs(g[b, i]) / math.sqrt(damp[b, i]))
-        for t in range(nloc):
-            largest = 1e-300
-            for i in range(nl):
-                largest = max(largest, al[b, t, i, i])
-            for i in range(nl):
-                damp_local[b, t, i] = max(damp_local[b, t, i], al[b, t, i, i], largest * tiny)
-                if damp_local[b, t, i] == 0.0:  # no row sees the block, as when its rows weigh nothing
-                    damp_local[b, t, i] = 1.0
-                worst = max(worst, abs(gl[b, t, i]) / math.sqrt(damp_local[b, t, i]))
+        worst = scale_columns(cost[b], g[b], a[b], value[b], lower, upper, scales, damp[b], held)
+        worst = scale_blocks(gl[b], al[b], damp_local[b], worst)
         # Cosine between the residual and each column, in the metric that the solver sees.
         if not away[b] and worst <= tolerances[1] * math.sqrt(2.0 * cost[b]) + 1e-300:
             reason[b] = GRADIENT
             continue
         before = lam[b]
+        failed = False
         while not solve_damped(
             a[b], g[b], al[b], gl[b], asl[b], lam[b], damp[b], damp_local[b], held, s, v, step[b], step_local[b]
         ):
             lam[b] = max(lam[b], 1e-12) * 10.0
             if damped and lam[b] <= 1e12:
                 continue
-            reason[b] = SINGULAR
+            failed = True
             break
-        far = 0.0
-        for i in range(n):
-            far += damp[b, i] * step[b, i] ** 2
+        far, gain, small = promised(step[b], g[b], lam[b], damp[b], scales, tolerances[2])
         for t in range(nloc):
-            for i in range(nl):
-                far += damp_local[b, t, i] * step_local[b, t, i] ** 2
-        if away[b]:
-            # What leads back to the floor of a valley is far shorter than what led away from it along the floor.
-            if reason[b] != 0 or not far < SHORTER * length[b]:
-                lam[b], reason[b] = before, LOST
-            continue
-        length[b] = far
-        if reason[b] != 0:
-            continue
-        gain = 0.0
-        small = True
-        for i in range(n):
-            x = step[b, i]
-            small = small and abs(x) <= tolerances[2] * scales[i]
-            gain += x * (lam[b] * damp[b, i] * x - g[b, i])
-        for t in range(nloc):
-            for i in range(nl):
-                x = step_local[b, t, i]
-                small = small and abs(x) <= tolerances[2]
-                gain += x * (lam[b] * damp_local[b, t, i] * x - gl[b, t, i])
-        # For a step that solves the damped system, decrease = 1/2 step . (lam D step - g).
-        predicted[b] = 0.5 * gain
-        # A heavily damped step promises little anywhere; what counts is what the model promises without damping.
-        if predicted[b] * (1.0 + lam[b]) <= max(tolerances[0], ROUNDING) * cost[b]:
-            reason[b] = COST
-        elif small:
-            reason[b] = STEP
+            f, h, tiny = promised(step_local[b, t], gl[b, t], lam[b], damp_local[b, t], one, tolerances[2])
+            far, gain, small = far + f, gain + h, small and tiny
+        reason[b], lam[b], length[b], predicted[b] = judge(
+            far, gain, small, failed, cost[b], tolerances, away[b], before, length[b], lam[b], predicted[b]
+        )
 
 
 RUNNING, STALLED = 0, 7

@@ -1,0 +1,82 @@
+"""The steps of a batch of problems: one compiled call where they are small, one reduced system each where they are large."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.estimate.problem import Problem
+from robocal.estimate.rows import Normal
+from robocal.estimate.schur.system import structure
+
+__all__ = ["Steps"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+LARGE = 96  # free columns from which LAPACK is worth its call
+ONE = np.ones(1)
+
+
+class Steps:
+    """The damping and the last step of every problem of a batch: step (B, n), and of the blocks of both families (B, L, l)."""
+
+    def __init__(self, problem: Problem, batch: int, tolerances: Array, damped: bool) -> None:
+        n = problem.n
+        self.tolerances, self.damped = tolerances, damped
+        self.lower, self.upper = problem.bounds
+        self.scales = problem.scales
+        self.damp, self.step = np.zeros((batch, n)), np.zeros((batch, n))
+        self.damp_local, self.local = (tuple(np.zeros((batch, *s)) for s in problem.sizes) for _ in range(2))
+        self.length = np.zeros(batch)  # squared, of the last step
+        large = n > LARGE or len(problem.families) > 1
+        self.system = structure(n, problem.sizes, problem.pairs) if large else None
+
+    def propose(self, normal: Normal, value: Array, away: Bools, lam: Array, predicted: Array, reason: Ints) -> None:
+        """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,); see
+        `_kernels.propose`."""
+        from robocal.estimate.damping._kernels import propose
+
+        if self.system is None:
+            propose(
+                normal.cost, normal.g, normal.a, normal.gl, normal.al, normal.asl, value, self.lower, self.upper, self.scales,
+                self.tolerances, self.damped, away, self.length, lam, self.damp, self.damp_local[0], self.step, self.local[0],
+                predicted, reason,
+            )  # fmt: skip
+            return
+        for b in np.flatnonzero(reason == 0).tolist():
+            self._one(b, normal, value[b], away, lam, predicted, reason)
+
+    def _one(
+        self, b: int, normal: Normal, value: Array, away: Bools, lam: Array, predicted: Array, reason: Ints
+    ) -> None:
+        from robocal.estimate.damping._kernels import GRADIENT, judge, promised, scale_blocks, scale_columns
+
+        assert self.system is not None
+        cost, held = normal.cost[b], np.zeros(self.step.shape[1], dtype=np.bool_)
+        worst = scale_columns(
+            cost, normal.g[b], normal.a[b], value, self.lower, self.upper, self.scales, self.damp[b], held
+        )
+        for i in (0, 1):
+            worst = scale_blocks(normal.family(i)[0][b], normal.family(i)[1][b], self.damp_local[i][b], worst)
+        if not away[b] and worst <= self.tolerances[1] * np.sqrt(2.0 * cost) + 1e-300:
+            reason[b] = GRADIENT
+            return
+        before, failed = lam[b], False
+        local, steps = ((part[0][b], part[1][b]) for part in (self.damp_local, self.local))
+        while not self.system.solve(normal, b, lam[b], self.damp[b], local, held, self.step[b], steps):
+            lam[b] = max(lam[b], 1e-12) * 10.0
+            failed = not (self.damped and lam[b] <= 1e12)
+            if failed:
+                break
+        least = self.tolerances[2]
+        parts = [promised(self.step[b], normal.g[b], lam[b], self.damp[b], self.scales, least)]
+        parts += [
+            promised(steps[i].ravel(), normal.family(i)[0][b].ravel(), lam[b], local[i].ravel(), ONE, least)
+            for i in (0, 1)
+        ]
+        far, gain = (float(sum(part[i] for part in parts)) for i in (0, 1))
+        reason[b], lam[b], self.length[b], predicted[b] = judge(
+            far, gain, all(part[2] for part in parts), failed, cost, self.tolerances, away[b], before, self.length[b], lam[b],
+            predicted[b],
+        )  # fmt: skip

@@ -1,0 +1,193 @@
+"""What the rows of a problem say of its shared columns, local blocks projected out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.estimate.problem import Problem
+from robocal.estimate.rows import Linear
+
+__all__ = [
+    "Squares", "beside_blocks", "block_columns", "block_ranks", "eliminate", "reducible", "reweighted", "squares", "triangle",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+# Exactly dependent to first order, in units of the largest singular value of a block.
+STRUCTURAL = 1e-9
+RESOLUTION = 1e-13  # of a triangle of rows; half as many digits where it comes from normal equations
+SQUARED = 3e-7
+DENSE = 4_000_000  # numbers of a Jacobian beyond which it is not formed where local blocks can be eliminated
+
+
+@dataclass(frozen=True)
+class Squares:
+    """What the rows of a problem say of some columns at one x: R (n, n) with R^T R = J^T J, the sum of squared residuals, how
+    many numbers that is, and how many of them local blocks take; robust weights applied."""
+
+    names: tuple[str, ...]
+    root: Array
+    square: float
+    rows: int
+    taken: int = 0
+    resolution: float = RESOLUTION  # singular values below this share of the largest are rounding
+
+    def of(self, names: tuple[str, ...]) -> Array:
+        """R of some of the columns."""
+        return self.root if names == self.names else triangle(self.root[:, [self.names.index(n) for n in names]])
+
+
+def squares(problem: Problem, x: Array, lin: Linear | None = None) -> Squares:
+    """Of the free columns at x (1, P); `lin` is the problem linearised there, where somebody has it."""
+    if lin is None and reducible(problem):
+        return _reduced(problem, x)
+    lin = reweighted(problem.linearize(x) if lin is None else lin, problem)
+    taken = block_columns(lin)
+    root = triangle(eliminate(lin))
+    return Squares(problem.free, root, float(lin.r @ lin.r), len(lin.r), taken)
+
+
+def reducible(problem: Problem) -> bool:
+    """Whether local blocks are eliminated from the normal equations: with two families, and where a Jacobian would be large."""
+    return len(problem.families) > 1 or (problem.blocks > 0 and int(problem.numbers.sum()) * problem.n > DENSE)
+
+
+def _reduced(problem: Problem, x: Array) -> Squares:
+    from robocal.estimate.schur.information import information
+
+    normal = replace(problem, priors=False).normal(np.atleast_2d(x))
+    made = information(normal, problem.scales, problem.sizes, problem.pairs)
+    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
+    square, rows = 0.0, 0
+    for r in problem.residuals(x):
+        counts = r.used & (weight[r.configuration] > 0)
+        white = (r.value * r.scale)[counts]
+        each = np.sum(white**2, axis=1)
+        slope = problem.slope(each, r.reading)
+        square += float(weight[r.configuration[counts]] @ (slope**2 * each))
+        rows += white.size
+    held = sum(int((f.prior.root != 0).any(axis=2).sum()) for f in problem.families if f.prior is not None)
+    return Squares(problem.free, made.root, square, rows, made.rank - held, SQUARED)
+
+
+def reweighted(lin: Linear, problem: Problem) -> Linear:
+    """Columns times the root of the robust weight, residuals times the weight: what the fit set aside neither informs
+    nor enlarges."""
+    if problem.loss == "none" or not len(lin.r):
+        return lin
+    weight = problem.slopes(lin.r**2, lin)
+    root = np.sqrt(weight)[:, None]
+    # chi2 counts what pulls, the influence: a gross row pulls no harder than its loss allows.
+    return replace(lin, r=weight * lin.r, j=root * lin.j, jl=root * lin.jl, jm=root * lin.jm)
+
+
+def eliminate(lin: Linear) -> Array:
+    """J (N', n) with local blocks projected out: rows of Q2^T J, where Q2 spans what the blocks' columns, their priors
+    included, leave free."""
+    if not lin.jl.shape[1] or (lin.local < 0).all():
+        return lin.j if not lin.jm.shape[1] else _beside_second(lin, lin.jm, lin.j)
+    wide = lin.jm.shape[1]
+    both = np.hstack([lin.jm, lin.j]) if wide else lin.j
+    parts = [both[lin.local < 0]]
+    for _, rows, jl in _blocks(lin):
+        u, s, _ = np.linalg.svd(jl, full_matrices=True)
+        spans = np.zeros(jl.shape[:2], dtype=bool)
+        spans[:, : s.shape[1]] = _spans(s)
+        # Nothing shared is in the rows of a prior.
+        left = np.swapaxes(u[:, : rows.shape[1]], 1, 2) @ both[rows]
+        parts.append(left[~spans])
+    left = np.concatenate(parts)
+    return _beside_second(lin, left[:, :wide], left[:, wide:]) if wide else left
+
+
+def _beside_second(lin: Linear, jm: Array, j: Array) -> Array:
+    """What the blocks of the second family leave of j (N, n); jm (N, M q) is what those of the first have left of theirs."""
+    if lin.keep is not None:
+        jm, j = np.vstack([jm, lin.keep]), np.vstack([j, np.zeros((len(lin.keep), j.shape[1]))])
+    own = _second(lin, jm)
+    for _ in range(2):
+        j = j - own @ (own.T @ j)
+    return np.asarray(j)
+
+
+def _second(lin: Linear, jm: Array) -> Array:
+    """An orthonormal basis of the columns of the second family's blocks, (N, rank): what the first has left of a column counts
+    against what the column was."""
+    u, s, _ = np.linalg.svd(jm, full_matrices=False)
+    return np.asarray(u[:, s > STRUCTURAL * np.linalg.norm(lin.jm, axis=0).max(initial=0.0)])
+
+
+def block_columns(lin: Linear) -> int:
+    """What local blocks cost in degrees of freedom: their own ranks, less what their priors bring in as rows."""
+    rank = 0
+    for _, rows, jl in _blocks(lin):
+        rank += int(_spans(np.asarray(np.linalg.svd(jl, compute_uv=False))).sum())
+        rank -= int((jl[:, rows.shape[1] :] != 0).any(axis=2).sum())
+    if lin.jm.shape[1]:
+        beside = eliminate(replace(lin, j=lin.jm, jm=lin.jm[:, :0]))
+        rank += _second(lin, triangle(beside if lin.keep is None else np.vstack([beside, lin.keep]))).shape[1]
+        rank -= 0 if lin.keep is None else int((lin.keep != 0).any(axis=1).sum())
+    return rank
+
+
+def block_ranks(lin: Linear, blocks: int) -> Ints:
+    """How many of its own columns the rows of each block of the first family determine, (blocks,)."""
+    out = np.zeros(blocks, dtype=np.int64)
+    for own, rows, jl in _blocks(lin):
+        out[own] = _spans(np.asarray(np.linalg.svd(jl[:, : rows.shape[1]], compute_uv=False))).sum(axis=1)
+    return out
+
+
+def beside_blocks(lin: Linear) -> tuple[Array, Array]:
+    """How much of every row its local blocks take for themselves, (N,): |row of U1|^2, where U1 spans the blocks' columns; and M J
+    (N, n) with M = I - U1 U1^T, what is left for shared columns. The first is `block_columns` in all where blocks have no
+    priors, and less by what the priors hold otherwise."""
+    wide = lin.jm.shape[1]
+    taken, left = np.zeros(len(lin.r)), np.hstack([lin.jm, lin.j]) if wide else lin.j.copy()
+    whole = left.copy() if wide else lin.j
+    for _, rows, jl in _blocks(lin):
+        u, s, _ = np.linalg.svd(jl, full_matrices=False)
+        own = (u * _spans(s)[:, None, :])[:, : rows.shape[1]]
+        taken[rows] = np.sum(own**2, axis=2)
+        left[rows] -= own @ (np.swapaxes(own, 1, 2) @ whole[rows])
+    if wide:
+        second, left = left[:, :wide], left[:, wide:]
+        own = _second(lin, second if lin.keep is None else np.vstack([second, lin.keep]))[: len(second)]
+        taken += np.sum(own**2, axis=1)
+        left = left - own @ (own.T @ left)
+    return taken, left
+
+
+def _spans(s: Array) -> NDArray[np.bool_]:
+    """Which singular values (b, k) of blocks are any: one that its rows do not determine takes away only what they say of it."""
+    return np.asarray(s > STRUCTURAL * s.max(axis=1, keepdims=True, initial=0.0))
+
+
+def _blocks(lin: Linear) -> Iterator[tuple[Ints, Ints, Array]]:
+    """Blocks of the first family with the same number of rows together: which blocks (b,), which rows (b, k), and their columns
+    (b, k or k + l, l), the rows of the blocks' priors last."""
+    inside = lin.local >= 0
+    if not lin.jl.shape[1] or not inside.any():
+        return
+    blocks, counts = np.unique(lin.local[inside], return_counts=True)
+    order = np.argsort(lin.local, kind="stable")
+    order = order[inside[order]]
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    for count in np.unique(counts):
+        rows = order[starts[counts == count][:, None] + np.arange(count)]
+        own, jl = blocks[counts == count], lin.jl[rows]
+        yield own, rows, jl if lin.hold is None else np.concatenate([jl, lin.hold[own]], axis=1)
+
+
+def triangle(j: Array, chunk: int = 2000) -> Array:
+    """R (n, n) with R^T R = J^T J, by QR in chunks of rows: rank decisions are taken on R, never on J^T J."""
+    r: Array = np.zeros((0, j.shape[1]))
+    for first in range(0, max(len(j), 1), chunk):
+        r = np.asarray(np.linalg.qr(np.vstack([r, j[first : first + chunk]]), mode="r"))
+    if len(r) < j.shape[1]:
+        r = np.vstack([r, np.zeros((j.shape[1] - len(r), j.shape[1]))])
+    return r

@@ -1,0 +1,34 @@
+"""Robust losses by name: their numbers for kernels, their tuning, their weights."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["LOSSES", "TUNING", "Loss", "slopes"]
+
+Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+LOSSES = {"none": 0, "huber": 1, "cauchy": 2, "tukey": 3}
+# Tuning constants for 95 % efficiency under Gaussian noise in one dimension (Holland and Welsch, 1977).
+TUNING = {"none": 1.0, "huber": 1.345, "cauchy": 2.385, "tukey": 4.685}
+
+
+class Loss(NamedTuple):
+    """A robust loss as kernels know it: which, its tuning, and of which problems of a batch its curvature counts, (B,)."""
+
+    kind: int
+    tuning: float
+    curved: Bools
+
+
+def slopes(loss: str, tuning: float | None, square: Array) -> Array:
+    """The robust weights rho' of observations from the squares of their whitened lengths (m,); tuning None: the usual one."""
+    from robocal.estimate._kernels import robust
+
+    if loss == "none":
+        return np.ones(len(square))
+    kind, size = LOSSES[loss], tuning or TUNING[loss]
+    return np.array([robust(kind, size, s)[1] for s in square], dtype=float)

@@ -1,0 +1,1 @@
+"""Lengths of cables on their shortest way to the normal equations."""
