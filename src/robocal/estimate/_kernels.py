@@ -163,19 +163,15 @@ def add_shared_columns(columns, small_g, small_a, g, a):
 
 
 @kernel
-def accumulate(
-    r, jac, jloc, cut, scale, weight, configuration, columns, local, other, pair, loss, tuning, curved, first, cost, g, a, gl,
-    al, asl, gm, am, asm, cross,
-):  # fmt: skip
-    """Adds whitened, weighted rows to the normal equations; cost is half the sum of rho.
+def accumulate(r, jac, scale, weight, configuration, columns, loss, tuning, curved, first, cost, g, a, pull):
+    """Adds whitened, weighted rows to the normal equations of the shared columns; cost is half the sum of rho.
 
-    r (B, m, d), jac (B, m, d, k), jloc (B, m, d, l + q), the first `cut` columns of a block of the first family; scale (M, d) =
-    1 / sigma; weight (1 or B, U) per configuration (M,); local, other, pair (M,) or -1; rows first .. first + m of the (M,)
-    arrays; curved (B,): whether the loss's curvature counts. The rest is a `Normal`. r, jac and jloc are whitened in place.
+    r (B, m, d), jac (B, m, d, k); scale (M, d) = 1 / sigma; weight (1 or B, U) per configuration (M,); rows first .. first + m of
+    the (M,) arrays; curved (B,): whether the loss's curvature counts. r and jac are whitened in place (jac as the matrix takes it),
+    pull (B, m) receives weight times slope of every row, for what else the rows touch; it may have no rows.
     """
     batch, m, d = r.shape
     k = jac.shape[3]
-    nl = jloc.shape[3]
     lanes = (k + LANES - 1) // LANES * LANES
     small_a = np.zeros((lanes, lanes))
     small_g = np.zeros(k)
@@ -199,15 +195,51 @@ def accumulate(
             w *= slope
             if w == 0.0:
                 continue
+            if pull.shape[1] > 0:
+                pull[b, i] = w
             root = math.sqrt(w)
-            one, two = (local[first + i], other[first + i]) if nl > 0 else (-1, -1)
             for c in range(d):
                 f = scale[first + i, c]
                 wr = w * r[b, i, c]
-                row, lrow = jac[b, i, c], jloc[b, i, c]
+                row = jac[b, i, c]
                 for p in range(k):
                     row[p] *= f
                     small_g[p] += wr * row[p]
+            if curved[b]:
+                share = kept(loss, tuning, s)
+                if share < 1.0:
+                    shorten(jac[b, i], r[b, i], share)
+            if waiting + d > wide:
+                products(heap, waiting, small_a)
+                waiting = 0
+            for c in range(d):
+                row = jac[b, i, c]
+                for p in range(k):
+                    heap[p, waiting] = root * row[p]
+                waiting += 1
+        products(heap, waiting, small_a)
+        add_shared_columns(columns, small_g, small_a, g[b], a[b])
+
+
+@kernel
+def accumulate_blocks(
+    r, jac, jloc, cut, scale, pull, columns, local, other, pair, loss, tuning, curved, first, gl, al, asl, gm, am, asm, cross,
+):  # fmt: skip
+    """Adds what the same rows, as `accumulate` left them, say of local blocks: jloc (B, m, d, l + q), the first `cut` columns a
+    block's of the first family; local, other, pair (M,) or -1. jloc is whitened in place."""
+    batch, m, d = r.shape
+    nl = jloc.shape[3]
+    for b in range(batch):
+        for i in range(m):
+            w = pull[b, i]
+            if w == 0.0:
+                continue
+            one, two, s = local[first + i], other[first + i], 0.0
+            for c in range(d):
+                f = scale[first + i, c]
+                wr = w * r[b, i, c]
+                s += r[b, i, c] * r[b, i, c]
+                lrow = jloc[b, i, c]
                 for p in range(nl):
                     lrow[p] *= f
                 if one >= 0:
@@ -216,18 +248,12 @@ def accumulate(
                 if two >= 0:
                     for p in range(cut, nl):
                         gm[b, two, p - cut] += wr * lrow[p]
-            share = kept(loss, tuning, s) if curved[b] else 1.0
-            if share < 1.0:
-                shorten(jac[b, i], r[b, i], share)
-                shorten(jloc[b, i], r[b, i], share)
-            if waiting + d > wide:
-                products(heap, waiting, small_a)
-                waiting = 0
+            if curved[b]:
+                share = kept(loss, tuning, s)
+                if share < 1.0:
+                    shorten(jloc[b, i], r[b, i], share)
             for c in range(d):
                 row, lrow = jac[b, i, c], jloc[b, i, c]
-                for p in range(k):
-                    heap[p, waiting] = root * row[p]
-                waiting += 1
                 if one >= 0:
                     add_block(one, w, lrow[:cut], row, columns, al[b], asl[b])
                 if two >= 0:
@@ -237,8 +263,6 @@ def accumulate(
                         for p in range(cut):
                             for q in range(cut, nl):
                                 both[p, q - cut] += w * lrow[p] * lrow[q]
-        products(heap, waiting, small_a)
-        add_shared_columns(columns, small_g, small_a, g[b], a[b])
 
 
 @kernel

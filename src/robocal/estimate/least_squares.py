@@ -161,13 +161,13 @@ def _damped(
     while len(history) <= most:
         value = np.ascontiguousarray(x[:, problem.index]) if bounded else nothing
         steps.propose(normal, value, away, lam, predicted, reason)
-        lost = np.flatnonzero(reason == LOST)
-        if len(lost) and home is not None:
+        if home is not None and (reason == LOST).any():
+            lost = np.flatnonzero(reason == LOST)
             home.back(lost, x, normal)
             away[lost], reason[lost] = False, _RUNNING
             lam[lost], grow[lost] = np.maximum(lam[lost], 1e-9) * GROW, 2 * GROW
             continue
-        at = np.flatnonzero(reason == _RUNNING)
+        at = (reason == _RUNNING).nonzero()[0]
         if not len(at):
             break
         everyone = len(at) == batch

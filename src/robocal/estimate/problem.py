@@ -13,7 +13,7 @@ modern synthesis (2000), sections 4 to 6.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -24,7 +24,7 @@ from robocal.errors import ModelError
 from robocal.estimate.families import Family, offsets
 from robocal.estimate.losses import LOSSES, TUNING, Loss, slopes
 from robocal.estimate.priors import add_shared, covariance_root, shared_root
-from robocal.estimate.rows import Linear, Normal, Residuals, Term
+from robocal.estimate.rows import Linear, Normal, Residuals, Term, pieces
 from robocal.estimate.whitened import whitened
 from robocal.parameters import Table
 
@@ -36,6 +36,7 @@ Bools = NDArray[np.bool_]
 # Doubles per chunk of Jacobian: small enough to stay in the second-level cache.
 CHUNK = 1 << 16
 POSE = 16  # numbers
+NOTHING = np.empty((0, 0))
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class Problem:
         """How many local blocks there are, of all families."""
         return sum(f.count for f in self.families)
 
-    @property
+    @cached_property
     def sizes(self) -> tuple[tuple[int, int], tuple[int, int]]:
         """Blocks and columns of a block, of the first and of the second family."""
         one, two = ([*((f.count, f.size) for f in self.families), (0, 0), (0, 0)])[:2]
@@ -222,31 +223,40 @@ class Problem:
     def normal(self, x: Array, which: Ints | None = None, curved: Bools | None = None) -> Normal:
         """Cost, gradient and Gauss-Newton matrix at x (B, P); `which` (B,) tells the problems of the batch when only
         some are asked, `curved` (B,) those in which the curvature of the loss counts in the matrix (none)."""
-        from robocal.estimate._kernels import accumulate, add_block_priors
+        from robocal.estimate._kernels import accumulate, accumulate_blocks, add_block_priors
 
         batch, n = len(x), self.n
         which = np.arange(batch) if which is None else which
-        out = Normal.zeros(batch, n, *self.sizes, sum(len(t.pairs) for t in self.terms))
-        bent = np.zeros(batch, dtype=np.bool_) if curved is None or self.loss == "none" else curved
+        out = Normal.zeros(batch, n, *self.sizes, len(self.pairs))
+        straight = np.zeros(batch, dtype=np.bool_) if curved is None or self.loss == "none" else curved
         tuning, cut, pairs = self.tuning or TUNING[self.loss], self.sizes[0][1], 0
         for term in self.bound_terms:
-            loss = Loss(LOSSES[self.loss] if term.reading else LOSSES["none"], tuning, bent)
-            if not term.accumulate(x, which, self._weight(which), loss, pairs, out):
-                one, two = term.local
-                own = cut if term.touches[0] else 0
-                part = slice(pairs, pairs + len(term.pairs))
-                for lo, hi, first, rows in self._chunks(term, batch):
-                    r, jac, jloc = term.evaluate(x[lo:hi], which[lo:hi], first, rows)
-                    accumulate(
-                        r, jac, jloc, own, term.scale, self._weight(which[lo:hi]), term.configuration, term.columns, one, two, term.pair,
-                        loss.kind, tuning, bent[lo:hi], first, out.cost[lo:hi], out.g[lo:hi], out.a[lo:hi], out.gl[lo:hi], out.al[lo:hi],
-                        out.asl[lo:hi], out.gm[lo:hi], out.am[lo:hi], out.asm[lo:hi], out.cross[lo:hi, part],
+            loss = Loss(LOSSES[self.loss if term.reading else "none"], tuning, straight)
+            if term.accumulate(x, which, self._weight(which), loss, pairs, out):
+                pairs += len(term.pairs)
+                continue
+            touches = any(term.touches)
+            part = slice(pairs, pairs + len(term.pairs))
+            for lo, hi, first, rows in pieces(term, batch, self.sizes[0][1] + self.sizes[1][1], CHUNK):
+                mine = out if hi - lo == batch else out.part(slice(lo, hi))
+                bent = straight[lo:hi]
+                r, jac, jloc = term.evaluate(x[lo:hi], which[lo:hi], first, rows)
+                pull = np.zeros((hi - lo, rows)) if touches else NOTHING
+                accumulate(
+                    r, jac, term.scale, self._weight(which[lo:hi]), term.configuration, term.columns, loss.kind, tuning, bent, first,
+                    mine.cost, mine.g, mine.a, pull,
+                )  # fmt: skip
+                if touches:
+                    accumulate_blocks(
+                        r, jac, jloc, cut if term.touches[0] else 0, term.scale, pull, term.columns, *term.local, term.pair, *loss[:2],
+                        bent, first, mine.gl, mine.al, mine.asl, mine.gm, mine.am, mine.asm, mine.cross[:, part],
                     )  # fmt: skip
-            pairs += len(term.pairs)
+            pairs = part.stop
         if self.stated.any():
             add_shared(self.prior_root, self.difference(x), self._turns[1], out)
-        for i, (family, place) in enumerate(zip(self.families, self.places, strict=True)):
+        for i, family in enumerate(self.families):
             if family.prior is not None:
+                place = self.places[i]
                 axes = np.array(family.axes, dtype=np.int64)
                 g, a, _ = out.family(i)
                 add_block_priors(
@@ -298,20 +308,6 @@ class Problem:
     @cached_property
     def _ones(self) -> Array:
         return np.ones((1, max(self.configurations, 1)))
-
-    def _chunks(self, term: Term, batch: int) -> Iterable[tuple[int, int, int, int]]:
-        """Slices of batch and rows (lo, hi, first, rows) whose Jacobian stays small."""
-        m, d = term.scale.shape
-        each = max(1, d * (len(term.columns) + sum(f.size for f in self.families)))
-        if batch * m * each <= CHUNK:
-            return ((0, batch, 0, m),)
-        rows = max(1, min(m, CHUNK // each))
-        many = max(1, CHUNK // (each * rows)) if rows == m else 1
-        return [
-            (lo, min(batch, lo + many), first, min(rows, m - first))
-            for lo in range(0, batch, many)
-            for first in range(0, m, rows)
-        ]
 
     def residuals(self, x: Array) -> list[Residuals]:
         """Unwhitened residuals of every term at x: (m, d) for one x (P,) or (1, P), else (B, m, d)."""

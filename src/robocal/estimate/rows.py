@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robocal.estimate.losses import Loss
 
-__all__ = ["Linear", "Normal", "Residuals", "Term", "spread"]
+__all__ = ["Linear", "Normal", "Residuals", "Term", "pieces", "spread"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -107,19 +107,16 @@ class Normal:
     def zeros(cls, batch: int, n: int, first: tuple[int, int], second: tuple[int, int], pairs: int) -> Normal:
         """Nothing yet, for families of so many blocks of so many columns."""
         (many, l), (more, q) = first, second
-        shapes = [
-            (),
-            (n,),
-            (n, n),
-            (many, l),
-            (many, l, l),
-            (many, n, l),
-            (more, q),
-            (more, q, q),
-            (more, n, q),
-            (pairs, l, q),
-        ]
-        return cls(*(np.zeros((batch, *shape)) for shape in shapes))
+        cost, g, a = np.zeros(batch), np.zeros((batch, n)), np.zeros((batch, n, n))
+        if not many and not more:  # the small problems, where every call counts
+            flat, square = np.empty((batch, 0, 0)), np.empty((batch, 0, 0, 0))
+            return cls(cost, g, a, flat, square, square, flat, square, square, square)
+        shapes = [(many, l), (many, l, l), (many, n, l), (more, q), (more, q, q), (more, n, q), (pairs, l, q)]
+        return cls(cost, g, a, *(np.zeros((batch, *shape)) for shape in shapes))
+
+    def part(self, some: slice) -> Normal:
+        """A view of some problems of the batch."""
+        return Normal(*(getattr(self, name)[some] for name in _NAMES))
 
     def family(self, second: int) -> tuple[Array, Array, Array]:
         """Gradient, matrix and what it shares with the free columns, of the first (0) or second (1) family."""
@@ -127,12 +124,15 @@ class Normal:
 
     def take(self, index: Ints) -> Normal:
         """The same for a subset of the batch."""
-        return Normal(*(getattr(self, f.name)[index] for f in fields(self)))
+        return Normal(*(getattr(self, name)[index] for name in _NAMES))
 
     def put(self, index: Ints, other: Normal) -> None:
         """Overwrites a subset of the batch."""
-        for f in fields(self):
-            getattr(self, f.name)[index] = getattr(other, f.name)
+        for name in _NAMES:
+            getattr(self, name)[index] = getattr(other, name)
+
+
+_NAMES = tuple(f.name for f in fields(Normal))
 
 
 @dataclass(frozen=True)
@@ -196,3 +196,18 @@ def spread(narrow: Array, columns: Ints, n: int) -> Array:
     for i, column in enumerate(columns):
         dense[..., column] += narrow[..., i]
     return dense
+
+
+def pieces(term: Term, batch: int, local: int, most: int) -> list[tuple[int, int, int, int]]:
+    """Slices of batch and rows (lo, hi, first, rows) whose Jacobian, with `local` columns of blocks, has at most so many numbers."""
+    m, d = term.scale.shape
+    each = max(1, d * (len(term.columns) + local))
+    if batch * m * each <= most:
+        return [(0, batch, 0, m)]
+    rows = max(1, min(m, most // each))
+    many = max(1, most // (each * rows)) if rows == m else 1
+    return [
+        (lo, min(batch, lo + many), first, min(rows, m - first))
+        for lo in range(0, batch, many)
+        for first in range(0, m, rows)
+    ]

@@ -6,6 +6,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import import_module
 from typing import Self
 
@@ -93,13 +94,14 @@ class Rows(ABC):
         """The first carrier; the only one of most kinds."""
         return self.carriers[0]
 
-    @property
+    @cached_property
     def columns(self) -> Ints:
         return np.concatenate([*(c.columns for c in self.carriers), self.own_columns])
 
     def bind(self, column_of: Ints) -> Self:
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
+        other.__dict__.pop("columns", None)
         other.carriers = tuple(c.bind(column_of) for c in self.carriers)
         other.own = np.flatnonzero(column_of[self.numbers] >= 0)
         other.own_columns = column_of[self.numbers[other.own]]
