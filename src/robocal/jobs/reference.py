@@ -1,11 +1,15 @@
-"""What a calibrated robot was before: the nominal model that its controller still has."""
+"""What a calibrated robot was before: the nominal model that its controller still has; the same with joint offsets from a
+file, as a controller makes of them."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robocal.arms.chain import Chain
+from robocal.arms.zeros import with_offsets
 from robocal.errors import ModelError
+from robocal.files.offsets import OffsetFile, read_offsets
 from robocal.files.result import Result
 from robocal.files.robot import Robot
 from robocal.files.runfolder import find_run
@@ -13,7 +17,7 @@ from robocal.jobs.inputs import open_arm
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["nominal_chain", "run_doubts", "run_result"]
+__all__ = ["OffsetRobot", "nominal_chain", "offset_robot", "run_doubts", "run_result"]
 
 
 def run_result(name: str) -> Result | None:
@@ -57,3 +61,23 @@ def nominal_chain(name: str, robot: Robot, nominal: str | None, *, base: str | N
             expected=", ".join(robot.chain.joint_names),
         )
     return reference
+
+
+@dataclass(frozen=True)
+class OffsetRobot:
+    """The nominal robot, the same with the offsets of a file, and what a person should know of that file."""
+
+    nominal: Robot
+    robot: Robot
+    file: OffsetFile
+    warnings: tuple[Remark, ...]
+
+
+def offset_robot(name: str, arm: Robot, file: str) -> OffsetRobot:
+    """Puts the offsets of a file on the robot; of a run folder, on the robot that its identification started from. Raises
+    InputError."""
+    nominal = arm if run_result(name) is None else replace(arm, chain=nominal_chain(name, arm, None), left_out=())
+    found = read_offsets(file, nominal.chain)
+    lacks = Remark.of(Code.OFFSETS_MISSING, file=str(found.path), joints=found.missing)
+    moved = replace(nominal, chain=with_offsets(nominal.chain, found.values))
+    return OffsetRobot(nominal, moved, found, (*found.remarks, *((lacks,) if found.missing else ())))

@@ -28,7 +28,7 @@ from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.jobs.inputs import Inputs, open_arm, read_inputs, robot_files
 from robocal.jobs.layered import layer_beside, layer_words
-from robocal.jobs.offset_robot import OffsetRobot, offset_robot
+from robocal.jobs.reference import OffsetRobot, offset_robot
 from robocal.jobs.seen import unseen
 from robocal.jobs.watching import Watch, computable
 from robocal.measure.data import DataSet

@@ -41,8 +41,8 @@ class Options(Told):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Reads a robot, and data files when there are any. Raises InputError for whatever is wrong with them."""
     from robocal.files.opened import cable_file
+    from robocal.jobs.cable.identify import read_measured
     from robocal.jobs.cable.load import robot_input
-    from robocal.jobs.cable.measured import read_measured
     from robocal.jobs.check import checked, read_alone
     from robocal.jobs.inputs import open_arm, read_inputs, robot_files
 

@@ -17,9 +17,8 @@ from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.report.cable.part import part
-from robocal.report.cable.ropes import courses, wheels
 from robocal.report.cable.scene import scene
-from robocal.report.cable.solids import hull_loops, thinned
+from robocal.report.cable.solids import courses, hull_loops, thinned, wheels
 from robocal.report.cable.view import View, best, fitted
 from robocal.report.page import page
 

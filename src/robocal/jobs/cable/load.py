@@ -1,9 +1,10 @@
-"""What pulls at a cable robot's platform and what its cables may bear, from its file and from options in its units."""
+"""What several verbs of cable robots take and say alike: what pulls at the platform and what its cables may bear, lists,
+documents."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -13,20 +14,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
+from robocal.cables.inverse import model_of
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.lists import WRENCH
+from robocal.files.cable.lists import WRENCH, CableList
+from robocal.files.parts import made_by
 from robocal.files.text import InputFile
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark, told
 
 __all__ = [
     "corners_of",
+    "fitting",
+    "framed",
     "held_robot",
+    "how_made",
     "lever_of",
+    "limits_text",
+    "located",
     "mass_of",
     "missing_text",
     "numbers_of",
     "robot_input",
     "said_of",
+    "tensions_of",
     "wrench_of",
 ]
 
@@ -151,3 +162,72 @@ def missing_text(robot: CableRobot, missing: Array) -> str:
 def robot_input(file: CableFile, robot: str) -> InputFile:
     """The robot's file, given as `robot`, as an input of a result."""
     return InputFile(file.path or Path(robot), file.sha256)
+
+
+def tensions_of(
+    rows: CableList, tension: float | None, file: CableFile, sag: bool
+) -> tuple[Array | None, tuple[Remark, ...]]:
+    """Tensions of the list, or one for all, in N, and a warning where those of the list stretch nothing, since nobody
+    knows how elastic the cables are. Raises ModelError when both say, and for one that pushes."""
+    if tension is not None:
+        if rows.tension is not None:
+            raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
+        if not 0 <= tension < math.inf:
+            raise ModelError("a cable cannot push", key="--tension", found=tension, expected="0 or more")
+        return np.asarray(file.units.force.to_si(tension)), ()
+    if rows.tension is not None and file.robot.elasticity is None and not sag:
+        return None, (Remark.of(Code.TENSIONS_ASIDE, robot=file.robot.name),)
+    return rows.tension, ()
+
+
+def located(error: ModelError, path: str, rows: CableList) -> FormatError:
+    """What a model complains of, said of the row of the list that it is about."""
+    row = None if error.row is None else rows.lines[error.row]
+    return FormatError(error.message, file=path, row=row, key=error.key, found=error.found, expected=error.expected)
+
+
+def fitting(file: CableFile, pull: Array | None, sag: bool) -> None:
+    """Whether the robot's file knows what the length model needs. Raises FormatError naming it, or ModelError for sag
+    without tensions."""
+    if sag and pull is None:
+        raise ModelError(
+            "a sagging cable needs its tension",
+            key="--sag",
+            expected=f"columns {file.robot.cables[0]}.tension [N], ... in the list, or --tension",
+        )
+    try:
+        model_of(file.robot, sag=sag, tense=pull is not None)
+    except ModelError as error:
+        raise FormatError(error.message, file=file.path, key=error.key, expected=error.expected) from None
+
+
+def framed(
+    robot: CableRobot,
+    found: Mapping[str, Any],
+    warnings: Sequence[Remark],
+    inputs: Sequence[InputFile],
+    command: str,
+) -> dict[str, Any]:
+    """The document of a verb: what it `found`, about which robot, with what was assumed, remarked on and read."""
+    return {
+        "robocal": 1,
+        "robot": robot.name,
+        "cables": list(robot.cables),
+        **found,
+        "assumed": list(robot.assumed),
+        **told(warnings),
+        "provenance": made_by(command, inputs),
+    }
+
+
+def how_made(robot: CableRobot, command: str, inputs: Sequence[InputFile]) -> list[str]:
+    """Paragraphs for a page: what was assumed, which files were read, by which command."""
+    recipe, assumed = made_by(command, inputs), robot.assumed
+    out = [f"Assumed, not measured: {', '.join(assumed)}. The result depends on it."] if assumed else []
+    out += [f"{i.file}: SHA-256 {i.sha256}" for i in recipe.inputs]
+    return [*out, f"robocal {recipe.version}: {recipe.command}"]
+
+
+def limits_text(limits: NDArray[np.float64]) -> str:
+    """Tension limits (m, 2) N in words, each pair once."""
+    return ", ".join(sorted({f"{low:g} to {high:g} N" for low, high in limits.tolist()}))

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from robocal.cables.boundary import Outline, outline
 from robocal.cables.workspace import Demand
 from robocal.geometry import se3
-from robocal.jobs.cable.document import how_made, limits_text
-from robocal.jobs.cable.poses_result import EXPECTED_OF, STOPPED_BY, Listed
+from robocal.jobs.cable.load import how_made, limits_text
+from robocal.jobs.cable.poses import EXPECTED_OF, STOPPED_BY, Listed
 from robocal.remarks.remark import spoken
 from robocal.report.cable.lists import reached
 from robocal.report.cable.part import part

@@ -1,8 +1,9 @@
-"""What `cable tension` lists, remarks on and doubts."""
+"""What `cable tension` finds, lists, remarks on and doubts."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +14,13 @@ from robocal.cables.tension import Distribution
 from robocal.errors import FormatError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.lists import WRENCH, CableList, platform_text, tension_columns
+from robocal.files.text import InputFile
 from robocal.files.units import number
-from robocal.jobs.cable.load import missing_text
+from robocal.jobs.cable.load import framed, missing_text
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["bare", "doubts", "leaning", "listed", "structures"]
+__all__ = ["Tensions", "bare", "doubts", "leaning", "listed", "structures"]
 
 Array = NDArray[np.float64]
 MOMENT = "Nm"
@@ -92,3 +94,63 @@ def leaning(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:
     angle = Quantity(float(np.arcsin(min(float(lean[row, cable]), 1.0))), "rad")
     where = {"pose": rows.names[row], "cable": robot.cables[cable], "plane": robot.plane}
     return (Remark.of(Code.LEANING, **where, angle=angle),)
+
+
+@dataclass(frozen=True, eq=False)
+class Tensions:
+    """Tensions of k poses with what they hold: `spread` as `tension.distribute` gives it, in N and N m; capacity
+    margins (k,) in N; missing wrenches (k, d) along `robot.axes`; the CSV; and `doubts`: which poses are not held."""
+
+    robot: CableRobot
+    names: tuple[str, ...]
+    poses: Array
+    spread: Distribution
+    margin: Array
+    missing: Array
+    power: float
+    length: float
+    mass: float
+    text: str
+    warnings: tuple[Remark, ...]
+    doubts: tuple[Remark, ...]
+    inputs: tuple[InputFile, ...]
+    command: str = ""
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The components of wrenches, by name."""
+        return tuple(WRENCH[i] for i in self.robot.axes)
+
+    @property
+    def used_power(self) -> float | None:
+        """The power of the sum, of a method that has one."""
+        return self.power if self.spread.method == "p-norm" else None
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What tension.json holds."""
+        spread = self.spread
+        rows = zip(self.names, spread.tension, self.margin, self.missing, spread.wrench, strict=True)
+        found = {
+            "method": spread.method,
+            "power": self.used_power,
+            "limits_N": spread.limits,
+            "mass_kg": self.mass,
+            "length_m": self.length,
+            "wrenches": {"axes": self.axes, "unit": "N, N m"},
+            "feasible": int(spread.feasible.sum()),
+            "poses": [
+                {
+                    "name": name,
+                    "T_base_platform": self.poses[i],
+                    "feasible": bool(spread.feasible[i]),
+                    "tension_N": tension if spread.found[i] else None,
+                    "margin_N": margin,
+                    "wrench": wrench,
+                    "missing": None if spread.feasible[i] else missing,
+                }
+                for i, (name, tension, margin, missing, wrench) in enumerate(rows)
+            ],
+        }
+        said = (*self.warnings, *self.doubts)
+        return framed(self.robot, found, warnings=said, inputs=self.inputs, command=self.command)

@@ -39,9 +39,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.cable.robot import read_cable
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing, write_text
-    from robocal.jobs.cable.document import framed
-    from robocal.jobs.cable.lists import fitting, located, tensions_of
-    from robocal.jobs.cable.load import robot_input
+    from robocal.jobs.cable.load import fitting, framed, located, robot_input, tensions_of
 
     if o.output is not None:
         refuse_existing(o.output.parent, (o.output.name,), o.force)

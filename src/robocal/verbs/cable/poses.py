@@ -93,7 +93,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.writing import refuse_existing, write_files
     from robocal.jobs.cable import poses as found
     from robocal.jobs.cable.load import held_robot, mass_of, robot_input, said_of
-    from robocal.jobs.cable.poses_result import Listed
+    from robocal.jobs.cable.poses import Listed
     from robocal.jobs.cable.start import box_of, clearance_of, started
     from robocal.jobs.watching import computable
     from robocal.planning.cable import choose
@@ -145,7 +145,7 @@ def details(made: Outcome) -> Iterator[Section]:
 
 def _summary(made: Any) -> str:
     """One line on the whole list."""
-    from robocal.jobs.cable.poses_result import STOPPED_BY
+    from robocal.jobs.cable.poses import STOPPED_BY
 
     stopped = ", ".join(f"{STOPPED_BY[name]} {count}" for name, count in made.limits.items() if count)
     return f"{len(made.names)} poses, {figure(100 * made.listing.reached)} % of the box Z reached; stopped by {stopped}"
@@ -153,7 +153,7 @@ def _summary(made: Any) -> str:
 
 def sections(made: Outcome) -> Iterator[Section]:
     """What stopped the motions, where they start, and what the choice is worth."""
-    from robocal.jobs.cable.poses_result import STOPPED_BY
+    from robocal.jobs.cable.poses import STOPPED_BY
 
     found = made.result
     n, robot, (k, l) = len(found.names), found.robot, found.start.nearest
@@ -173,7 +173,7 @@ def sections(made: Outcome) -> Iterator[Section]:
 
 def _chosen(choice: Any, n: int) -> Section:
     """What the chosen poses are expected to tell, beside as many at random and all."""
-    from robocal.jobs.cable.poses_result import EXPECTED_OF
+    from robocal.jobs.cable.poses import EXPECTED_OF
 
     count = len(choice.chosen)
     rows = (

@@ -61,8 +61,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing, write_files
     from robocal.jobs.cable.load import held_robot, lever_of, mass_of, robot_input, said_of, wrench_of
-    from robocal.jobs.cable.tension import bare, doubts, leaning, listed, structures
-    from robocal.jobs.cable.tension_result import Tensions
+    from robocal.jobs.cable.tension import Tensions, bare, doubts, leaning, listed, structures
     from robocal.report.page import page
 
     if o.output is not None:

@@ -95,7 +95,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs.cable import workspace as found
     from robocal.jobs.cable.demand import demand_of
     from robocal.jobs.cable.load import held_robot, robot_input
-    from robocal.jobs.cable.workspace_result import Workspace
+    from robocal.jobs.cable.workspace import Workspace
     from robocal.report.page import page
 
     if o.output is not None:
