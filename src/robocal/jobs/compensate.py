@@ -14,7 +14,6 @@ from robocal.apply.compensate import compensate as solve
 from robocal.arms.chain import Chain
 from robocal.calibrate.statistics import Statistic
 from robocal.calibrate.workspace import predict
-from robocal.errors import ModelError
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE
 from robocal.files.layerfile import LAYER
@@ -23,6 +22,7 @@ from robocal.files.plain import plain
 from robocal.files.robot import Robot
 from robocal.files.targets import TargetFile, compensated_text, read_targets
 from robocal.files.text import InputFile
+from robocal.files.units import numbers_of
 from robocal.jobs.inputs import open_arm, robot_files
 from robocal.jobs.predict import known_of, shape_motion
 from robocal.jobs.reference import nominal_chain, run_result
@@ -165,13 +165,11 @@ def _tools(nominal: Chain, arm: Robot, tool: str) -> tuple[Chain, Chain]:
         source = calibrated if tool == "calibrated" else nominal
         values = {n: source.table[n].value for n in names}
     else:
-        try:
-            numbers = [float(word) for word in tool.split(",")]
-        except ValueError:
-            numbers = []
-        if len(numbers) != 6 or not np.isfinite(numbers).all():
-            expected = f"{', '.join(TOOLS)}, or x,y,z,rx,ry,rz in {arm.units.length.name} and {arm.units.angle.name}"
-            raise ModelError("not a tool", key="--tool", found=tool, expected=expected)
+        numbers = numbers_of(
+            tool,
+            f"x,y,z,rx,ry,rz in {arm.units.length.name} and {arm.units.angle.name}; {'; '.join(TOOLS)}",
+            key="--tool",
+        )
         values = {n: arm.units.of(calibrated.table[n].unit).to_si(v) for n, v in zip(names, numbers, strict=True)}
     return nominal.with_values(values), calibrated.with_values(values)
 

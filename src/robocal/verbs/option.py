@@ -11,11 +11,12 @@ the field's name is the option: `angle_noise` is `--angle-noise`.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator
 from dataclasses import MISSING, Field, dataclass, fields
 from functools import cache
-from types import NoneType, UnionType
+from types import NoneType, SimpleNamespace, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from robocal.errors import ModelError, nearest
@@ -37,8 +38,9 @@ class Arg:
 @dataclass(frozen=True)
 class Opt:
     """A named option. `name`: where it is not the field's; `short`: "-n"; `unit`: a dimension of the robot file ("length") or a
-    unit; `least` and `most`: the range, both ends included; `otherwise`: in words, what happens without it; `negative`: the
-    option that says no, of a flag; `listed`: words may also be separated by commas."""
+    unit; `least` and `most`: the range, both ends included, `above` without its end; `wrong`: what is said outside; `numbers`:
+    a word of so many numbers, named between commas; `otherwise`: in words, what happens without it; `negative`: the option that
+    says no, of a flag; `listed`: words may also be separated by commas."""
 
     help: str
     metavar: str = ""
@@ -47,6 +49,9 @@ class Opt:
     unit: str = ""
     least: float | None = None
     most: float | None = None
+    above: float | None = None
+    wrong: str = "out of range"
+    numbers: str = ""
     choices: tuple[str, ...] = ()
     otherwise: str = ""
     negative: str = ""
@@ -57,7 +62,14 @@ class Opt:
         """The range in words; nothing where there is none."""
         if self.least is not None and self.most is not None:
             return f"{self.least:.0f} to {self.most:.0f}"
+        if self.above is not None:
+            return f"above {self.above:.0f}" + ("" if self.most is None else f" and at most {self.most:.0f}")
         return f"{self.least:.0f} or more" if self.least is not None else ""
+
+    def holds(self, value: float) -> bool:
+        """Whether a number lies in the range; none that is not finite does."""
+        low = (self.least is None or value >= self.least) and (self.above is None or value > self.above)
+        return math.isfinite(value) and low and (self.most is None or value <= self.most)
 
     @property
     def text(self) -> str:
@@ -120,6 +132,12 @@ class Told:
         """Every option by its name."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
+    def si(self, units: Any) -> SimpleNamespace:
+        """Every option by its name, with numbers in SI where they are told in a unit of the robot's file; numbers between commas
+        as an array. Raises ModelError."""
+        kind: Any = type(self)
+        return SimpleNamespace(**{e.name: _in_si(e, getattr(self, e.name), units) for e in entries(kind)})
+
 
 @cache
 def entries(options: Any) -> tuple[Entry, ...]:
@@ -166,6 +184,22 @@ def _check(entry: Entry, told: Opt, value: Any) -> None:
         raise ModelError(
             "unknown option", key=entry.word, found=value, expected=", ".join(told.choices), suggestion=near
         )
-    low, high = told.least, told.most
-    if (low is not None and not value >= low) or (high is not None and not value <= high):
-        raise ModelError("out of range", key=entry.word, found=value, expected=told.range)
+    if entry.kind in (int, float) and number and not told.holds(value):
+        words = ("" if math.isfinite(value) else "a finite number", told.range)
+        raise ModelError(told.wrong, key=entry.word, found=value, expected=", ".join(w for w in words if w))
+
+
+def _in_si(entry: Entry, value: Any, units: Any) -> Any:
+    if isinstance(entry.told, Arg) or value is None:
+        return value
+    if isinstance(value, tuple):
+        return tuple(_in_si(entry, v, units) for v in value)
+    if entry.told.numbers:
+        import numpy as np
+
+        from robocal.files.units import numbers_of
+
+        value = np.array(numbers_of(value, entry.told.numbers, key=entry.word))
+    # What several numbers or words may stand for, whoever reads them converts.
+    plain = isinstance(value, str) or entry.told.unit not in FILE_UNITS
+    return value if plain else getattr(units, entry.told.unit).to_si(value)

@@ -48,7 +48,7 @@ class Options(Told):
         "I"
     )
     accuracy: Annotated[
-        float | None, Opt("Mean error at test poses that is enough", metavar="LENGTH", unit="length")
+        float | None, Opt("Mean error at test poses that is enough", metavar="LENGTH", unit="length", above=0)
     ] = None
     after: Annotated[
         tuple[str, ...], Opt("Continue from these measurements: what they know counts", metavar="DATA")
@@ -66,29 +66,35 @@ class Options(Told):
     tests: Annotated[str | None, Opt("Predict at these poses, not at a sample", metavar="FILE")] = None
     task: Annotated[
         str | None,
-        Opt(f"Predict inside {BOX} of the tool point, while measuring anywhere allowed", metavar="BOX", unit="length"),
+        Opt(
+            f"Predict inside {BOX} of the tool point, while measuring anywhere allowed",
+            metavar="BOX",
+            unit="length",
+            numbers=BOX,
+        ),
     ] = None
-    box: Annotated[str | None, Opt(f"Measure only with the tool point inside {BOX}", metavar="BOX", unit="length")] = (
-        None
-    )
+    box: Annotated[
+        str | None, Opt(f"Measure only with the tool point inside {BOX}", metavar="BOX", unit="length", numbers=BOX)
+    ] = None
     floor: Annotated[
         float | None,
         Opt("Keep tool point and flange above this height over the base", metavar="Z", unit="length"),
     ] = None
     pedestal: Annotated[
         str | None,
-        Opt("Keep both out of a cylinder of radius R up to height H around the base", metavar="R,H", unit="length"),
+        Opt("Keep both out of a cylinder of radius R up to height H around the base", numbers="R,H", unit="length"),
     ] = None
     distance: Annotated[
         str | None,
-        Opt("Keep the target this far from the instrument", name="--range", metavar="MIN,MAX", unit="length"),
+        Opt("Keep the target this far from the instrument", name="--range", numbers="MIN,MAX", unit="length"),
     ] = None
     cone: Annotated[
-        float | None, Opt("Keep it within this angle of the instrument's z axis", metavar="ANGLE", unit="angle")
+        float | None,
+        Opt("Keep it within this angle of the instrument's z axis", metavar="ANGLE", unit="angle", above=0),
     ] = None
     facing: Annotated[
         float | None,
-        Opt("Let its z axis point at the instrument within this angle", metavar="ANGLE", unit="angle"),
+        Opt("Let its z axis point at the instrument within this angle", metavar="ANGLE", unit="angle", above=0),
     ] = None
     seed: w.Seed = 0
     force: w.Force = False
@@ -112,8 +118,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.report.page import page
 
     arm = open_arm(o.robot, base=o.base, tip=o.tip)
-    size = arm.units.length.to_si
-    noise = None if o.noise is None else size(found.positive("--noise", o.noise))
+    si = o.si(arm.units)
+    if o.noise == 0:
+        raise ModelError("out of range", key="--noise", found=o.noise, expected="a finite number above 0")
     warnings, files = arm.warnings, robot_files(arm, o.robot)
     if o.output is not None:
         refuse_existing(o.output, FILES, o.force)
@@ -124,9 +131,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         if more is not None:
             warnings = tuple(dict.fromkeys((*warnings, *more.warnings)))
             files = tuple(dict.fromkeys((*files, *more.files)))
-    region = found.region_of(arm.units, o.box, o.floor, o.pedestal, o.distance, o.cone, o.facing)
+    region = found.region_of(o, si)
     with computable(o.robot, *o.after):
-        stated = template(arm, done, given, o.kind, noise, o.frame)
+        stated = template(arm, done, given, o.kind, si.noise, o.frame)
         at_work, measured, values = known(arm, stated, done, given, watch)
     if region.needs_instrument and done is None and given is None and o.frame == "auto":
         raise ModelError(
@@ -141,17 +148,16 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         _, there, read = read_poses(o.tests, arm.chain)
         files = (*files, *read)
     warnings = (*warnings, *(remark for file in files for remark in file.remarks))
-    wanted = None if o.accuracy is None else size(found.positive("--accuracy", o.accuracy))
     options = PlanOptions(
-        o.count, o.criterion, o.candidates, accuracy=wanted, seed=o.seed, region=region,
-        task=None if o.task is None else replace(region, box=found.box_of("--task", o.task, size)),
+        o.count, o.criterion, o.candidates, accuracy=si.accuracy, seed=o.seed, region=region,
+        task=None if o.task is None else replace(region, box=found.box_of("--task", o.task, si.task)),
     )  # fmt: skip
     with computable(o.robot, *o.after):
         made = plan(
             arm.chain, at_work, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
         )
     planned = found.Planned(
-        arm, o.robot, made, options, stated, files, (*warnings, *found.doubts(made, wanted, at_work))
+        arm, o.robot, made, options, stated, files, (*warnings, *found.doubts(made, si.accuracy, at_work))
     )
     texts: dict[str, str] = {}
     if o.output is not None:

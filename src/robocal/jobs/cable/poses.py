@@ -24,7 +24,7 @@ from robocal.files.cable.program import list_text, program_text
 from robocal.files.cable.values import CableUnits
 from robocal.files.plain import json_text
 from robocal.files.text import InputFile
-from robocal.jobs.cable.load import framed, numbers_of, said_of
+from robocal.jobs.cable.load import framed, said_of
 from robocal.planning.cable import Choice, Noise
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -57,7 +57,7 @@ def listing_of(
     return kept_to_what_is_held(robot, demand, listing, steps)
 
 
-def sane(count: int, steps: int, margin: float, method: str) -> None:
+def sane(count: int, steps: int, method: str) -> None:
     if count * steps > MOST:
         raise ModelError(
             "too many waypoints",
@@ -65,22 +65,19 @@ def sane(count: int, steps: int, margin: float, method: str) -> None:
             found=f"{count} poses, {steps} steps",
             expected=f"at most {MOST} in all",
         )
-    if not 0 < margin <= 1:
-        raise ModelError("out of range", key="--mu", found=margin, expected="above 0 and at most 1")
     with said_of({"method": "--method"}):
         check_method(method)
 
 
-def noise_of(file: CableFile, sigma: float | None, pose_noise: str | None) -> Noise:
-    length = UNSTATED if sigma is None else float(file.units.length.to_si(sigma))
-    if not length > 0:
-        raise ModelError("a noise is a standard deviation", key="--sigma", found=sigma, expected="above 0")
-    if pose_noise is None:
+def noise_of(file: CableFile, sigma: float | None, pose: Array | None) -> Noise:
+    """Of a length in m, and of a measured pose (2,) in the file's units. Raises ModelError."""
+    length = UNSTATED if sigma is None else sigma
+    if pose is None:
         return Noise(length)
-    position, orientation = numbers_of(pose_noise, "--pose-noise", ("POSITION", "ORIENTATION"))
-    if min(position, orientation) < 0:
-        raise ModelError("a noise is a standard deviation", key="--pose-noise", found=pose_noise, expected="0 or more")
-    return Noise(length, file.units.length.to_si(position), file.units.angle.to_si(orientation))
+    if pose.min() < 0:
+        found = ",".join(f"{v:g}" for v in pose)
+        raise ModelError("a noise is a standard deviation", key="--pose-noise", found=found, expected="0 or more")
+    return Noise(length, file.units.length.to_si(float(pose[0])), file.units.angle.to_si(float(pose[1])))
 
 
 def doubts(

@@ -23,7 +23,7 @@ from robocal.files.mesh import ply_text, stl_bytes
 from robocal.files.plain import json_text
 from robocal.files.text import InputFile
 from robocal.geometry import so3
-from robocal.jobs.cable.load import corners_of, framed, numbers_of
+from robocal.jobs.cable.load import framed
 from robocal.jobs.watching import Watch
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
@@ -52,9 +52,10 @@ NEAR = 0.02  # by how much volumes may differ without a remark
 SEEN = 0.99  # the share of the held cells that the start has to see without one
 
 
-def box_of(text: str, robot: CableRobot, file: CableFile) -> Array:
-    """--box, m. Raises ModelError when it is inverted, or a planar robot's is not flat."""
-    sides = corners_of(file, text)
+def box_of(text: str, ends: Array, robot: CableRobot) -> Array:
+    """--box X0,Y0,Z0,X1,Y1,Z1 in m as rows (lower, upper), (3, 2) m. Raises ModelError when it is inverted, or a planar robot's
+    is not flat."""
+    sides = ends.reshape(2, 3).T
     flat = np.array([i not in robot.axes for i in range(3)])
     if (sides[~flat, 0] >= sides[~flat, 1]).any() or (sides[flat, 0] != sides[flat, 1]).any():
         lies = "".join(f", {'XYZ'[i]}0 = {'XYZ'[i]}1 for this planar robot" for i in np.flatnonzero(flat))
@@ -104,11 +105,11 @@ def started(
     found: Regions | None,
     sides: Array,
     text: str | None,
+    at: Array | None,
     file: CableFile,
 ) -> RayStart | None:
     """Where rays start: as told, else X_0 if it is held, else in the middle of the greatest part; None if nothing is held."""
-    if text is not None:
-        at: Array = file.units.length.to_si(np.array(numbers_of(text, "--start", ("X", "Y", "Z"))))
+    if at is not None:
         if ((at < sides[:, 0]) | (at > sides[:, 1])).any():
             expected = (
                 f"x, y and z of {np.round(file.units.length.from_si(sides), 4).tolist()} {file.units.length.name}"

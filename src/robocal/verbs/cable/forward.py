@@ -27,7 +27,9 @@ class Options(Told):
 
     robot: w.CableRobot
     lengths: Annotated[str, Arg("LENGTHS", "CSV: one column per cable, such as c1 [mm].")]
-    sigma: Annotated[float | None, Opt("Standard deviation of a length", metavar="SIGMA", unit="length")] = None
+    sigma: Annotated[
+        float | None, Opt("Standard deviation of a length", metavar="SIGMA", unit="length", above=0, wrong=w.NOISE)
+    ] = None
     starts: Annotated[int, Opt("Further starts that look for other poses", metavar="N", least=0)] = 24
     tension: w.CableTension = None
     sag: w.Sag = False
@@ -53,16 +55,14 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         refuse_existing(o.output.parent, (o.output.name,), o.force)
     file = read_cable(o.robot)
     rows = read_cable_lengths(o.lengths, file.robot)
-    if o.sigma is not None and not o.sigma > 0:
-        raise ModelError("a noise is a standard deviation", key="--sigma", found=o.sigma, expected="above 0")
-    noise = None if o.sigma is None else float(file.units.length.to_si(o.sigma))
-    (pull, said), rng = tensions_of(rows, o.tension, file, o.sag), np.random.default_rng(o.seed)
+    si, rng = o.si(file.units), np.random.default_rng(o.seed)
+    pull, said = tensions_of(rows, si.tension, file, o.sag)
     fitting(file, pull, o.sag)
     try:
-        found = forward(file.robot, rows.values, tension=pull, sag=o.sag, sigma=noise, starts=o.starts, rng=rng)
+        found = forward(file.robot, rows.values, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
     except ModelError as error:
         raise located(error, o.lengths, rows) from None
-    made = Poses(file, rows.names, found, noise)
+    made = Poses(file, rows.names, found, si.sigma)
     remarks = (*file.warnings, *rows.warnings, *said, *made.doubts)
     inputs = (robot_input(file, o.robot), InputFile(Path(o.lengths), rows.sha256))
     text = made.text

@@ -45,7 +45,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         refuse_existing(o.output.parent, (o.output.name,), o.force)
     file = read_cable(o.robot)
     rows = read_platform_poses(o.poses, file.robot)
-    pull, said = tensions_of(rows, o.tension, file, o.sag)
+    pull, said = tensions_of(rows, o.si(file.units).tension, file, o.sag)
     fitting(file, pull, o.sag)
     try:
         lengths, _ = inverse(file.robot, rows.values, pull, sag=o.sag)

@@ -29,7 +29,9 @@ class Options(Told):
 
     robot: w.CableRobot
     count: Annotated[int, Opt("Poses to list", name="--poses", short="-n", metavar="N", least=1, most=10_000)] = 200
-    margin: Annotated[float, Opt("How much of each free way is gone, up to 1", name="--mu", metavar="MU")] = 0.95
+    margin: Annotated[float, Opt("How much of each free way is gone", name="--mu", metavar="MU", above=0, most=1)] = (
+        0.95
+    )
     start: Annotated[
         str,
         Opt(
@@ -41,19 +43,27 @@ class Options(Told):
         str | None,
         Opt(
             "The box Z of random poses, in place of one as large as the machine",
-            metavar="X0,Y0,Z0,X1,Y1,Z1",
+            numbers="X0,Y0,Z0,X1,Y1,Z1",
             unit="length",
         ),
     ] = None
-    scale: Annotated[float, Opt("Z, as a multiple of the machine", metavar="S")] = 1.1
+    scale: Annotated[float, Opt("Z, as a multiple of the machine", metavar="S", least=0, most=1000)] = 1.1
     turn: Annotated[float | None, Opt("Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")] = None
-    diameter: Annotated[float | None, Opt("Of every cable, not that of the robot file", metavar="D", unit="length")] = (
-        None
-    )
+    diameter: Annotated[
+        float | None,
+        Opt("Of every cable, not that of the robot file", metavar="D", unit="length", least=0, wrong="not a length"),
+    ] = None
     body: Annotated[str, Opt("The platform: hull or box of its anchors, none, or LX,LY,LZ", metavar="BODY")] = "hull"
     relief: Annotated[
         float | None,
-        Opt("A cable may touch its own eyelet so far from it", metavar="R", unit="length", otherwise="10 diameters"),
+        Opt(
+            "A cable may touch its own eyelet so far from it",
+            metavar="R",
+            unit="length",
+            above=0,
+            wrong="not a length",
+            otherwise="10 diameters",
+        ),
     ] = None
     payload: w.Payload = 0.0
     mass: w.PlatformMass = None
@@ -67,14 +77,19 @@ class Options(Told):
     sigma: Annotated[
         float | None,
         Opt(
-            "For --choose: standard deviation of a length", metavar="SIGMA", unit="length", otherwise="1 mm, converted"
+            "For --choose: standard deviation of a length",
+            metavar="SIGMA",
+            unit="length",
+            above=0,
+            wrong=w.NOISE,
+            otherwise="1 mm, converted",
         ),
     ] = None
     pose_noise: Annotated[
         str | None,
         Opt(
             "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
-            metavar="POSITION,ORIENTATION",
+            numbers="POSITION,ORIENTATION",
         ),
     ] = None
     seed: w.Seed = 0
@@ -101,16 +116,17 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 
     if o.output is not None:
         refuse_existing(o.output, FILES, o.force)
-    found.sane(o.count, o.steps, o.margin, o.method)
+    found.sane(o.count, o.steps, o.method)
     tell = watch or (lambda event: None)
     file = read_cable(o.robot)
-    able = replace(held_robot(file, o.limits), mass=mass_of(file, o.payload, o.mass))
-    clearance, warnings = clearance_of(file, able, o.diameter, o.body, o.relief)
-    noise = found.noise_of(file, o.sigma, o.pose_noise)
+    si = o.si(file.units)
+    able = replace(held_robot(file, si.limits), mass=mass_of(file, si.payload, si.mass))
+    clearance, warnings = clearance_of(file, able, si.diameter, o.body, si.relief)
+    noise = found.noise_of(file, si.sigma, si.pose_noise)
     tell({"stage": "asking the start"})
     with computable(o.robot):
         begin = started(file, able, clearance, o.start)
-        z = box_of(file, able, begin.pose, o.box, o.scale, o.turn)
+        z = box_of(able, begin.pose, o, si)
         tell({"stage": "moving towards random poses"})
         listing = found.listing_of(able, begin, z, clearance, o.count, o.margin, o.seed, o.steps)
         tell({"stage": "distributing tensions"})

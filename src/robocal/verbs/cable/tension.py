@@ -60,16 +60,16 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.plain import json_text
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing, write_files
-    from robocal.jobs.cable.load import held_robot, lever_of, mass_of, robot_input, said_of, wrench_of
+    from robocal.jobs.cable.load import held_robot, mass_of, robot_input, said_of, wrench_of
     from robocal.jobs.cable.tension import Tensions, bare, doubts, leaning, listed, structures
     from robocal.report.page import page
 
     if o.output is not None:
         refuse_existing(o.output, FILES, o.force)
     file = read_cable(o.robot)
-    able, weight = held_robot(file, o.limits), mass_of(file, o.payload, o.mass)
+    si = o.si(file.units)
+    able, weight, lever = held_robot(file, si.limits), mass_of(file, si.payload, si.mass), si.length or 1.0
     rows = read_platform_poses(o.poses, able)
-    lever = lever_of(file, o.length)
     structure = structures(able, rows, o.poses)
     extra = wrench_of(file, o.wrench) + (0.0 if rows.wrench is None else rows.wrench)
     load = (gravity_wrench(rows.values, weight, able.com) + extra)[:, able.axes]

@@ -34,7 +34,7 @@ class Options(Told):
         tuple[str, ...],
         Opt(
             "A rotation vector; repeat for several, all of which are to be held",
-            metavar="RX,RY,RZ",
+            numbers="RX,RY,RZ",
             unit="angle",
             otherwise="upright",
         ),
@@ -58,15 +58,17 @@ class Options(Told):
             metavar="FX,FY,FZ,MX,MY,MZ",
         ),
     ] = ()
-    acceleration: Annotated[float, Opt("Of the centre of mass, in any direction", metavar="A", unit="m/s2")] = 0.0
-    reserve: Annotated[float, Opt("A disturbance in any direction that is held on top", metavar="F", unit="force")] = (
-        0.0
-    )
+    acceleration: Annotated[
+        float, Opt("Of the centre of mass, in any direction", metavar="A", unit="m/s2", least=0)
+    ] = 0.0
+    reserve: Annotated[
+        float, Opt("A disturbance in any direction that is held on top", metavar="F", unit="force", least=0)
+    ] = 0.0
     limits: w.TensionLimits = None
     length: w.MomentLength = None
     box: Annotated[
         str | None,
-        Opt("Where to look", metavar="X0,Y0,Z0,X1,Y1,Z1", unit="length", otherwise="what the frame can reach"),
+        Opt("Where to look", numbers="X0,Y0,Z0,X1,Y1,Z1", unit="length", otherwise="what the frame can reach"),
     ] = None
     cells: Annotated[int, Opt("Of the grid, along each axis", metavar="N", least=2, most=300)] = 41
     rays: Annotated[int, Opt("To the exact boundary", metavar="N", least=20, most=200_000)] = 4000
@@ -74,7 +76,7 @@ class Options(Told):
         str | None,
         Opt(
             "Where rays start",
-            metavar="X,Y,Z",
+            numbers="X,Y,Z",
             unit="length",
             otherwise="the mean of the frame anchors, or the middle of what is held",
         ),
@@ -101,17 +103,14 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     if o.output is not None:
         refuse_existing(o.output, (*FILES, *MESHES), o.force)
     file = read_cable(o.robot)
-    able = held_robot(file, o.limits)
-    demand = demand_of(
-        file, orientation=o.orientation, tilt=o.tilt, payload=o.payload, mass=o.mass, wrench=o.wrench,
-        acceleration=o.acceleration, reserve=o.reserve, length=o.length,
-    )  # fmt: skip
-    sides, how = frame_box(able, demand.rotations) if o.box is None else (found.box_of(o.box, able, file), "--box")
+    si = o.si(file.units)
+    able, demand = held_robot(file, si.limits), demand_of(file, o, si)
+    sides, how = frame_box(able, demand.rotations) if o.box is None else (found.box_of(o.box, si.box, able), "--box")
     counts = tuple(o.cells if high > low else 1 for low, high in sides)
     near = sides if o.box is not None else found.close(able, demand, sides, counts, watch)
     made, room = found.filled(able, demand, near, counts, watch)
     parts = regions(made) if made.inside.any() else None
-    begin = found.started(able, demand, made, parts, sides, o.start, file)
+    begin = found.started(able, demand, made, parts, sides, o.start, si.start, file)
     edge, cuts = found.boundary(able, demand, begin, sides, o.rays, found.steps(made, sides), watch)
     remarks = () if parts is None or begin is None else found.remarks(made, parts, begin, edge)
     result = Workspace(
