@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
 
 from robocal.report.sections import Section, Text, Written, figure, quiet, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
@@ -30,23 +29,16 @@ class Options(Told):
     """
 
     robot: w.AnyRobot
-    targets: Annotated[
-        str,
-        Arg("TARGETS", "A CSV whose headers carry units (poses, positions, joints), or a YAML beside it."),
-    ]
-    nominal: Annotated[
-        str | None, Opt("The model that the controller keeps; a run folder knows it", metavar="ROBOT")
-    ] = None
-    tool: Annotated[
-        str,
-        Opt(
-            "What both models carry: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; or own, each its own",
-            metavar="TOOL",
-        ),
-    ] = "calibrated"
-    output: Annotated[
-        Path | None, Opt("Write compensated.csv and compensation.json here", short="-o", metavar="DIR")
-    ] = None
+    targets: str = arg(
+        ..., "TARGETS", "A CSV whose headers carry units (poses, positions, joints), or a YAML beside it."
+    )
+    nominal: str | None = opt(None, "The model that the controller keeps; a run folder knows it", metavar="ROBOT")
+    tool: str = opt(
+        "calibrated",
+        "What both models carry: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; or own, each its own",
+        metavar="TOOL",
+    )
+    output: Path | None = opt(None, "Write compensated.csv and compensation.json here", short="-o", metavar="DIR")
     base: w.Base = None
     tip: w.Tip = None
 

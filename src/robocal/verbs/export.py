@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated
 
 from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
-from robocal.verbs.option import Opt, Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["FORMATS", "Options", "run", "sections"]
@@ -29,21 +28,18 @@ class Options(Told):
 
     robot: w.AnyRobot
     output: w.OutputFile = None
-    form: Annotated[
-        str,
-        Opt(
-            "yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: "
-            "offsets (CSV), ros (parameters), xacro (properties)",
-            name="--format",
-            metavar="FORMAT",
-            choices=FORMATS,
-        ),
-    ] = "yaml"
-    nominal: Annotated[str | None, Opt("What offsets are counted from; a run folder knows it", metavar="ROBOT")] = None
-    into: Annotated[
-        str | None,
-        Opt("With --format urdf: this URDF with calibrated origins, else byte for byte", metavar="URDF"),
-    ] = None
+    form: str = opt(
+        "yaml",
+        "yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: "
+        "offsets (CSV), ros (parameters), xacro (properties)",
+        name="--format",
+        metavar="FORMAT",
+        choices=FORMATS,
+    )
+    nominal: str | None = opt(None, "What offsets are counted from; a run folder knows it", metavar="ROBOT")
+    into: str | None = opt(
+        None, "With --format urdf: this URDF with calibrated origins, else byte for byte", metavar="URDF"
+    )
     force: w.Force = False
     base: w.Base = None
     tip: w.Tip = None

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from robocal.report.sections import Section, Text, quiet, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
@@ -30,11 +29,11 @@ class Options(Told):
     robocal new cable -o cell
     """
 
-    robot: Annotated[str | None, Arg("ROBOT", "A catalogue name, a convention, or cable.")] = None
-    output: Annotated[Path, Opt("Folder for the files", short="-o", metavar="DIR")] = Path(".")
-    joints: Annotated[int, Opt("How many, when ROBOT is a convention", metavar="N", least=1, most=30)] = JOINTS
+    robot: str | None = arg(None, "ROBOT", "A catalogue name, a convention, or cable.")
+    output: Path = opt(Path("."), "Folder for the files", short="-o", metavar="DIR")
+    joints: int = opt(JOINTS, "How many, when ROBOT is a convention", metavar="N", least=1, most=30)
     kind: w.Kind = KIND
-    listing: Annotated[bool, Opt("List the catalogue and the conventions", name="--list")] = False
+    listing: bool = opt(False, "List the catalogue and the conventions", name="--list")
     force: w.Force = False
 
 

@@ -2,11 +2,12 @@
 
     @dataclass(frozen=True)
     class Options(Told):
-        robot: Annotated[str, Arg("ROBOT", "robot.yaml, a URDF, ...")]
-        noise: Annotated[float | None, Opt("Standard deviation per axis", unit="length", otherwise="0.05 mm, converted")] = None
+        robot: str = arg(..., "ROBOT", "robot.yaml, a URDF, ...")
+        noise: float | None = opt(None, "Standard deviation per axis", unit="length", otherwise="0.05 mm, converted")
 
-The command line, calls from Python and messages are made from it: no default and no range is written anywhere else. What follows
-the field's name is the option: `angle_noise` is `--angle-noise`.
+First the default, ... where there is none. What several verbs share is a type that carries what is told of it (`words.py`). The
+command line, calls from Python and messages are made from it: no default and no range is written anywhere else. What follows the
+field's name is the option: `angle_noise` is `--angle-noise`.
 """
 
 from __future__ import annotations
@@ -14,14 +15,14 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator
-from dataclasses import MISSING, Field, dataclass, fields
+from dataclasses import MISSING, Field, dataclass, field, fields
 from functools import cache
 from types import NoneType, SimpleNamespace, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from robocal.errors import ModelError, nearest
 
-__all__ = ["Arg", "Entry", "Opt", "Told", "entries"]
+__all__ = ["Arg", "Entry", "Opt", "Told", "arg", "entries", "opt"]
 
 KINDS = {bool: "True or False", int: "a whole number", float: "a number", str: "a word"}
 FILE_UNITS = ("length", "angle", "mass", "force")
@@ -80,6 +81,16 @@ class Opt:
         if self.range:
             words += f", {self.range}"
         return f"{words}." + (f"  [default: {self.otherwise}]" if self.otherwise else "")
+
+
+def arg(default: Any, metavar: str, help: str) -> Any:
+    """The field of an argument; ... where it must be given."""
+    return field(default=MISSING if default is ... else default, metadata={"told": Arg(metavar, help)})
+
+
+def opt(default: Any, help: str, **facts: Any) -> Any:
+    """The field of an option, with the facts of `Opt`; ... where it must be given."""
+    return field(default=MISSING if default is ... else default, metadata={"told": Opt(help, **facts)})
 
 
 @dataclass(frozen=True)
@@ -143,11 +154,12 @@ class Told:
 def entries(options: Any) -> tuple[Entry, ...]:
     """What a class of options tells, in its order."""
     hints = get_type_hints(options, include_extras=True)
-    return tuple(_entry(field, hints[field.name]) for field in fields(options))
+    return tuple(_entry(f, hints[f.name]) for f in fields(options))
 
 
 def _entry(field: Field[Any], hint: Any) -> Entry:
-    kind, told = get_args(hint)
+    told = field.metadata.get("told")
+    kind, told = (hint, told) if told is not None else get_args(hint)
     optional, several = False, False
     numeric = False
     if get_origin(kind) in (Union, UnionType):

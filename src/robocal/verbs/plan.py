@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from robocal.report.sections import Detail, Remarks, Section, Text, Written, figure, quiet, strong, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
@@ -31,71 +31,57 @@ class Options(Told):
     """
 
     robot: w.Robot
-    data: Annotated[
-        str | None,
-        Arg(
-            "DATA", "A data file that says which instrument will measure; its measurements do not count (see --after)."
-        ),
-    ] = None
-    output: Annotated[
-        Path | None, Opt("Write poses.csv, data.yaml, plan.json and plan.html here", short="-o", metavar="DIR")
-    ] = None
-    count: Annotated[
-        int | None,
-        Opt("How many poses", name="--poses", short="-n", metavar="N", least=1, most=500, otherwise="enough"),
-    ] = None
-    criterion: Annotated[str, Opt("I: mean error at test poses; G: the largest; D, A, E, O1 to O5", metavar="NAME")] = (
-        "I"
+    data: str | None = arg(
+        None,
+        "DATA",
+        "A data file that says which instrument will measure; its measurements do not count (see --after).",
     )
-    accuracy: Annotated[
-        float | None, Opt("Mean error at test poses that is enough", metavar="LENGTH", unit="length", above=0)
-    ] = None
-    after: Annotated[
-        tuple[str, ...], Opt("Continue from these measurements: what they know counts", metavar="DATA")
-    ] = ()
+    output: Path | None = opt(
+        None, "Write poses.csv, data.yaml, plan.json and plan.html here", short="-o", metavar="DIR"
+    )
+    count: int | None = opt(
+        None, "How many poses", name="--poses", short="-n", metavar="N", least=1, most=500, otherwise="enough"
+    )
+    criterion: str = opt("I", "I: mean error at test poses; G: the largest; D, A, E, O1 to O5", metavar="NAME")
+    accuracy: float | None = opt(
+        None, "Mean error at test poses that is enough", metavar="LENGTH", unit="length", above=0
+    )
+    after: tuple[str, ...] = opt((), "Continue from these measurements: what they know counts", metavar="DATA")
     kind: w.Kind = "position"
     noise: w.Noise = None
     frame: w.Frame = "auto"
-    candidates: Annotated[
-        int, Opt("How many candidates to draw in the region", name="--draw", metavar="N", least=20, most=100_000)
-    ] = 5000
-    listed: Annotated[
-        str | None,
-        Opt("Choose from this list of poses (CSV with joint columns, data.yaml)", name="--candidates", metavar="FILE"),
-    ] = None
-    tests: Annotated[str | None, Opt("Predict at these poses, not at a sample", metavar="FILE")] = None
-    task: Annotated[
-        str | None,
-        Opt(
-            f"Predict inside {BOX} of the tool point, while measuring anywhere allowed",
-            metavar="BOX",
-            unit="length",
-            numbers=BOX,
-        ),
-    ] = None
-    box: Annotated[
-        str | None, Opt(f"Measure only with the tool point inside {BOX}", metavar="BOX", unit="length", numbers=BOX)
-    ] = None
-    floor: Annotated[
-        float | None,
-        Opt("Keep tool point and flange above this height over the base", metavar="Z", unit="length"),
-    ] = None
-    pedestal: Annotated[
-        str | None,
-        Opt("Keep both out of a cylinder of radius R up to height H around the base", numbers="R,H", unit="length"),
-    ] = None
-    distance: Annotated[
-        str | None,
-        Opt("Keep the target this far from the instrument", name="--range", numbers="MIN,MAX", unit="length"),
-    ] = None
-    cone: Annotated[
-        float | None,
-        Opt("Keep it within this angle of the instrument's z axis", metavar="ANGLE", unit="angle", above=0),
-    ] = None
-    facing: Annotated[
-        float | None,
-        Opt("Let its z axis point at the instrument within this angle", metavar="ANGLE", unit="angle", above=0),
-    ] = None
+    candidates: int = opt(
+        5000, "How many candidates to draw in the region", name="--draw", metavar="N", least=20, most=100_000
+    )
+    listed: str | None = opt(
+        None, "Choose from this list of poses (CSV with joint columns, data.yaml)", name="--candidates", metavar="FILE"
+    )
+    tests: str | None = opt(None, "Predict at these poses, not at a sample", metavar="FILE")
+    task: str | None = opt(
+        None,
+        f"Predict inside {BOX} of the tool point, while measuring anywhere allowed",
+        metavar="BOX",
+        unit="length",
+        numbers=BOX,
+    )
+    box: str | None = opt(
+        None, f"Measure only with the tool point inside {BOX}", metavar="BOX", unit="length", numbers=BOX
+    )
+    floor: float | None = opt(
+        None, "Keep tool point and flange above this height over the base", metavar="Z", unit="length"
+    )
+    pedestal: str | None = opt(
+        None, "Keep both out of a cylinder of radius R up to height H around the base", numbers="R,H", unit="length"
+    )
+    distance: str | None = opt(
+        None, "Keep the target this far from the instrument", name="--range", numbers="MIN,MAX", unit="length"
+    )
+    cone: float | None = opt(
+        None, "Keep it within this angle of the instrument's z axis", metavar="ANGLE", unit="angle", above=0
+    )
+    facing: float | None = opt(
+        None, "Let its z axis point at the instrument within this angle", metavar="ANGLE", unit="angle", above=0
+    )
     seed: w.Seed = 0
     force: w.Force = False
     base: w.Base = None

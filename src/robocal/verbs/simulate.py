@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
-from robocal.verbs.option import Opt, Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
@@ -26,37 +25,32 @@ class Options(Told):
     """
 
     robot: w.Robot
-    output: Annotated[Path, Opt("Folder for robot, data and truth", short="-o", metavar="DIR")]
-    poses: Annotated[
-        int, Opt("Configurations drawn within the joint limits", short="-n", metavar="N", least=1, most=1_000_000)
-    ] = 80
-    at: Annotated[
-        str | None,
-        Opt("Take the joint values of this data file or list of poses instead of drawing them", metavar="FILE"),
-    ] = None
+    output: Path = opt(..., "Folder for robot, data and truth", short="-o", metavar="DIR")
+    poses: int = opt(
+        80, "Configurations drawn within the joint limits", short="-n", metavar="N", least=1, most=1_000_000
+    )
+    at: str | None = opt(
+        None, "Take the joint values of this data file or list of poses instead of drawing them", metavar="FILE"
+    )
     kind: w.Kind = "position"
     noise: w.Noise = None
-    angle_noise: Annotated[
-        float | None,
-        Opt("The same for orientations", metavar="SIGMA", unit="angle", least=0, otherwise="0.1 mrad, converted"),
-    ] = None
-    length_error: Annotated[
-        float | None,
-        Opt(
-            "Standard deviation of true lengths around nominal ones",
-            metavar="SIGMA",
-            unit="length",
-            least=0,
-            otherwise="0.3 mm, converted",
-        ),
-    ] = None
-    angle_error: Annotated[
-        float | None, Opt("The same for angles", metavar="SIGMA", unit="angle", least=0, otherwise="1 mrad, converted")
-    ] = None
-    settings: Annotated[
-        tuple[str, ...],
-        Opt("A true value, in the robot file's units; may be repeated", name="--set", metavar="NAME=VALUE"),
-    ] = ()
+    angle_noise: float | None = opt(
+        None, "The same for orientations", metavar="SIGMA", unit="angle", least=0, otherwise="0.1 mrad, converted"
+    )
+    length_error: float | None = opt(
+        None,
+        "Standard deviation of true lengths around nominal ones",
+        metavar="SIGMA",
+        unit="length",
+        least=0,
+        otherwise="0.3 mm, converted",
+    )
+    angle_error: float | None = opt(
+        None, "The same for angles", metavar="SIGMA", unit="angle", least=0, otherwise="1 mrad, converted"
+    )
+    settings: tuple[str, ...] = opt(
+        (), "A true value, in the robot file's units; may be repeated", name="--set", metavar="NAME=VALUE"
+    )
     frame: w.Frame = "auto"
     seed: w.Seed = 0
     force: w.Force = False

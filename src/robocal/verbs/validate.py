@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from robocal.report.sections import (
     Block,
@@ -23,7 +23,7 @@ from robocal.report.sections import (
     table,
 )
 from robocal.verbs import words as w
-from robocal.verbs.option import Opt, Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -56,21 +56,15 @@ class Options(Told):
 
     robot: w.Robot
     data: w.Data
-    against: Annotated[str | None, Opt("Compare with this robot, say the nominal", metavar="ROBOT")] = None
-    offsets: Annotated[
-        str | None, Opt("Judge these joint offsets (CSV, ROS, xacro) on the nominal robot", metavar="FILE")
-    ] = None
-    distances: Annotated[
-        str,
-        Opt(
-            "Between which places: consecutive, all, group, or a column of the configurations",
-            metavar="PAIRS",
-        ),
-    ] = "consecutive"
-    exclude: w.Exclude = ()
-    output: Annotated[Path | None, Opt("Write validation.json and validation.html here", short="-o", metavar="DIR")] = (
-        None
+    against: str | None = opt(None, "Compare with this robot, say the nominal", metavar="ROBOT")
+    offsets: str | None = opt(None, "Judge these joint offsets (CSV, ROS, xacro) on the nominal robot", metavar="FILE")
+    distances: str = opt(
+        "consecutive",
+        "Between which places: consecutive, all, group, or a column of the configurations",
+        metavar="PAIRS",
     )
+    exclude: w.Exclude = ()
+    output: Path | None = opt(None, "Write validation.json and validation.html here", short="-o", metavar="DIR")
     seed: w.Seed = 0
     base: w.Base = None
     tip: w.Tip = None

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
-from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
@@ -26,11 +25,11 @@ class Options(Told):
     """
 
     robot: w.CableRobot
-    lengths: Annotated[str, Arg("LENGTHS", "CSV: one column per cable, such as c1 [mm].")]
-    sigma: Annotated[
-        float | None, Opt("Standard deviation of a length", metavar="SIGMA", unit="length", above=0, wrong=w.NOISE)
-    ] = None
-    starts: Annotated[int, Opt("Further starts that look for other poses", metavar="N", least=0)] = 24
+    lengths: str = arg(..., "LENGTHS", "CSV: one column per cable, such as c1 [mm].")
+    sigma: float | None = opt(
+        None, "Standard deviation of a length", metavar="SIGMA", unit="length", above=0, wrong=w.NOISE
+    )
+    starts: int = opt(24, "Further starts that look for other poses", metavar="N", least=0)
     tension: w.CableTension = None
     sag: w.Sag = False
     seed: w.Seed = 0

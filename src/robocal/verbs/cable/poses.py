@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from robocal.cables.choice import METHOD
 from robocal.report.sections import Section, Text, Written, figure, quiet, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Opt, Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "details", "run", "sections"]
@@ -28,74 +28,59 @@ class Options(Told):
     """
 
     robot: w.CableRobot
-    count: Annotated[int, Opt("Poses to list", name="--poses", short="-n", metavar="N", least=1, most=10_000)] = 200
-    margin: Annotated[float, Opt("How much of each free way is gone", name="--mu", metavar="MU", above=0, most=1)] = (
-        0.95
+    count: int = opt(200, "Poses to list", name="--poses", short="-n", metavar="N", least=1, most=10_000)
+    margin: float = opt(0.95, "How much of each free way is gone", name="--mu", metavar="MU", above=0, most=1)
+    start: str = opt(
+        "mean",
+        "X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units",
+        metavar="START",
     )
-    start: Annotated[
-        str,
-        Opt(
-            "X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units",
-            metavar="START",
-        ),
-    ] = "mean"
-    box: Annotated[
-        str | None,
-        Opt(
-            "The box Z of random poses, in place of one as large as the machine",
-            numbers="X0,Y0,Z0,X1,Y1,Z1",
-            unit="length",
-        ),
-    ] = None
-    scale: Annotated[float, Opt("Z, as a multiple of the machine", metavar="S", least=0, most=1000)] = 1.1
-    turn: Annotated[float | None, Opt("Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")] = None
-    diameter: Annotated[
-        float | None,
-        Opt("Of every cable, not that of the robot file", metavar="D", unit="length", least=0, wrong="not a length"),
-    ] = None
-    body: Annotated[str, Opt("The platform: hull or box of its anchors, none, or LX,LY,LZ", metavar="BODY")] = "hull"
-    relief: Annotated[
-        float | None,
-        Opt(
-            "A cable may touch its own eyelet so far from it",
-            metavar="R",
-            unit="length",
-            above=0,
-            wrong="not a length",
-            otherwise="10 diameters",
-        ),
-    ] = None
+    box: str | None = opt(
+        None,
+        "The box Z of random poses, in place of one as large as the machine",
+        numbers="X0,Y0,Z0,X1,Y1,Z1",
+        unit="length",
+    )
+    scale: float = opt(1.1, "Z, as a multiple of the machine", metavar="S", least=0, most=1000)
+    turn: float | None = opt(None, "Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")
+    diameter: float | None = opt(
+        None, "Of every cable, not that of the robot file", metavar="D", unit="length", least=0, wrong="not a length"
+    )
+    body: str = opt("hull", "The platform: hull or box of its anchors, none, or LX,LY,LZ", metavar="BODY")
+    relief: float | None = opt(
+        None,
+        "A cable may touch its own eyelet so far from it",
+        metavar="R",
+        unit="length",
+        above=0,
+        wrong="not a length",
+        otherwise="10 diameters",
+    )
     payload: w.Payload = 0.0
     mass: w.PlatformMass = None
     limits: w.TensionLimits = None
     method: w.TensionMethod = METHOD
-    steps: Annotated[int, Opt("Waypoints on each way", metavar="K", least=1, most=1000)] = 10
-    wanted: Annotated[
-        int | None, Opt("Choose the N poses that are best for calibration", name="--choose", metavar="N")
-    ] = None
-    criterion: Annotated[str, Opt("For --choose: A (least rms), D, I, G, E, O1 to O5", metavar="C")] = "A"
-    sigma: Annotated[
-        float | None,
-        Opt(
-            "For --choose: standard deviation of a length",
-            metavar="SIGMA",
-            unit="length",
-            above=0,
-            wrong=w.NOISE,
-            otherwise="1 mm, converted",
-        ),
-    ] = None
-    pose_noise: Annotated[
-        str | None,
-        Opt(
-            "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
-            numbers="POSITION,ORIENTATION",
-        ),
-    ] = None
+    steps: int = opt(10, "Waypoints on each way", metavar="K", least=1, most=1000)
+    wanted: int | None = opt(None, "Choose the N poses that are best for calibration", name="--choose", metavar="N")
+    criterion: str = opt("A", "For --choose: A (least rms), D, I, G, E, O1 to O5", metavar="C")
+    sigma: float | None = opt(
+        None,
+        "For --choose: standard deviation of a length",
+        metavar="SIGMA",
+        unit="length",
+        above=0,
+        wrong=w.NOISE,
+        otherwise="1 mm, converted",
+    )
+    pose_noise: str | None = opt(
+        None,
+        "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
+        numbers="POSITION,ORIENTATION",
+    )
     seed: w.Seed = 0
-    output: Annotated[
-        Path | None, Opt("Write poses.csv, program.csv, list.json and report.html here", short="-o", metavar="DIR")
-    ] = None
+    output: Path | None = opt(
+        None, "Write poses.csv, program.csv, list.json and report.html here", short="-o", metavar="DIR"
+    )
     force: w.Force = False
 
 

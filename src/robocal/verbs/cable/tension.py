@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from robocal.cables.choice import METHOD, POWER
 from robocal.report.sections import Section, Text, Written, figure, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Opt, Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "details", "run", "sections"]
@@ -32,21 +31,17 @@ class Options(Told):
     robot: w.CableRobot
     poses: w.PlatformPoses
     method: w.TensionMethod = METHOD
-    power: Annotated[float | None, Opt("Of --method p-norm, from 2 on", metavar="P", otherwise=f"{POWER:g}")] = None
+    power: float | None = opt(None, "Of --method p-norm, from 2 on", metavar="P", otherwise=f"{POWER:g}")
     mass: w.PlatformMass = None
     payload: w.Payload = 0.0
-    wrench: Annotated[
-        str | None,
-        Opt(
-            "Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm",
-            metavar="FX,FY,FZ,MX,MY,MZ",
-        ),
-    ] = None
+    wrench: str | None = opt(
+        None,
+        "Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm",
+        metavar="FX,FY,FZ,MX,MY,MZ",
+    )
     limits: w.TensionLimits = None
     length: w.MomentLength = None
-    output: Annotated[
-        Path | None, Opt(f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
-    ] = None
+    output: Path | None = opt(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
     force: w.Force = False
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from robocal.report.sections import Remarks, Section, Text, Written, figure, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Opt, Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "details", "run", "sections"]
@@ -30,61 +30,47 @@ class Options(Told):
     """
 
     robot: w.CableRobot
-    orientation: Annotated[
-        tuple[str, ...],
-        Opt(
-            "A rotation vector; repeat for several, all of which are to be held",
-            numbers="RX,RY,RZ",
-            unit="angle",
-            otherwise="upright",
-        ),
-    ] = ()
-    tilt: Annotated[
-        float | None,
-        Opt("Hold tilts too: half the angle and all of it, about 8 horizontal axes", metavar="ANGLE", unit="angle"),
-    ] = None
-    payload: Annotated[
-        str | None,
-        Opt("More mass at the centre of mass, one number or a range: say 0,20", metavar="LO,HI", unit="mass"),
-    ] = None
-    mass: Annotated[
-        str | None, Opt("Of the platform, one number or a range, instead of the file's", metavar="LO,HI", unit="mass")
-    ] = None
-    wrench: Annotated[
-        tuple[str, ...],
-        Opt(
-            "Acts beside the weight at the platform's origin, base axes: the robot file's unit of force, and Nm; repeat for "
-            "several, all of which are to be held, with 0,0,0,0,0,0 for none",
-            metavar="FX,FY,FZ,MX,MY,MZ",
-        ),
-    ] = ()
-    acceleration: Annotated[
-        float, Opt("Of the centre of mass, in any direction", metavar="A", unit="m/s2", least=0)
-    ] = 0.0
-    reserve: Annotated[
-        float, Opt("A disturbance in any direction that is held on top", metavar="F", unit="force", least=0)
-    ] = 0.0
+    orientation: tuple[str, ...] = opt(
+        (),
+        "A rotation vector; repeat for several, all of which are to be held",
+        numbers="RX,RY,RZ",
+        unit="angle",
+        otherwise="upright",
+    )
+    tilt: float | None = opt(
+        None, "Hold tilts too: half the angle and all of it, about 8 horizontal axes", metavar="ANGLE", unit="angle"
+    )
+    payload: str | None = opt(
+        None, "More mass at the centre of mass, one number or a range: say 0,20", metavar="LO,HI", unit="mass"
+    )
+    mass: str | None = opt(
+        None, "Of the platform, one number or a range, instead of the file's", metavar="LO,HI", unit="mass"
+    )
+    wrench: tuple[str, ...] = opt(
+        (),
+        "Acts beside the weight at the platform's origin, base axes: the robot file's unit of force, and Nm; repeat for "
+        "several, all of which are to be held, with 0,0,0,0,0,0 for none",
+        metavar="FX,FY,FZ,MX,MY,MZ",
+    )
+    acceleration: float = opt(0.0, "Of the centre of mass, in any direction", metavar="A", unit="m/s2", least=0)
+    reserve: float = opt(0.0, "A disturbance in any direction that is held on top", metavar="F", unit="force", least=0)
     limits: w.TensionLimits = None
     length: w.MomentLength = None
-    box: Annotated[
-        str | None,
-        Opt("Where to look", numbers="X0,Y0,Z0,X1,Y1,Z1", unit="length", otherwise="what the frame can reach"),
-    ] = None
-    cells: Annotated[int, Opt("Of the grid, along each axis", metavar="N", least=2, most=300)] = 41
-    rays: Annotated[int, Opt("To the exact boundary", metavar="N", least=20, most=200_000)] = 4000
-    start: Annotated[
-        str | None,
-        Opt(
-            "Where rays start",
-            numbers="X,Y,Z",
-            unit="length",
-            otherwise="the mean of the frame anchors, or the middle of what is held",
-        ),
-    ] = None
-    output: Annotated[
-        Path | None,
-        Opt(f"Write {', '.join((*FILES[:-1], *MESHES))} and {FILES[-1]} here", short="-o", metavar="DIR"),
-    ] = None
+    box: str | None = opt(
+        None, "Where to look", numbers="X0,Y0,Z0,X1,Y1,Z1", unit="length", otherwise="what the frame can reach"
+    )
+    cells: int = opt(41, "Of the grid, along each axis", metavar="N", least=2, most=300)
+    rays: int = opt(4000, "To the exact boundary", metavar="N", least=20, most=200_000)
+    start: str | None = opt(
+        None,
+        "Where rays start",
+        numbers="X,Y,Z",
+        unit="length",
+        otherwise="the mean of the frame anchors, or the middle of what is held",
+    )
+    output: Path | None = opt(
+        None, f"Write {', '.join((*FILES[:-1], *MESHES))} and {FILES[-1]} here", short="-o", metavar="DIR"
+    )
     force: w.Force = False
 
 
