@@ -185,10 +185,10 @@ def _reason(error: Exception) -> str:
     return (getattr(error, "strerror", None) or str(error)).lower()
 
 
-def refuse_existing(folder: Path, names: Sequence[str], force: bool) -> None:
-    """Raises FileError when a file would be replaced and nobody said so."""
+def refuse_existing(folder: Path | None, names: Sequence[str], force: bool) -> None:
+    """Raises FileError when a file would be replaced and nobody said so; of no folder nothing is asked."""
     for name in names:
-        if (folder / name).exists() and not force:
+        if folder is not None and (folder / name).exists() and not force:
             raise FileError(
                 "this file exists and is left as it is",
                 file=folder / name,

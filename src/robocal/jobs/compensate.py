@@ -119,39 +119,28 @@ class Compensated:
         }
 
 
-def compensated(
-    robot: str,
-    targets: str,
-    nominal: str | None,
-    tool: str,
-    base: str | None,
-    tip: str | None,
-    command: str = "",
-    watch: Watch | None = None,
-) -> Compensated:
-    """Compensates targets.
-
-    `tool`: calibrated (both models carry the tool that was found), nominal (both carry the nominal one), own (each its
-    own), or six numbers in the robot's units. Raises InputError.
-    """
-    arm = open_arm(robot, base=base, tip=tip)
+def compensated(o: Any, command: str = "", watch: Watch | None = None) -> Compensated:
+    """Compensates targets, by the options of the verb. Both models carry the tool that was found (calibrated) or the nominal
+    one, each its own, or one of six numbers in the robot's units. Raises InputError."""
+    arm = open_arm(o.robot, base=o.base, tip=o.tip)
     reference = nominal_chain(
-        robot, arm, nominal, base=base, tip=tip, what="compensation needs the model that the controller keeps"
+        o.robot, arm, o.nominal, base=o.base, tip=o.tip, what="compensation needs the model that the controller keeps"
     )
-    file = read_targets(targets, arm.chain)
-    before, after = _tools(reference, arm, tool)
+    file = read_targets(o.targets, arm.chain)
+    before, after = _tools(reference, arm, o.tool)
     if watch:
         watch({"stage": "compensating"})
-    with computable(robot, targets):
+    with computable(o.robot, o.targets):
         made = solve(before, after, file.targets)
-    known = run_result(robot)
+    known = run_result(o.robot)
     verdict = None if known is None else known.verdict.status
     notes = tuple(_note(made, i, after, file) for i in range(len(file.ids)))
-    within = _within(Path(robot), arm, after, made, file)
+    within = _within(Path(o.robot), arm, after, made, file)
     return Compensated(
-        arm, made, file, notes, compensated_text(made, file, after, [str(n or "") for n in notes], within), tool, verdict,
-        (*arm.warnings, *(r for f in file.files for r in f.remarks), *_warnings(made, file, verdict, reference, arm), *_layer(Path(robot))),
-        (*robot_files(arm, robot), *file.files), command, within=within,
+        arm, made, file, notes, compensated_text(made, file, after, [str(n or "") for n in notes], within), o.tool, verdict,
+        (*arm.warnings, *(r for f in file.files for r in f.remarks), *_warnings(made, file, verdict, reference, arm),
+         *_layer(Path(o.robot))),
+        (*robot_files(arm, o.robot), *file.files), command, within=within,
     )  # fmt: skip
 
 

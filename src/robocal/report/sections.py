@@ -7,7 +7,7 @@ has room for is a `Detail`. Nothing here knows of colours or markup: a style is 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -33,6 +33,7 @@ __all__ = [
     "Tiles",
     "Verdict",
     "Written",
+    "ends",
     "figure",
     "quiet",
     "strong",
@@ -225,6 +226,14 @@ class Section:
         if not kept and (self.blocks or not self.heading):
             return None
         return Section(self.heading, tuple(b.short if isinstance(b, Table) else b for b in kept))
+
+
+def ends(remarks: Sequence[Said] = (), written: Sequence[Path] = (), key: str = "") -> Iterator[Section]:
+    """What stands at the end: what is worth knowing, and the files that were written."""
+    if remarks:
+        yield Section.of("Worth knowing", Remarks(tuple(remarks)), key=key)
+    if written:
+        yield Section.of("", Written(tuple(written)))
 
 
 def quiet(*lines: str, indent: int = 0) -> tuple[Text, ...]:

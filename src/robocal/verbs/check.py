@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from robocal.report.sections import Remarks, Section, Table, Text, figure, strong, table
+from robocal.report.sections import Section, Table, Text, ends, figure, strong, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told
 from robocal.verbs.outcome import Outcome, Watch
@@ -78,8 +78,7 @@ def sections(made: Outcome) -> Iterator[Section]:
     yield _told(found)
     if found.strange:
         yield strange([outlier(o) for o in found.strange])
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
+    yield from ends(made.remarks)
 
 
 def _instruments(found: Checked) -> Table:

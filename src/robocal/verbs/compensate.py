@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from robocal.report.sections import Section, Text, Written, figure, quiet, table
+from robocal.report.sections import Section, Text, ends, figure, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
@@ -49,7 +49,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.writing import write_files
     from robocal.jobs.compensate import compensated
 
-    found = compensated(o.robot, o.targets, o.nominal, o.tool, o.base, o.tip, command, watch)
+    found = compensated(o, command, watch)
     if o.output is not None:
         texts = {"compensated.csv": found.text, "compensation.json": json_text(found.document)}
         found = replace(found, written=write_files(o.output, texts))
@@ -84,5 +84,4 @@ def sections(made: Outcome) -> Iterator[Section]:
         named = [(found.file.ids[i], words[int(found.made.status[i])], str(found.notes[i])) for i in order[:MOST]]
         more = [f"and {len(order) - MOST} others in compensated.csv"] if len(order) > MOST else []
         yield Section.of("", table("target", "status", "", rows=named), *quiet(*more))
-    if made.written:
-        yield Section.of("", Written(made.written))
+    yield from ends(written=made.written)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robocal.remarks.remark import sentences
-from robocal.report.sections import Cell, Remarks, Section, Style, Text, Written, figure, quiet, table
+from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
@@ -77,7 +77,4 @@ def sections(made: Outcome) -> Iterator[Section]:
     lines = [f"... and {len(changes) - TEN} more in --json"] if len(changes) > TEN else []
     lines.append("chance: of such a change by noise alone; of all: after looking at every parameter")
     yield Section.of("", table(*columns, right=(1, 2, 3, 4, 6, 7), rows=rows, styles=styles), *quiet(*lines))
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
-    if made.written:
-        yield Section.of("", Written(made.written))
+    yield from ends(made.remarks, made.written)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from robocal.report.sections import Detail, Remarks, Section, Text, Written, figure, quiet, strong, table
+from robocal.report.sections import Detail, Section, Text, Written, ends, figure, quiet, strong, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
@@ -108,8 +108,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     if o.noise == 0:
         raise ModelError("out of range", key="--noise", found=o.noise, expected="a finite number above 0")
     warnings, files = arm.warnings, robot_files(arm, o.robot)
-    if o.output is not None:
-        refuse_existing(o.output, FILES, o.force)
+    refuse_existing(o.output, FILES, o.force)
     links: dict[str, Any] = {"base": o.base, "tip": o.tip, "watch": watch}
     done = read_inputs(o.robot, o.after, **links) if o.after else None
     given = read_inputs(o.robot, [o.data], **links) if o.data else None
@@ -184,8 +183,7 @@ def sections(made: Outcome) -> Iterator[Section]:
         title="How many poses", key="forecast",
     )  # fmt: skip
     yield Section.of("", Detail(lambda: places(points(made.result))), title="Where", key="places")
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
+    yield from ends(made.remarks)
     if made.written:
         ready = next((p for p in made.written if p.name == "data.yaml"), None)
         words = (

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from robocal.report.sections import Remarks, Section, Text, figure, quiet, table
+from robocal.report.sections import Section, Text, ends, figure, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
@@ -76,7 +76,6 @@ def sections(made: Outcome) -> Iterator[Section]:
     words = "where the base stands included" if found.absolute else shape
     lines.append(f"± are 95 % radii: of the model [mm], of a new measurement [mm], of the model's turn [deg]; {words}")
     yield Section.of("", table(*columns, right=tuple(range(1, 10)), rows=rows), *quiet(*lines))
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
+    yield from ends(made.remarks)
     if made.written:
         yield Section.of("", Text.of(f"Written: {made.written[0]}"))

@@ -13,11 +13,10 @@ from robocal.report.sections import (
     Detail,
     Facts,
     Noted,
-    Remarks,
     Section,
     Text,
     Verdict,
-    Written,
+    ends,
     figure,
     quiet,
     table,
@@ -77,10 +76,8 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs.validate import validated
     from robocal.report.page import page
 
-    made = validated(
-        o.robot, o.data, o.against, o.offsets, o.distances, o.exclude, o.seed, o.base, o.tip, command, watch
-    )
-    outcome = Outcome(made, lambda: made.document, made.trusted, made.warnings)
+    made = validated(o, command, watch)
+    outcome = Outcome(made, lambda: made.document, not made.reasons, made.warnings)
     if o.output is None:
         return outcome
     facts = (("Compared with", made.against.name if made.against else ""),)
@@ -111,11 +108,9 @@ def sections(made: Outcome) -> Iterator[Section]:
         told += quiet("worst: " + ", ".join(f"{p['configuration']} {figure(p['error_mm'], 3)} mm" for p in worst))
     if told:
         yield Section.of("", *told)
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks), key="warnings")
+    yield from ends(made.remarks, key="warnings")
     yield Section.of("", Detail(lambda: _recipe(found)), title="Recipe", key="recipe")
-    if made.written:
-        yield Section.of("", Written(made.written))
+    yield from ends(written=made.written)
 
 
 def _recipe(found: Validation) -> Iterator[Block]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from robocal.cables.choice import METHOD
-from robocal.report.sections import Section, Text, Written, figure, quiet, table
+from robocal.report.sections import Section, Text, ends, figure, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
@@ -99,8 +99,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.planning.cable import choose
     from robocal.report.page import page
 
-    if o.output is not None:
-        refuse_existing(o.output, FILES, o.force)
+    refuse_existing(o.output, FILES, o.force)
     found.sane(o.count, o.steps, o.method)
     tell = watch or (lambda event: None)
     file = read_cable(o.robot)
@@ -168,8 +167,7 @@ def sections(made: Outcome) -> Iterator[Section]:
     yield Section.of("", table("stopped by", "motions", "share [%]", right=(1, 2), rows=rows))
     if found.choice is not None:
         yield _chosen(found.choice, n)
-    if made.written:
-        yield Section.of("", Written(made.written))
+    yield from ends(written=made.written)
 
 
 def _chosen(choice: Any, n: int) -> Section:

@@ -59,8 +59,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs.cable.tension import Tensions, bare, doubts, leaning, listed, structures
     from robocal.report.page import page
 
-    if o.output is not None:
-        refuse_existing(o.output, FILES, o.force)
+    refuse_existing(o.output, FILES, o.force)
     file = read_cable(o.robot)
     si = o.si(file.units)
     able, weight, lever = held_robot(file, si.limits), mass_of(file, si.payload, si.mass), si.length or 1.0

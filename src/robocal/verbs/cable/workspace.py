@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from robocal.report.sections import Remarks, Section, Text, Written, figure, table
+from robocal.report.sections import Section, Text, ends, figure, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
@@ -86,8 +86,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs.cable.workspace import Workspace
     from robocal.report.page import page
 
-    if o.output is not None:
-        refuse_existing(o.output, (*FILES, *MESHES), o.force)
+    refuse_existing(o.output, (*FILES, *MESHES), o.force)
     file = read_cable(o.robot)
     si = o.si(file.units)
     able, demand = held_robot(file, si.limits), demand_of(file, o, si)
@@ -131,7 +130,7 @@ def sections(made: Outcome) -> Iterator[Section]:
     def at(point: Sequence[float]) -> str:
         return ", ".join(f"{round(length.from_si(float(v)), 9) + 0.0:.4g}" for v in point)
 
-    def ends(sides: Any) -> str:
+    def span(sides: Any) -> str:
         return "   ".join(f"{a} {at([low])} to {at([high])}" for a, (low, high) in zip("xyz", sides, strict=True))
 
     yield Section.of("", Text.of((result.robot.name, "strong"), f"   {_demanded(found['demand'])}"))
@@ -143,22 +142,19 @@ def sections(made: Outcome) -> Iterator[Section]:
             start += f", {100 * rays['difference']:+.2f} %"
         rows.append(("rays", figure(rays[what]), start))
     yield Section.of("", table(what.split("_")[0], unit, "", right=(1,), rows=rows))
-    lines = [f"box: {ends(result.box)} {length.name}  ({result.how})"]
+    lines = [f"box: {span(result.box)} {length.name}  ({result.how})"]
     if found["extent_m"] is not None:
         cut = f"; cut off by the box at {', '.join(found['reaches_box'])}" if found["reaches_box"] else ""
         best = found["best"]
         lines += [
-            f"held: {ends(found['extent_m'])} {length.name}, centre {at(found['centre_m'])}{cut}",
+            f"held: {span(found['extent_m'])} {length.name}, centre {at(found['centre_m'])}{cut}",
             *_spares(found, force),
             f"greatest margin: {figure(force.from_si(best['margin_N']))} {force.name} at {at(best['position_m'])} {length.name}",
         ]
     held = "held" if home["held"] else "not held"
     lines.append(f"X_0, the mean of the frame anchors, {at(home['position_m'])} {length.name}: {held}")
     yield Section.of("", *map(Text.of, lines))
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
-    if made.written:
-        yield Section.of("", Written(made.written))
+    yield from ends(made.remarks, made.written)
 
 
 def _spares(found: dict[str, Any], force: Any) -> Iterator[str]:
