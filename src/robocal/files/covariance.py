@@ -26,7 +26,7 @@ from robocal.calibrate.scatter import Kept
 from robocal.errors import FormatError
 from robocal.estimate.uncertainty import Total
 from robocal.files.schema import Model, validate
-from robocal.files.text import read_text
+from robocal.files.text import read_json
 from robocal.files.yamlio import Document
 
 __all__ = ["COVARIANCE", "Knowledge", "covariance_text", "read_covariance"]
@@ -153,15 +153,7 @@ def _plain(value: object) -> str:
 
 def read_covariance(path: str | os.PathLike[str]) -> Knowledge:
     """Reads a covariance.json. Raises FileError, or FormatError naming line or key."""
-    source = read_text(path)
-    try:
-        data = json.loads(source.text)
-    except json.JSONDecodeError as error:
-        raise FormatError(f"not valid JSON: {error.msg}", file=source.path, row=error.lineno) from None
-    except (RecursionError, ValueError):
-        raise FormatError("not valid JSON", file=source.path) from None
-    if not isinstance(data, dict):
-        raise FormatError("not a covariance", file=source.path, found=type(data).__name__, expected="an object")
+    source, data = read_json(path, "not a covariance", "an object")
     model = validate(CovarianceModel, Document(source.path, source.text, source.sha256, data))
     n = len(model.names)
     for key in ("units", "values", "nominal", "expected"):

@@ -16,7 +16,7 @@ from pydantic import Field, FiniteFloat
 from robocal.errors import FormatError
 from robocal.files.names import SAID, strange_part
 from robocal.files.schema import Model, validate
-from robocal.files.text import read_text
+from robocal.files.text import read_json
 from robocal.files.yamlio import Document
 
 if TYPE_CHECKING:
@@ -61,13 +61,7 @@ def read_layer(path: str | os.PathLike[str]) -> Layer:
     """Reads a layer.json. Raises FileError or FormatError."""
     from robocal.calibrate.nongeometric.layer import Layer
 
-    source = read_text(path)
-    try:
-        data = json.loads(source.text)
-    except (ValueError, RecursionError):
-        raise FormatError("not valid JSON", file=source.path) from None
-    if not isinstance(data, dict):
-        raise FormatError("this is not a residual layer", file=source.path, expected="an object with the key robocal")
+    source, data = read_json(path, "this is not a residual layer", "an object with the key robocal")
     if (strange := strange_part(data)) is not None:
         raise FormatError(SAID, file=source.path, key=strange[0], found=strange[1])
     model = validate(LayerModel, Document(source.path, source.text, source.sha256, data))

@@ -17,7 +17,6 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, FiniteFloat
 
-from robocal._version import __version__
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
@@ -28,14 +27,12 @@ from robocal.files.text import ROBOT_LIMIT, Source, read_text
 from robocal.files.units import UNITS, Unit, Units, number, parse_unit, same
 from robocal.files.unstated import completed, unstated_remarks
 from robocal.files.writing import write_text
-from robocal.files.yamlio import Document, Path_, edit, parse, quoted
+from robocal.files.yamlio import Document, Path_, edit, parse, quoted, stamped
 from robocal.parameters import Table
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
 __all__ = ["Robot", "describe", "open_robot", "parse_robot", "read_robot", "render_robot", "write_robot"]
-
-HEADER = "# Calibrated by robocal"
 
 
 @dataclass(frozen=True)
@@ -317,11 +314,8 @@ def render_robot(robot: Robot, values: Mapping[str, float]) -> tuple[str, tuple[
 
         out.update(group_changes(document, after, robot.units))
     text = edit(robot.text, out, robot.path)
-    if text.startswith(HEADER):
-        text = text.partition("\n")[2]
     origin = robot.path.name if robot.path else f"the catalogue's {robot.name}"
-    newline = "\r\n" if "\r\n" in text else "\n"
-    return f"{HEADER} {__version__} from {origin}: {len(changed)} numbers changed{newline}{text}", ()
+    return stamped(text, origin, len(changed)), ()
 
 
 def describe(arm: Chain, units: Units | None = None, *, comment: str = "", calibrate: bool = True) -> str:

@@ -86,6 +86,11 @@ class Validation:
     offsets: Path | None  # the file of joint offsets that was judged, on the nominal robot
 
     @property
+    def trusted(self) -> bool:
+        """Whether nothing speaks against these figures."""
+        return not self.reasons
+
+    @property
     def document(self) -> dict[str, Any]:
         """What validation.json holds."""
         named = (("this", self.statistic), ("against", self.statistic_against))
@@ -95,7 +100,7 @@ class Validation:
             "robot": self.robot.name,
             "offsets": None if self.offsets is None else str(self.offsets),
             "against": None if self.against is None else self.against.name,
-            "trusted": not self.reasons,
+            "trusted": self.trusted,
             "reasons": sentences(self.reasons),
             "errors": {"unit": "mm"} | dict(named),
             "angle": None if self.angle is None else {"unit": "deg"} | dict(angles),

@@ -77,7 +77,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.report.page import page
 
     made = validated(o, command, watch)
-    outcome = Outcome(made, lambda: made.document, not made.reasons, made.warnings)
+    outcome = Outcome(made, lambda: made.document, made.trusted, made.warnings)
     if o.output is None:
         return outcome
     facts = (("Compared with", made.against.name if made.against else ""),)
