@@ -35,10 +35,10 @@ def run_doubts(name: str) -> tuple[Remark, ...]:
 
 
 def nominal_chain(name: str, robot: Robot, nominal: str | None, *, base: str | None = None, tip: str | None = None,
-                  what: str = "offsets need a robot to count from") -> Chain:  # fmt: skip
+                  what: str = "offsets need a robot to count from", whole: bool = False) -> Chain:  # fmt: skip
     """The nominal model of a calibrated robot: the one that is named, else what its run started from.
 
-    Raises ModelError when nothing says what it was, or its joints are others.
+    Raises ModelError when nothing says what it was, or its joints (`whole`: any of its parameters) are others.
     """
     known = run_result(name)
     if nominal is not None:
@@ -53,7 +53,8 @@ def nominal_chain(name: str, robot: Robot, nominal: str | None, *, base: str | N
         reference = robot.chain.with_values(before)
     else:
         raise ModelError(what, key="--nominal", expected="--nominal ROBOT, or a run folder as ROBOT")
-    if reference.joint_names != robot.chain.joint_names:
+    other = reference.joint_names != robot.chain.joint_names
+    if other or (whole and reference.table.names != robot.chain.table.names):
         raise ModelError(
             "the nominal robot has other joints or parameters",
             key="--nominal",

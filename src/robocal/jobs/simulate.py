@@ -81,13 +81,7 @@ def true_chain(chain: Chain, errors: Errors, rng: np.random.Generator) -> Chain:
     for name in chain.geometric:
         step = rng.normal() * size.get(chain.table[name].unit, 0.0)
         moved[name] = chain.table[name].value + step
-    for name, value in errors.values:
-        if name not in chain.table:
-            raise ModelError(
-                "no parameter has this name", key="--set", found=name, suggestion=nearest(name, chain.table.names)
-            )
-        moved[name] = value
-    return chain.with_values(moved)
+    return chain.with_values({**moved, **dict(errors.values)})
 
 
 def simulated_files(robot: Robot, truth: Chain, data: DataSet, about: str) -> dict[str, str]:

@@ -42,6 +42,14 @@ class Outcome:
         """For pickle: the document as it is."""
         return {**self.__dict__, "document": _Told(self.document())}
 
+    def put(self, place: Path | None) -> Outcome:
+        """The same with its text in a file, which the document names, where one is wanted."""
+        from robocal.files.writing import write_text
+
+        files = () if place is None or self.text is None else (write_text(place, self.text),)
+        named = {"written": str(files[0]) if files else None}
+        return replace(self, written=files, document=lambda: {**self.document(), **named})
+
     def kept(self, written: tuple[Path, ...]) -> Outcome:
         """The same with the files that were written, which the document lists too."""
         return replace(

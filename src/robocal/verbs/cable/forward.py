@@ -46,12 +46,11 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.cable.lists import read_cable_lengths
     from robocal.files.cable.robot import read_cable
     from robocal.files.text import InputFile
-    from robocal.files.writing import refuse_existing, write_text
+    from robocal.files.writing import refuse_existing
     from robocal.jobs.cable.forward import Poses
     from robocal.jobs.cable.load import fitting, framed, located, robot_input, tensions_of
 
-    if o.output is not None:
-        refuse_existing(o.output.parent, (o.output.name,), o.force)
+    refuse_existing(o.output, (), o.force)
     file = read_cable(o.robot)
     rows = read_cable_lengths(o.lengths, file.robot)
     si, rng = o.si(file.units), np.random.default_rng(o.seed)
@@ -65,11 +64,8 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     remarks = (*file.warnings, *rows.warnings, *said, *made.doubts)
     inputs = (robot_input(file, o.robot), InputFile(Path(o.lengths), rows.sha256))
     text = made.text
-    place = None if o.output is None else write_text(o.output, text)
-    document = framed(file.robot, made.document, remarks, inputs, command) | {
-        "written": None if place is None else str(place)
-    }
-    return Outcome(made, lambda: document, not made.doubts, remarks, text, written=() if place is None else (place,))
+    document = framed(file.robot, made.document, remarks, inputs, command)
+    return Outcome(made, lambda: document, not made.doubts, remarks, text).put(o.output)
 
 
 def sections(made: Outcome) -> Iterator[Section]:
