@@ -15,6 +15,7 @@ from pydantic import Field, FiniteFloat
 
 from robocal.errors import FormatError
 from robocal.files.names import SAID, strange_part
+from robocal.files.plain import plain
 from robocal.files.schema import Model, validate
 from robocal.files.text import read_json
 from robocal.files.yamlio import Document
@@ -43,18 +44,8 @@ class LayerModel(Model):
 
 def layer_text(layer: Layer) -> str:
     """The text of layer.json."""
-    document = {
-        "robocal": 1,
-        "frame": "base",
-        "joints": list(layer.joints),
-        "turning": [bool(t) for t in layer.turning],
-        "lengths": layer.lengths.tolist(),
-        "size": layer.size.tolist(),
-        "noise": layer.noise,
-        "points": layer.points.tolist(),
-        "weights": layer.weights.tolist(),
-    }
-    return json.dumps(document, allow_nan=False) + "\n"
+    told = plain({name: getattr(layer, name) for name in LayerModel.model_fields if hasattr(layer, name)})
+    return json.dumps({"robocal": 1, "frame": "base", **told}, allow_nan=False) + "\n"
 
 
 def read_layer(path: str | os.PathLike[str]) -> Layer:

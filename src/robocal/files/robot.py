@@ -256,8 +256,7 @@ def _located(error: ModelError, document: Document, made: Sequence[Mapping[str, 
         owner, _, symbol = str(error.key or "").partition(".")
         if owner in (row.get("name", f"j{i + 1}"), f"joint {i + 1}"):
             path = ("joints", i, symbol.partition("[")[0])
-    facts = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
-    return FormatError(error.message, file=document.path, row=document.row(path), key=error.key, **facts)  # type: ignore[arg-type]
+    return error.of_file(document.path, row=document.row(path))
 
 
 def _doubts(arm: Chain, units: Units, document: Document) -> tuple[Remark, ...]:

@@ -140,7 +140,7 @@ def tensions_of(
 def located(error: ModelError, path: str, rows: CableList) -> FormatError:
     """What a model complains of, said of the row of the list that it is about."""
     row = None if error.row is None else rows.lines[error.row]
-    return FormatError(error.message, file=path, row=row, key=error.key, found=error.found, expected=error.expected)
+    return error.of_file(path, row=row)
 
 
 def fitting(file: CableFile, pull: Array | None, sag: bool) -> None:
@@ -155,7 +155,7 @@ def fitting(file: CableFile, pull: Array | None, sag: bool) -> None:
     try:
         model_of(file.robot, sag=sag, tense=pull is not None)
     except ModelError as error:
-        raise FormatError(error.message, file=file.path, key=error.key, expected=error.expected) from None
+        raise error.of_file(file.path) from None
 
 
 def framed(
