@@ -90,70 +90,18 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Plans and, given a folder, writes. Raises InputError."""
-    from dataclasses import replace
-
-    from robocal.errors import ModelError
     from robocal.files.plain import json_text
-    from robocal.files.poses import read_poses
-    from robocal.files.writing import refuse_existing, write_files
-    from robocal.jobs import plan as found
-    from robocal.jobs.inputs import open_arm, read_inputs, robot_files
-    from robocal.jobs.instruments import known, template
-    from robocal.jobs.watching import computable
-    from robocal.planning.poses import PlanOptions, plan
-    from robocal.report.page import page
+    from robocal.files.writing import refuse_existing
+    from robocal.jobs.plan import planned
 
-    arm = open_arm(o.robot, base=o.base, tip=o.tip)
-    si = o.si(arm.units)
-    if o.noise == 0:
-        raise ModelError("out of range", key="--noise", found=o.noise, expected="a finite number above 0")
-    warnings, files = arm.warnings, robot_files(arm, o.robot)
     refuse_existing(o.output, FILES, o.force)
-    links: dict[str, Any] = {"base": o.base, "tip": o.tip, "watch": watch}
-    done = read_inputs(o.robot, o.after, **links) if o.after else None
-    given = read_inputs(o.robot, [o.data], **links) if o.data else None
-    for more in (done, given):
-        if more is not None:
-            warnings = tuple(dict.fromkeys((*warnings, *more.warnings)))
-            files = tuple(dict.fromkeys((*files, *more.files)))
-    region = found.region_of(o, si)
-    with computable(o.robot, *o.after):
-        stated = template(arm, done, given, o.kind, si.noise, o.frame)
-        at_work, measured, values = known(arm, stated, done, given, watch)
-    if region.needs_instrument and done is None and given is None and o.frame == "auto":
-        raise ModelError(
-            "it is not known where the instrument stands", key="--frame", found=o.frame,
-            expected="x,y,z,rx,ry,rz of the base seen from it, or measurements",
-        )  # fmt: skip
-    choices, there = None, None
-    if o.listed is not None:
-        names, q, read = read_poses(o.listed, arm.chain)
-        choices, files = (names, q), (*files, *read)
-    if o.tests is not None:
-        _, there, read = read_poses(o.tests, arm.chain)
-        files = (*files, *read)
-    warnings = (*warnings, *(remark for file in files for remark in file.remarks))
-    options = PlanOptions(
-        o.count, o.criterion, o.candidates, accuracy=si.accuracy, seed=o.seed, region=region,
-        task=None if o.task is None else replace(region, box=found.box_of("--task", o.task, si.task)),
+    made, texts = planned(o, watch)
+    document = made.document
+    outcome = Outcome(made, lambda: document, remarks=made.warnings)
+    return outcome.paged(
+        o.output, sections(outcome), lambda: {**texts, "plan.json": json_text(document)}, "plan.html",
+        title=made.robot.name, kind="Plan of poses", facts=_facts(document),
     )  # fmt: skip
-    with computable(o.robot, *o.after):
-        made = plan(
-            arm.chain, at_work, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
-        )
-    planned = found.Planned(
-        arm, o.robot, made, options, stated, files, (*warnings, *found.doubts(made, si.accuracy, at_work))
-    )
-    texts: dict[str, str] = {}
-    if o.output is not None:
-        texts, said = found.texts(planned)
-        planned = replace(planned, warnings=(*planned.warnings, *said))
-    document = planned.document
-    outcome = Outcome(planned, lambda: document, remarks=planned.warnings)
-    if o.output is None:
-        return outcome
-    shown = page(planned.robot.name, sections(outcome), kind="Plan of poses", facts=_facts(document))
-    return outcome.kept(write_files(o.output, texts | {"plan.json": json_text(document), "plan.html": shown}))
 
 
 def sections(made: Outcome) -> Iterator[Section]:

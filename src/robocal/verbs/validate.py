@@ -72,18 +72,15 @@ class Options(Told):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Validates a robot on data files; a folder gets validation.json and validation.html. Raises InputError."""
     from robocal.files.plain import json_text
-    from robocal.files.writing import write_files
     from robocal.jobs.validate import validated
-    from robocal.report.page import page
 
     made = validated(o, command, watch)
     outcome = Outcome(made, lambda: made.document, made.trusted, made.warnings)
-    if o.output is None:
-        return outcome
     facts = (("Compared with", made.against.name if made.against else ""),)
-    shown = page(made.robot.name, sections(outcome), kind="Validation report", facts=facts)
-    texts = {"validation.json": json_text(made.document), "validation.html": shown}
-    return outcome.kept(write_files(o.output, texts))
+    return outcome.paged(
+        o.output, sections(outcome), lambda: {"validation.json": json_text(made.document)}, "validation.html",
+        title=made.robot.name, kind="Validation report", facts=facts,
+    )  # fmt: skip
 
 
 def sections(made: Outcome) -> Iterator[Section]:

@@ -4,7 +4,7 @@ measuring."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -14,22 +14,25 @@ from numpy.typing import NDArray
 from robocal.cables.boundary import statics_along
 from robocal.cables.geometry import EXPECTED, CableRobot
 from robocal.cables.poses import LIMITS, PoseBox, PoseList, reachable_poses
-from robocal.cables.program import Program, kept_to_what_is_held
+from robocal.cables.program import Program, kept_to_what_is_held, program
 from robocal.cables.start import Clearance, Start
 from robocal.cables.tension import check_method
 from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.program import list_text, program_text
+from robocal.files.cable.robot import read_cable
 from robocal.files.cable.values import CableUnits
 from robocal.files.plain import json_text
 from robocal.files.text import InputFile
-from robocal.jobs.cable.load import framed, said_of
-from robocal.planning.cable import Choice, Noise
+from robocal.jobs.cable.load import framed, held_robot, mass_of, robot_input, said_of
+from robocal.jobs.cable.start import box_of, clearance_of, started
+from robocal.jobs.watching import Watch, computable
+from robocal.planning.cable import Choice, Noise, choose
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed", "doubts", "listing_of", "noise_of", "sane", "texts"]
+__all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed", "listed", "texts"]
 
 Array = NDArray[np.float64]
 STEPS = 256  # in which a motion is asked whether the platform is held
@@ -37,7 +40,37 @@ MOST = 200_000  # waypoints, which take half a minute and a gigabyte
 UNSTATED = 1e-3  # m, noise of a length that nobody stated
 
 
-def listing_of(
+def listed(o: Any, tell: Watch, command: str = "") -> Listed:
+    """A list of poses by the options of the verb, and those chosen from it. Raises InputError."""
+    _sane(o.count, o.steps, o.method)
+    file = read_cable(o.robot)
+    si = o.si(file.units)
+    able = replace(held_robot(file, si.limits), mass=mass_of(file, si.payload, si.mass))
+    clearance, warnings = clearance_of(file, able, si.diameter, o.body, si.relief)
+    noise = _noise(file, si.sigma, si.pose_noise)
+    tell({"stage": "asking the start"})
+    with computable(o.robot):
+        begin = started(file, able, clearance, o.start)
+        z = box_of(able, begin.pose, o, si)
+        tell({"stage": "moving towards random poses"})
+        listing = _listing(able, begin, z, clearance, o.count, o.margin, o.seed, o.steps)
+        tell({"stage": "distributing tensions"})
+        with said_of({"method": "--method"}):
+            made = program(able, listing, o.steps, o.method)
+        choice = None
+        if o.wanted is not None:
+            rng = np.random.default_rng([o.seed, 1])
+            with said_of({"criterion": "--criterion", "count": "--choose"}):
+                choice = choose(able, listing.poses, o.wanted, noise=noise, criterion=o.criterion, rng=rng, watch=tell)
+    names = tuple(f"p{i + 1:0{len(str(o.count))}d}" for i in range(o.count))
+    doubts = _doubts(listing, noise, o.sigma, o.wanted, file)
+    return Listed(
+        file.units, able, names, begin, z, clearance, listing, made, o.method, o.margin, o.seed, choice,
+        (*file.warnings, *warnings, *doubts), (robot_input(file, o.robot),), command,
+    )  # fmt: skip
+
+
+def _listing(
     robot: CableRobot,
     start: Start,
     box: PoseBox,
@@ -57,7 +90,7 @@ def listing_of(
     return kept_to_what_is_held(robot, demand, listing, steps)
 
 
-def sane(count: int, steps: int, method: str) -> None:
+def _sane(count: int, steps: int, method: str) -> None:
     if count * steps > MOST:
         raise ModelError(
             "too many waypoints",
@@ -69,7 +102,7 @@ def sane(count: int, steps: int, method: str) -> None:
         check_method(method)
 
 
-def noise_of(file: CableFile, sigma: float | None, pose: Array | None) -> Noise:
+def _noise(file: CableFile, sigma: float | None, pose: Array | None) -> Noise:
     """Of a length in m, and of a measured pose (2,) in the file's units. Raises ModelError."""
     length = UNSTATED if sigma is None else sigma
     if pose is None:
@@ -80,7 +113,7 @@ def noise_of(file: CableFile, sigma: float | None, pose: Array | None) -> Noise:
     return Noise(length, file.units.length.to_si(float(pose[0])), file.units.angle.to_si(float(pose[1])))
 
 
-def doubts(
+def _doubts(
     listing: PoseList, noise: Noise, sigma: float | None, wanted: int | None, file: CableFile
 ) -> tuple[Remark, ...]:
     out = []

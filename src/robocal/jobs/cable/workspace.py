@@ -13,35 +13,24 @@ from numpy.typing import NDArray
 
 from robocal.cables.boundary import Outline, Surface, outline, surface
 from robocal.cables.geometry import CableRobot
-from robocal.cables.room import Regions, cut_off, regions, seen_from
+from robocal.cables.room import Regions, cut_off, frame_box, regions, seen_from
 from robocal.cables.workspace import Demand, Grid, accelerations, as_box, grid, holds, margins
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.grid import cells_text, outlines_text
+from robocal.files.cable.robot import read_cable
 from robocal.files.cable.values import CableUnits
 from robocal.files.mesh import ply_text, stl_bytes
 from robocal.files.plain import json_text
 from robocal.files.text import InputFile
 from robocal.geometry import so3
-from robocal.jobs.cable.load import framed
+from robocal.jobs.cable.demand import demand_of
+from robocal.jobs.cable.load import framed, held_robot, robot_input
 from robocal.jobs.watching import Watch
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 
-__all__ = [
-    "PLANES",
-    "RayStart",
-    "Workspace",
-    "boundary",
-    "box_of",
-    "close",
-    "doubts",
-    "filled",
-    "remarks",
-    "started",
-    "steps",
-    "texts",
-]
+__all__ = ["PLANES", "RayStart", "Workspace", "texts", "workspace"]
 
 Array = NDArray[np.float64]
 SECTION = 720  # rays of a section, at most
@@ -52,7 +41,27 @@ NEAR = 0.02  # by how much volumes may differ without a remark
 SEEN = 0.99  # the share of the held cells that the start has to see without one
 
 
-def box_of(text: str, ends: Array, robot: CableRobot) -> Array:
+def workspace(o: Any, command: str = "", watch: Watch | None = None) -> Workspace:
+    """The workspace for what is demanded, by the options of the verb. Raises InputError."""
+    file = read_cable(o.robot)
+    si = o.si(file.units)
+    able, demand = held_robot(file, si.limits), demand_of(file, o, si)
+    sides, how = frame_box(able, demand.rotations) if o.box is None else (_box(o.box, si.box, able), "--box")
+    counts = tuple(o.cells if high > low else 1 for low, high in sides)
+    near = sides if o.box is not None else _close(able, demand, sides, counts, watch)
+    made, room = _filled(able, demand, near, counts, watch)
+    parts = regions(made) if made.inside.any() else None
+    begin = _started(able, demand, made, parts, sides, o.start, si.start, file)
+    edge, cuts = _boundary(able, demand, begin, sides, o.rays, _steps(made, sides), watch)
+    remarks = () if parts is None or begin is None else _remarks(made, parts, begin, edge)
+    return Workspace(
+        able, demand, file.units, sides, how, made, room, parts, begin, edge, cuts, o.rays,
+        bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *remarks),
+        _doubts(able, made, begin, file), (robot_input(file, o.robot),), command,
+    )  # fmt: skip
+
+
+def _box(text: str, ends: Array, robot: CableRobot) -> Array:
     """--box X0,Y0,Z0,X1,Y1,Z1 in m as rows (lower, upper), (3, 2) m. Raises ModelError when it is inverted, or a planar robot's
     is not flat."""
     sides = ends.reshape(2, 3).T
@@ -64,7 +73,7 @@ def box_of(text: str, ends: Array, robot: CableRobot) -> Array:
     return as_box(sides)
 
 
-def close(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None) -> Array:
+def _close(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None) -> Array:
     """The part of a box in which a first look finds anything held, one cell wider, so that the grid is not spent on the rest."""
     if watch is not None:
         watch({"stage": "looking where anything can be held"})
@@ -75,7 +84,7 @@ def close(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ..
     return np.clip(near + cell * [-1.0, 1.0], sides[:, :1], sides[:, 1:])
 
 
-def filled(
+def _filled(
     robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None
 ) -> tuple[Grid, Array]:
     """The grid with margins, and the accelerations that are possible in its held cells, slab by slab along x, so that somebody
@@ -98,7 +107,7 @@ def filled(
     return Grid((x, slabs[0].axes[1], slabs[0].axes[2]), cell, inside, margin), np.concatenate(rooms)
 
 
-def started(
+def _started(
     robot: CableRobot,
     demand: Demand,
     made: Grid,
@@ -131,14 +140,14 @@ def started(
     return RayStart(heart, f"the middle of the greatest part, since {why}", seen_from(made, heart))
 
 
-def steps(made: Grid, sides: Array) -> int:
+def _steps(made: Grid, sides: Array) -> int:
     """Steps of a ray: 64 across what the grid fills, where that is a small part of the box."""
     filled = np.array([x[-1] - x[0] for x in made.axes]) + made.cell
     wide = sides[:, 1] - sides[:, 0]
     return int(min(np.ceil(STEPS * (wide[wide > 0] / filled[wide > 0]).max()), MOST_STEPS))
 
 
-def boundary(
+def _boundary(
     robot: CableRobot, demand: Demand, start: RayStart | None, sides: Array, rays: int, steps: int, watch: Watch | None
 ) -> tuple[Surface | Outline | None, dict[str, Outline]]:
     """The boundary seen from the start, and its sections by the names of their planes."""
@@ -154,7 +163,7 @@ def boundary(
     return surface(robot, demand, start.at, sides, rays, steps), cuts
 
 
-def remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline | None) -> tuple[Remark, ...]:
+def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline | None) -> tuple[Remark, ...]:
     """What the grid knows and the rays do not: other parts, holes, what the start does not see; and when the two disagree."""
     flat = isinstance(edge, Outline)
     unit, size = ("m2", edge.area) if isinstance(edge, Outline) else ("m3", edge.volume if edge else 0.0)
@@ -175,7 +184,7 @@ def remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline
     return tuple(out)
 
 
-def doubts(robot: CableRobot, made: Grid, start: RayStart | None, file: CableFile) -> tuple[Remark, ...]:
+def _doubts(robot: CableRobot, made: Grid, start: RayStart | None, file: CableFile) -> tuple[Remark, ...]:
     """Why the result must not be trusted: no cell is held, and which comes closest; or nothing but singular poses are."""
     if made.margin is None:
         return ()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -86,54 +86,18 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Lists poses and chooses some of them; a folder gets FILES. Raises InputError."""
-    import numpy as np
-
-    from robocal.cables.program import program
-    from robocal.files.cable.robot import read_cable
-    from robocal.files.writing import refuse_existing, write_files
-    from robocal.jobs.cable import poses as found
-    from robocal.jobs.cable.load import held_robot, mass_of, robot_input, said_of
-    from robocal.jobs.cable.poses import Listed
-    from robocal.jobs.cable.start import box_of, clearance_of, started
-    from robocal.jobs.watching import computable
-    from robocal.planning.cable import choose
-    from robocal.report.page import page
+    from robocal.files.writing import refuse_existing
+    from robocal.jobs.cable.poses import listed, texts
 
     refuse_existing(o.output, FILES, o.force)
-    found.sane(o.count, o.steps, o.method)
-    tell = watch or (lambda event: None)
-    file = read_cable(o.robot)
-    si = o.si(file.units)
-    able = replace(held_robot(file, si.limits), mass=mass_of(file, si.payload, si.mass))
-    clearance, warnings = clearance_of(file, able, si.diameter, o.body, si.relief)
-    noise = found.noise_of(file, si.sigma, si.pose_noise)
-    tell({"stage": "asking the start"})
-    with computable(o.robot):
-        begin = started(file, able, clearance, o.start)
-        z = box_of(able, begin.pose, o, si)
-        tell({"stage": "moving towards random poses"})
-        listing = found.listing_of(able, begin, z, clearance, o.count, o.margin, o.seed, o.steps)
-        tell({"stage": "distributing tensions"})
-        with said_of({"method": "--method"}):
-            made = program(able, listing, o.steps, o.method)
-        choice = None
-        if o.wanted is not None:
-            rng = np.random.default_rng([o.seed, 1])
-            with said_of({"criterion": "--criterion", "count": "--choose"}):
-                choice = choose(able, listing.poses, o.wanted, noise=noise, criterion=o.criterion, rng=rng, watch=tell)
-    names = tuple(f"p{i + 1:0{len(str(o.count))}d}" for i in range(o.count))
-    doubts = found.doubts(listing, noise, o.sigma, o.wanted, file)
-    out = Listed(
-        file.units, able, names, begin, z, clearance, listing, made, o.method, o.margin, o.seed, choice,
-        (*file.warnings, *warnings, *doubts), (robot_input(file, o.robot),), command,
-    )  # fmt: skip
+    out = listed(o, watch or (lambda event: None), command)
     note = _summary(out) if o.output is None else ""
-    outcome = Outcome(out, lambda: out.document, True, out.warnings, out.text, note)
-    if o.output is None:
-        return outcome.kept(())
-    tell({"stage": "report"})
-    shown = page(f"{able.name}: poses that can be reached", (*sections(outcome), *details(outcome)), kind="Cable robot")
-    return outcome.kept(write_files(o.output, {**found.texts(out), "report.html": shown}))
+    outcome = Outcome(out, lambda: out.document, True, out.warnings, out.text, note).kept(())
+    if watch is not None and o.output is not None:
+        watch({"stage": "report"})
+    told = (part for tell in (sections, details) for part in tell(outcome))
+    title = f"{out.robot.name}: poses that can be reached"
+    return outcome.paged(o.output, told, lambda: texts(out), FILES[4], title=title, kind="Cable robot")
 
 
 def details(made: Outcome) -> Iterator[Section]:

@@ -76,41 +76,18 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """The workspace for what is demanded; a folder gets FILES, and MESHES of a spatial robot. Raises InputError."""
-    from robocal.cables.room import frame_box, regions
-    from robocal.cables.workspace import holds
-    from robocal.files.cable.robot import read_cable
-    from robocal.files.writing import refuse_existing, write_files
-    from robocal.jobs.cable import workspace as found
-    from robocal.jobs.cable.demand import demand_of
-    from robocal.jobs.cable.load import held_robot, robot_input
-    from robocal.jobs.cable.workspace import Workspace
-    from robocal.report.page import page
+    from robocal.files.writing import refuse_existing
+    from robocal.jobs.cable.workspace import texts, workspace
 
     refuse_existing(o.output, (*FILES, *MESHES), o.force)
-    file = read_cable(o.robot)
-    si = o.si(file.units)
-    able, demand = held_robot(file, si.limits), demand_of(file, o, si)
-    sides, how = frame_box(able, demand.rotations) if o.box is None else (found.box_of(o.box, si.box, able), "--box")
-    counts = tuple(o.cells if high > low else 1 for low, high in sides)
-    near = sides if o.box is not None else found.close(able, demand, sides, counts, watch)
-    made, room = found.filled(able, demand, near, counts, watch)
-    parts = regions(made) if made.inside.any() else None
-    begin = found.started(able, demand, made, parts, sides, o.start, si.start, file)
-    edge, cuts = found.boundary(able, demand, begin, sides, o.rays, found.steps(made, sides), watch)
-    remarks = () if parts is None or begin is None else found.remarks(made, parts, begin, edge)
-    result = Workspace(
-        able, demand, file.units, sides, how, made, room, parts, begin, edge, cuts, o.rays,
-        bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *remarks),
-        found.doubts(able, made, begin, file), (robot_input(file, o.robot),), command,
-    )  # fmt: skip
+    result = workspace(o, command, watch)
     said = (*result.warnings, *result.doubts)
-    outcome = Outcome(result, lambda: result.document, not result.doubts, said)
-    if o.output is None:
-        return outcome.kept(())
-    if watch is not None:
+    outcome = Outcome(result, lambda: result.document, not result.doubts, said).kept(())
+    if watch is not None and o.output is not None:
         watch({"stage": "write"})
-    shown = page(f"{able.name}: workspace", (*sections(outcome), *details(outcome)), kind="Cable robot")
-    return outcome.kept(write_files(o.output, {**found.texts(result), "report.html": shown}))
+    told = (part for tell in (sections, details) for part in tell(outcome))
+    title = f"{result.robot.name}: workspace"
+    return outcome.paged(o.output, told, lambda: texts(result), FILES[3], title=title, kind="Cable robot")
 
 
 def details(made: Outcome) -> Iterator[Section]:
