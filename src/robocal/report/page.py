@@ -23,8 +23,12 @@ __all__ = ["embedded", "page"]
 # What no page may hold: control characters but line feeds and tabs.
 UNSEEN = re.compile("[\x00-\x08\x0b-\x1f]")
 IDENTIFIER = re.compile(r'((?:\bid|\baria-labelledby)=")([^"]*)"')
-# Scripts, each with what a page holds that needs it: something folded, pictures that can be turned.
-SCRIPTS = {"page.js": "<details>", "viewer.js": 'id="arrow-data"', "cable/turn.js": 'data-eye="'}
+# Scripts, each of these files, with what a page holds that needs it: something folded, pictures that can be turned.
+SCRIPTS = {
+    ("page.js",): "<details>",
+    ("scene.js", "viewer.js"): 'id="arrow-data"',
+    ("scene.js", "cable/turn.js"): 'data-eye="',
+}
 
 
 def page(
@@ -39,7 +43,7 @@ def page(
     input gives the same text."""
     told = tuple(sections)
     first, body = html((_untitled(s, title) for s in told[:1]), "head"), html(told[1:])
-    scripts = [_asset(name) for name, sign in SCRIPTS.items() if sign in first + body]
+    scripts = ["".join(map(_asset, names)) for names, sign in SCRIPTS.items() if sign in first + body]
     hashes = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(t.encode()).digest()).decode()}'" for t in scripts)
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
     policy += f"; script-src {hashes}" if hashes else ""
