@@ -10,11 +10,12 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from robocal.remarks.remark import Said
 
 __all__ = [
+    "SPREAD",
     "Block",
     "Cell",
     "Detail",
@@ -36,6 +37,7 @@ __all__ = [
     "ends",
     "figure",
     "quiet",
+    "spread",
     "strong",
     "table",
 ]
@@ -43,6 +45,9 @@ __all__ = [
 Style = Literal["", "good", "doubtful", "bad", "strong", "quiet", "strange", "title", "term", "code"]
 Mark = Literal["", "before", "after", "held", "aside"]
 Cell: TypeAlias = "str | tuple[str, Style] | Noted"
+
+
+SPREAD = ("mean", "rms", "95 %", "max", "n")
 
 
 @dataclass(frozen=True)
@@ -260,6 +265,11 @@ def table(
     """A table from whatever holds its rows."""
     made = tuple(tuple(row) for row in rows)
     return Table(columns, made, tuple(right), title, tuple(styles), caption, tuple(detail), tuple(terse), brief)
+
+
+def spread(s: Any) -> tuple[str, ...]:
+    """A statistic as the cells of a table, under SPREAD."""
+    return (*(figure(v) for v in (s.mean, s.rms, s.p95, s.max)), str(s.n))
 
 
 def figure(value: float | None, digits: int = 4) -> str:

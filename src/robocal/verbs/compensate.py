@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from robocal.report.sections import Section, Text, ends, figure, quiet, table
+from robocal.report.sections import SPREAD, Section, Text, ends, figure, quiet, spread, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
@@ -66,12 +66,8 @@ def sections(made: Outcome) -> Iterator[Section]:
         ("corrected joint values", found.after),
         ("corrected Cartesian targets", found.after_by_tcp),
     )
-    rows = [
-        (label, figure(s.mean), figure(s.rms), figure(s.p95), figure(s.max), str(s.n))
-        for label, s in stages
-        if s is not None
-    ]
-    errors = table("simulated error [mm]", "mean", "rms", "95 %", "max", "n", right=(1, 2, 3, 4, 5), rows=rows)
+    rows = [(label, *spread(s)) for label, s in stages if s is not None]
+    errors = table("simulated error [mm]", *SPREAD, right=(1, 2, 3, 4, 5), rows=rows)
     real, told = found.expected, None
     if real is not None:
         mean, worst = figure(real.mean, 3), figure(real.max, 3)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robocal.report.sections import (
+    SPREAD,
     Block,
     Cell,
     Detail,
@@ -19,6 +20,7 @@ from robocal.report.sections import (
     ends,
     figure,
     quiet,
+    spread,
     table,
 )
 from robocal.verbs import words as w
@@ -125,21 +127,13 @@ def _errors(found: Validation) -> Iterator[Block]:
         if mine is None:
             continue
         rows = [
-            (
-                label,
-                figure(s.mean),
-                figure(s.rms),
-                figure(s.p95),
-                figure(s.max),
-                str(s.n),
-                "profiled" if s.profiled else "",
-            )
+            (label, *spread(s), "profiled" if s.profiled else "")
             for label, s in (("this robot", mine), ("against", theirs))
             if s is not None
         ]
         if found.constant is not None and unit == "mm":
             rows.append(("predicting the mean", figure(found.constant), "", "", "", "", ""))
-        yield table(f"error [{unit}]", "mean", "rms", "95 %", "max", "n", "", right=(1, 2, 3, 4, 5), rows=rows)
+        yield table(f"error [{unit}]", *SPREAD, "", right=(1, 2, 3, 4, 5), rows=rows)
 
 
 def _told(found: Validation) -> Iterator[Block]:
