@@ -26,13 +26,12 @@ from robocal.files.schema import FrameModel, Model, UnitsModel, Version, validat
 from robocal.files.text import ROBOT_LIMIT, Source, read_text
 from robocal.files.units import UNITS, Unit, Units, number, parse_unit, same
 from robocal.files.unstated import completed, unstated_remarks
-from robocal.files.writing import write_text
 from robocal.files.yamlio import Document, Path_, edit, parse, quoted, stamped
 from robocal.parameters import Table
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Robot", "describe", "open_robot", "parse_robot", "read_robot", "render_robot", "write_robot"]
+__all__ = ["Robot", "describe", "open_robot", "parse_robot", "read_robot", "render_robot"]
 
 
 @dataclass(frozen=True)
@@ -277,18 +276,9 @@ def _doubts(arm: Chain, units: Units, document: Document) -> tuple[Remark, ...]:
 # --- writing ----------------------------------------------------------------------------------------------------------------
 
 
-def write_robot(robot: Robot, values: Mapping[str, float], path: str | os.PathLike[str]) -> tuple[str, ...]:
-    """Writes the robot with other parameter values (SI, by name); returns the names that its format cannot hold.
-
-    Raises FileError, or ModelError for an unknown name.
-    """
-    text, left_out = render_robot(robot, values)
-    write_text(path, text)
-    return left_out
-
-
 def render_robot(robot: Robot, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
-    """The text that `write_robot` writes, and the names that its format cannot hold."""
+    """The robot with other parameter values (SI, by name) as text, and the names that its format cannot hold. Raises ModelError for an
+    unknown name."""
     changed = {n: float(v) for n, v in values.items() if not same(robot.chain.table[n].value, float(v))}
     if robot.format == "urdf":
         from robocal.files.urdf import edit_urdf

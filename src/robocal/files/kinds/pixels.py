@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, FiniteFloat
 
 from robocal.errors import nearest
@@ -24,7 +23,6 @@ from robocal.vision.camera import SYMBOLS
 
 __all__ = ["PIXELS"]
 
-Array = NDArray[np.float64]
 UV = ("u", "v")
 UV_SIGMA = ("su", "sv")
 POINT = ("point_x", "point_y", "point_z")

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, FiniteFloat
 
 from robocal.files.csvtable import CsvTable
@@ -21,7 +20,6 @@ from robocal.measure.data import Observations
 
 __all__ = ["RANGE"]
 
-Array = NDArray[np.float64]
 XYZ = (True, True, True, False, False, False)
 SOUND = 343.0
 SYMBOLS = ("speed", "delay")
