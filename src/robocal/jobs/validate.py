@@ -49,7 +49,6 @@ class Errors:
     position: Array
     position_at: Ints
     angle: Array
-    angle_at: Ints
     fitted: tuple[str, ...]
     rows: int
     values: Mapping[str, float] = field(default_factory=dict)  # of every parameter of the problem
@@ -127,10 +126,10 @@ def model_errors(chain: Chain, data: DataSet, watch: Watch | None = None, *, too
     kept = analyse(problem.with_free(frames), x).kept if frames else ()
     left = problem.residuals(x)
     position, position_at = errors(left, "m")
-    angle, angle_at = errors(left, "rad")
+    angle, _ = errors(left, "rad")
     rows = sum(r.value.size for r in left)
     values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
-    return Errors(position, position_at, angle, angle_at, kept, rows, values)
+    return Errors(position, position_at, angle, kept, rows, values)
 
 
 def validated(o: Any, command: str = "", watch: Watch | None = None) -> Validation:

@@ -54,7 +54,7 @@ def poses_details(made: Listed) -> list[Section]:
     ]
     if made.choice is not None:
         blocks.append(part("Poses to measure", _choice(made)))
-    blocks += [part("Pose by pose", _said(made, shown), table=_table(made, shown))]
+    blocks += [part("Pose by pose", _said(shown), table=_table(made, shown))]
     blocks += [part("How it was worked out", _how(made))]
     return blocks
 
@@ -122,7 +122,7 @@ def _choice(made: Listed) -> str:
     )
 
 
-def _said(made: Listed, shown: NDArray[np.int64]) -> str:
+def _said(shown: NDArray[np.int64]) -> str:
     words = "Positions in m, rotation vectors in deg, tensions in N."
     return words + (f" The first {MOST}; the others are in poses.csv." if len(shown) > MOST else "")
 

@@ -45,7 +45,7 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
     found = examine(robot, pose, clearance)
     if found.held and not found.touching and found.margin != 0.0:
         return found
-    shown = _shown(file, robot, pose) + (", the mean of the frame anchors" if said == "mean" else "")
+    shown = _shown(file, pose) + (", the mean of the frame anchors" if said == "mean" else "")
     if found.touching and found.held:
         why = f"at the start X_0 {found.touching}"
     elif found.held:
@@ -56,9 +56,7 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
         why = f"the start X_0 cannot be held within the tension limits; missing is {lacking}"
     other = propose(robot, clearance)
     instead = (
-        f"another; {_none()}"
-        if other is None
-        else f"another, such as --start {_shown(file, robot, other)} (or --start best)"
+        f"another; {_none()}" if other is None else f"another, such as --start {_shown(file, other)} (or --start best)"
     )
     raise ModelError(why, key="--start", found=shown, expected=instead)
 
@@ -71,7 +69,7 @@ def _whole(file: CableFile, robot: CableRobot, pose: Array) -> None:
             f"cable {robot.cables[int(np.argmax(lost))]} has no direction at the start X_0: its anchors coincide there, or "
             "the platform anchor lies in its pulley",
             key="--start",
-            found=_shown(file, robot, pose),
+            found=_shown(file, pose),
         )
 
 
@@ -95,7 +93,7 @@ def _pose(file: CableFile, robot: CableRobot, said: str) -> Array:
     return np.asarray(se3.from_vector(values[None])[0])
 
 
-def _shown(file: CableFile, robot: CableRobot, pose: Array) -> str:
+def _shown(file: CableFile, pose: Array) -> str:
     """A pose as --start takes it."""
     values = se3.to_vector(pose[None])[0]
     length = [f"{file.units.length.from_si(float(v)):.6g}" for v in values[:3]]
