@@ -272,10 +272,10 @@ def plan(
     output: Write poses.csv, data.yaml, plan.json and plan.html here.
     count: How many poses, 1 to 500.  [default: enough]
     criterion: I: mean error at test poses; G: the largest; D, A, E, O1 to O5.
-    accuracy: Mean error at test poses that is enough, in the robot file's unit of length.
+    accuracy: Mean error at test poses that is enough, in the robot file's unit of length, above 0.
     after: Continue from these measurements: what they know counts.
     kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels.
-    noise: Standard deviation per axis, in the robot file's unit of length.  [default: 0.05 mm, converted]
+    noise: Standard deviation per axis, in the robot file's unit of length, 0 or more.  [default: 0.05 mm, converted]
     frame: The base seen from the instrument: x,y,z,rx,ry,rz; auto: somewhere; none: base coordinates.
     candidates: How many candidates to draw in the region, 20 to 100000.
     listed: Choose from this list of poses (CSV with joint columns, data.yaml).
@@ -285,8 +285,8 @@ def plan(
     floor: Keep tool point and flange above this height over the base, in the robot file's unit of length.
     pedestal: Keep both out of a cylinder of radius R up to height H around the base, in the robot file's unit of length.
     distance: Keep the target this far from the instrument, in the robot file's unit of length.
-    cone: Keep it within this angle of the instrument's z axis, in the robot file's unit of angle.
-    facing: Let its z axis point at the instrument within this angle, in the robot file's unit of angle.
+    cone: Keep it within this angle of the instrument's z axis, in the robot file's unit of angle, above 0.
+    facing: Let its z axis point at the instrument within this angle, in the robot file's unit of angle, above 0.
     seed: For whatever is drawn at random, 0 or more.
     force: Replace files that exist.
     base: First link of the chain in a URDF.
@@ -344,10 +344,10 @@ def simulate(
     poses: Configurations drawn within the joint limits, 1 to 1000000.
     at: Take the joint values of this data file or list of poses instead of drawing them.
     kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels.
-    noise: Standard deviation per axis, in the robot file's unit of length.  [default: 0.05 mm, converted]
-    angle_noise: The same for orientations, in the robot file's unit of angle.  [default: 0.1 mrad, converted]
-    length_error: Standard deviation of true lengths around nominal ones, in the robot file's unit of length.  [default: 0.3 mm, converted]
-    angle_error: The same for angles, in the robot file's unit of angle.  [default: 1 mrad, converted]
+    noise: Standard deviation per axis, in the robot file's unit of length, 0 or more.  [default: 0.05 mm, converted]
+    angle_noise: The same for orientations, in the robot file's unit of angle, 0 or more.  [default: 0.1 mrad, converted]
+    length_error: Standard deviation of true lengths around nominal ones, in the robot file's unit of length, 0 or more.  [default: 0.3 mm, converted]
+    angle_error: The same for angles, in the robot file's unit of angle, 0 or more.  [default: 1 mrad, converted]
     settings: A true value, in the robot file's units; may be repeated.
     frame: The base seen from the instrument: x,y,z,rx,ry,rz; auto: somewhere; none: base coordinates.
     seed: For whatever is drawn at random, 0 or more.

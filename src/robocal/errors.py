@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from typing import Any
 
 __all__ = [
     "CONTROL",
@@ -137,6 +138,11 @@ class InputError(RobocalError):
         self.expected = expected
         self.suggestion = suggestion
         super().__init__(str(self))
+
+    def of_file(self, file: object, **place: Any) -> FormatError:
+        """The same of what a file says, with another place in it where one is given."""
+        facts = ("row", "column", "key", "found", "expected", "suggestion")
+        return FormatError(self.message, file=file, **({k: getattr(self, k) for k in facts} | place))
 
     def __str__(self) -> str:
         place = [self.file] if self.file else []

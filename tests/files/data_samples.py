@@ -7,6 +7,8 @@ from pathlib import Path
 
 from robocal.arms.conventions import chain
 from robocal.files.dataset import Reading, read_dataset
+from robocal.files.datawrite import data_text, table_text
+from robocal.files.units import Units
 
 DEG = math.pi / 180
 ARM = chain(
@@ -48,3 +50,13 @@ def put(folder: Path, data: str = DATA, table: str | bytes = TABLE) -> Path:
 def read(folder: Path, data: str = DATA, table: str | bytes = TABLE, **options: object) -> Reading:
     """Writes both files and reads the data set."""
     return read_dataset(put(folder, data, table), ARM, **options)  # type: ignore[arg-type]
+
+
+def write_dataset(data, arm, path, units=None):
+    """The table of a data set, and for a path that ends in .yaml the data file beside it."""
+    place, units = Path(path), units or Units()
+    table = place.with_suffix(".csv")
+    text = table_text(data, arm, units)
+    table.write_text(text, encoding="utf-8")
+    if place != table:
+        place.write_text(data_text(data, arm, table.name, units), encoding="utf-8")

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from files.data_samples import ARM, DATA, DEG, TABLE, put, read
+from files.data_samples import ARM, DATA, DEG, TABLE, put, read, write_dataset
 
 from robocal.errors import FormatError, ModelError
 from robocal.files.dataset import read_dataset, read_datasets
-from robocal.files.datawrite import write_dataset
 from robocal.files.orientation import euler
 from robocal.files.units import UNITS, Units
 from robocal.geometry import se3, so3

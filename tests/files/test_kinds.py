@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from files.data_samples import write_dataset
 from files.kind_samples import ARM, KINDS, put, simulated, texts
 
 from robocal.errors import FormatError
 from robocal.files.dataset import read_dataset
-from robocal.files.datawrite import write_dataset
 from robocal.files.kinds.registry import READERS
 from robocal.files.units import UNITS, Units
 from robocal.measure.base import KINDS as MEASURED

@@ -26,7 +26,7 @@ from robocal.jobs.export import parameter_table
 from robocal.jobs.inputs import open_arm
 from robocal.jobs.offsets import joint_offsets
 from robocal.jobs.simulate import Errors, sample_joints, true_chain
-from robocal.verbs.stories.examples import example_folder
+from robocal.verbs.stories.case import example_folder
 
 
 @pytest.mark.parametrize("name", catalog.names())

@@ -87,7 +87,7 @@ def _told(entry: Entry) -> Any:
         return typer.Argument(metavar=told.metavar, help=told.help, show_default=False)
     names = [n for n in (told.short, f"{entry.word}/{told.negative}" if told.negative else entry.word) if n]
     shown = not (entry.required or entry.several or entry.optional or entry.kind is bool or entry.default == "")
-    metavar = None if entry.kind is bool else told.metavar or entry.name.upper()
+    metavar = None if entry.kind is bool else told.metavar or told.numbers or entry.name.upper()
     return typer.Option(*names, metavar=metavar, help=told.text, show_default=shown)
 
 

@@ -14,7 +14,7 @@ from robocal.files.datamodel import DataModel, JointsModel, SecondModel, ValueMo
 from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns
 from robocal.files.kinds.base import column_units
 from robocal.files.names import meant
-from robocal.files.units import UNITS, Unit, parse_unit
+from robocal.files.units import UNITS, Unit
 from robocal.files.unread import near_miss
 from robocal.files.yamlio import Document, Path_
 from robocal.measure.data import Configurations
@@ -194,16 +194,12 @@ def _column(
         if word is None:
             expected = f"{', '.join(known)}, or another with a unit"
             document.fail("unknown key", at, expected=expected, suggestion=nearest(name, known))
-        si = parse_unit(word, file=document.path, row=document.row(at), key=f"configuration.{name}").si
+        si = document.unit(word, None, at, f"configuration.{name}").si
     unit = column_units(table, [column], stated, [si], document, at)[0]
     values = unit.to_si(table.numbers([column])[:, 0])
     if stem == "approach":
-        wrong = np.flatnonzero(~np.isin(values, (-1.0, 0.0, 1.0)))
-        if len(wrong):
-            found = float(values[wrong[0]])
-            raise table.fail(
-                "not a side of approach", row=int(wrong[0]), column=column, found=found, expected="-1, 0 or 1"
-            )
+        sides = np.isin(values, (-1.0, 0.0, 1.0))
+        table.insist(sides, [column], "not a side of approach", values, expected="-1, 0 or 1")
     return values
 
 

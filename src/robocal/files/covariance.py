@@ -25,8 +25,9 @@ from pydantic import FiniteFloat
 from robocal.calibrate.scatter import Kept
 from robocal.errors import FormatError
 from robocal.estimate.uncertainty import Total
+from robocal.files.plain import plain
 from robocal.files.schema import Model, validate
-from robocal.files.text import read_text
+from robocal.files.text import read_json
 from robocal.files.yamlio import Document
 
 __all__ = ["COVARIANCE", "Knowledge", "covariance_text", "read_covariance"]
@@ -89,38 +90,26 @@ class CovarianceModel(Model):
 def covariance_text(known: Knowledge, units: Mapping[str, str]) -> str:
     """The text of covariance.json; `units` are the SI units by name."""
     total = known.total
-    parts = {
+    parts: dict[str, Any] = {
         "robocal": 1,
-        "names": list(total.names),
+        "names": total.names,
         "units": [units[n] for n in total.names],
-        "values": [float(known.values[n]) for n in total.names],
-        "nominal": [float(known.nominal[n]) for n in total.names],
-        "expected": total.expected.tolist(),
-        "dof": total.dof if np.isfinite(total.dof) else None,
-        "joints": None if known.joints is None else known.joints.tolist(),
-        "conditions": dict(known.conditions),
-        "measurement": dict(known.noise),
+        "values": [known.values[n] for n in total.names],
+        "nominal": [known.nominal[n] for n in total.names],
+        "expected": total.expected,
+        "dof": total.dof,
+        "joints": known.joints,
+        "conditions": known.conditions,
+        "measurement": known.noise,
         "placed": known.placed,
-        "covariance": total.covariance.tolist(),
-        "noise": total.noise.tolist(),
-        "response": total.response.tolist(),
+        "covariance": total.covariance,
+        "noise": total.noise,
+        "response": total.response,
     }
     if known.rows is not None:
-        parts["rows"] = _rows(known.rows)
-    return _object(parts) + "\n"
-
-
-def _rows(kept: Kept) -> dict[str, object]:
-    return {
-        "names": list(kept.names),
-        "spread": kept.spread,
-        "enlarged": kept.enlarged,
-        "thinned": kept.thinned,
-        "joints": kept.joints.tolist(),
-        "place": kept.place.tolist(),
-        "residual": _short(kept.residual),
-        "jacobian": _short(kept.jacobian),
-    }
+        short = {name: _short(getattr(known.rows, name)) for name in ("residual", "jacobian")}
+        parts["rows"] = {name: getattr(known.rows, name) for name in RowsModel.model_fields} | short
+    return _object(plain(parts)) + "\n"
 
 
 def _short(values: Array) -> list[Any]:
@@ -153,15 +142,7 @@ def _plain(value: object) -> str:
 
 def read_covariance(path: str | os.PathLike[str]) -> Knowledge:
     """Reads a covariance.json. Raises FileError, or FormatError naming line or key."""
-    source = read_text(path)
-    try:
-        data = json.loads(source.text)
-    except json.JSONDecodeError as error:
-        raise FormatError(f"not valid JSON: {error.msg}", file=source.path, row=error.lineno) from None
-    except (RecursionError, ValueError):
-        raise FormatError("not valid JSON", file=source.path) from None
-    if not isinstance(data, dict):
-        raise FormatError("not a covariance", file=source.path, found=type(data).__name__, expected="an object")
+    source, data = read_json(path, "not a covariance", "an object")
     model = validate(CovarianceModel, Document(source.path, source.text, source.sha256, data))
     n = len(model.names)
     for key in ("units", "values", "nominal", "expected"):

@@ -90,6 +90,16 @@ class CsvTable:
         line = None if row is None else int(self.lines[row])
         return FormatError(message, file=self.path, row=line, column=column, **facts)
 
+    def insist(
+        self, good: NDArray[np.bool_], columns: Sequence[str | int], message: str, found: Array, **facts: Any
+    ) -> None:
+        """Raises FormatError at the first cell of columns (k, d) that is not good; of what makes a whole row (k,), at the first column."""
+        bad = np.argwhere(~good)
+        if len(bad):
+            at = tuple(map(int, bad[0]))
+            column = self.label(self.find(columns[at[1] if len(at) > 1 else 0]))
+            raise self.fail(message, at[0], column, found=float(found[at]), **facts)
+
     def find(self, column: str | int) -> int:
         """The index of a column by name (with or without its unit) or zero-based number. Raises FormatError naming the
         nearest."""

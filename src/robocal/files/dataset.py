@@ -40,7 +40,6 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["Reading", "read_dataset", "read_datasets"]
 
-Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 

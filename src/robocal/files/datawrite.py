@@ -7,10 +7,8 @@ What is written here is read back by `dataset.py` to the same data set.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,30 +21,14 @@ from robocal.files.kinds.base import KindFile, words
 from robocal.files.kinds.places import frame_line, frame_words
 from robocal.files.kinds.registry import READERS
 from robocal.files.units import UNITS, Unit, Units, number
-from robocal.files.writing import write_files
 from robocal.files.yamlio import quoted
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
-__all__ = ["data_text", "table_text", "write_dataset"]
+__all__ = ["data_text", "table_text"]
 
 Array = NDArray[np.float64]
 SHOWN = {"temperature": UNITS["degC"]}
 TORQUE = UNITS["Nm"]
-
-
-def write_dataset(
-    dataset: DataSet, chain: Chain, path: str | os.PathLike[str], units: Units | None = None
-) -> tuple[Path, ...]:
-    """Writes the data of one instrument: a CSV, or for a path that ends in .yaml a data file with its CSV.
-
-    Raises FileError, or ModelError for what a table cannot hold.
-    """
-    place, units = Path(path), units or Units()
-    table = table_text(dataset, chain, units)
-    if place.suffix.lower() not in (".yaml", ".yml"):
-        return write_files(place.parent, {place.name: table})
-    name = f"{place.stem}.csv"
-    return write_files(place.parent, {name: table, place.name: data_text(dataset, chain, name, units)})
 
 
 def table_text(dataset: DataSet, chain: Chain, units: Units | None = None, *, digits: bool = True) -> str:

@@ -21,7 +21,7 @@ from robocal.arms.groups import GROUPS, add, rule_of
 from robocal.errors import ModelError, nearest
 from robocal.files.schema import Model, Triple, validate
 from robocal.files.units import UNITS, Units, number, parse_unit
-from robocal.files.yamlio import Document, Path_
+from robocal.files.yamlio import Document, Path_, path_text
 
 __all__ = ["added", "group_changes", "group_lines", "plain_options", "read_groups", "stated_options"]
 
@@ -76,13 +76,8 @@ def read_groups(chain: Chain, document: Document, units: Units) -> Chain:
         except ModelError as error:
             key = str(error.key or "").removeprefix("groups.").removeprefix(f"{name}.")
             where = (*at, key) if key in (given or {}) else at
-            document.fail(
-                error.message,
-                where,
-                found=error.found or error.key,
-                expected=error.expected,
-                suggestion=error.suggestion,
-            )
+            place = {"row": document.row(where), "key": path_text(where), "found": error.found or error.key}
+            raise error.of_file(document.path, **place) from None
     return chain
 
 

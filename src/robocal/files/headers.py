@@ -11,7 +11,15 @@ from robocal.files.unread import near_miss
 from robocal.measure.machine import Machine
 from robocal.measure.reach import names_of
 
-__all__ = ["CONFIGURATION", "PER_JOINT", "joint_columns", "self_description", "vocabulary"]
+__all__ = [
+    "CONFIGURATION",
+    "PER_JOINT",
+    "configuration_columns",
+    "joint_columns",
+    "matrices",
+    "self_description",
+    "vocabulary",
+]
 
 # Columns of a configuration that have a meaning, and their SI unit.
 CONFIGURATION = {
@@ -93,12 +101,23 @@ def self_description(table: CsvTable, chain: Machine, kind: str | None) -> dict[
         out["second"] = {"columns": second}
     if "target" in table.names:
         out["target"] = "target"
+    group = {"group": "group"} if "group" in table.names else {}
+    out["configuration"] = configuration_columns(table) | group
+    return out
+
+
+def configuration_columns(table: CsvTable) -> dict[str, str]:
+    """The columns of configurations, by their headers."""
     columns = {name: name for name in CONFIGURATION if name in table.names and name != "id"}
     columns |= {name: name for name in table.names if name.partition(".")[0] in PER_JOINT and "." in name}
-    columns |= {name: name for name in ("group",) if name in table.names}
     found_id = next((n for n in IDS if n in table.names), None)
-    out["configuration"] = columns | ({"id": found_id} if found_id else {})
-    return out
+    return columns | ({"id": found_id} if found_id else {})
+
+
+def matrices(table: CsvTable) -> list[str]:
+    """The prefixes of columns that hold a matrix: NAME_00 to NAME_22."""
+    stems = [n.removesuffix("_00") for n in table.names if n.endswith("_00")]
+    return [n for n in stems if f"{n}_22" in table.names]
 
 
 # Kinds whose columns need no frame or place to be described: their key, columns and sigmas, from the most telling one.
@@ -128,9 +147,7 @@ def _located(table: CsvTable, two: bool, kind: str | None) -> dict[str, Any]:
     out: dict[str, Any] = {}
     position = _first(table, POSITIONS, least=4)
     turn = next(((list(c), f) for c, f in TURNS if _first(table, (c,), least=2)), None)
-    prefixes = [
-        n.removesuffix("_00") for n in table.names if n.endswith("_00") and n.removesuffix("_00") + "_22" in table.names
-    ]
+    prefixes = matrices(table)
     if prefixes and turn is None:
         if len(prefixes) > 1:
             found = ", ".join(prefixes)

@@ -15,8 +15,9 @@ from pydantic import Field, FiniteFloat
 
 from robocal.errors import FormatError
 from robocal.files.names import SAID, strange_part
+from robocal.files.plain import plain
 from robocal.files.schema import Model, validate
-from robocal.files.text import read_text
+from robocal.files.text import read_json
 from robocal.files.yamlio import Document
 
 if TYPE_CHECKING:
@@ -43,31 +44,15 @@ class LayerModel(Model):
 
 def layer_text(layer: Layer) -> str:
     """The text of layer.json."""
-    document = {
-        "robocal": 1,
-        "frame": "base",
-        "joints": list(layer.joints),
-        "turning": [bool(t) for t in layer.turning],
-        "lengths": layer.lengths.tolist(),
-        "size": layer.size.tolist(),
-        "noise": layer.noise,
-        "points": layer.points.tolist(),
-        "weights": layer.weights.tolist(),
-    }
-    return json.dumps(document, allow_nan=False) + "\n"
+    told = plain({name: getattr(layer, name) for name in LayerModel.model_fields if hasattr(layer, name)})
+    return json.dumps({"robocal": 1, "frame": "base", **told}, allow_nan=False) + "\n"
 
 
 def read_layer(path: str | os.PathLike[str]) -> Layer:
     """Reads a layer.json. Raises FileError or FormatError."""
     from robocal.calibrate.nongeometric.layer import Layer
 
-    source = read_text(path)
-    try:
-        data = json.loads(source.text)
-    except (ValueError, RecursionError):
-        raise FormatError("not valid JSON", file=source.path) from None
-    if not isinstance(data, dict):
-        raise FormatError("this is not a residual layer", file=source.path, expected="an object with the key robocal")
+    source, data = read_json(path, "this is not a residual layer", "an object with the key robocal")
     if (strange := strange_part(data)) is not None:
         raise FormatError(SAID, file=source.path, key=strange[0], found=strange[1])
     model = validate(LayerModel, Document(source.path, source.text, source.sha256, data))

@@ -28,7 +28,7 @@ from robocal.files.evidence import (
 from robocal.files.names import SAID, strange_part
 from robocal.files.parts import InputHash, Number, Remark, RowsLeftOut
 from robocal.files.plain import json_text, plain
-from robocal.files.text import read_text
+from robocal.files.text import read_json
 from robocal.quantities import Amount, OwnUnit, ShownUnit, Value
 
 __all__ = [
@@ -286,20 +286,7 @@ def schema() -> dict[str, Any]:
 
 def read_result(path: str | os.PathLike[str]) -> Result:
     """Reads a result.json. Raises FileError, or FormatError naming line or key."""
-    source = read_text(path)
-    try:
-        data = json.loads(source.text)
-    except json.JSONDecodeError as error:
-        raise FormatError(f"not valid JSON: {error.msg}", file=source.path, row=error.lineno) from None
-    except (RecursionError, ValueError):
-        raise FormatError("not valid JSON", file=source.path) from None
-    if not isinstance(data, dict):
-        raise FormatError(
-            "this is not a result",
-            file=source.path,
-            found=type(data).__name__,
-            expected="an object with the key robocal",
-        )
+    source, data = read_json(path, "this is not a result", "an object with the key robocal")
     if data.get("robocal") != 1:
         raise FormatError(
             "this is not a result", file=source.path, key="robocal", found=data.get("robocal"), expected="1"

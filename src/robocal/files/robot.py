@@ -17,7 +17,6 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, FiniteFloat
 
-from robocal._version import __version__
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
@@ -27,15 +26,12 @@ from robocal.files.schema import FrameModel, Model, UnitsModel, Version, validat
 from robocal.files.text import ROBOT_LIMIT, Source, read_text
 from robocal.files.units import UNITS, Unit, Units, number, parse_unit, same
 from robocal.files.unstated import completed, unstated_remarks
-from robocal.files.writing import write_text
-from robocal.files.yamlio import Document, Path_, edit, parse, quoted
+from robocal.files.yamlio import Document, Path_, edit, parse, quoted, stamped
 from robocal.parameters import Table
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Robot", "describe", "open_robot", "parse_robot", "read_robot", "render_robot", "write_robot"]
-
-HEADER = "# Calibrated by robocal"
+__all__ = ["Robot", "describe", "open_robot", "parse_robot", "read_robot", "render_robot"]
 
 
 @dataclass(frozen=True)
@@ -259,8 +255,7 @@ def _located(error: ModelError, document: Document, made: Sequence[Mapping[str, 
         owner, _, symbol = str(error.key or "").partition(".")
         if owner in (row.get("name", f"j{i + 1}"), f"joint {i + 1}"):
             path = ("joints", i, symbol.partition("[")[0])
-    facts = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
-    return FormatError(error.message, file=document.path, row=document.row(path), key=error.key, **facts)  # type: ignore[arg-type]
+    return error.of_file(document.path, row=document.row(path))
 
 
 def _doubts(arm: Chain, units: Units, document: Document) -> tuple[Remark, ...]:
@@ -281,18 +276,9 @@ def _doubts(arm: Chain, units: Units, document: Document) -> tuple[Remark, ...]:
 # --- writing ----------------------------------------------------------------------------------------------------------------
 
 
-def write_robot(robot: Robot, values: Mapping[str, float], path: str | os.PathLike[str]) -> tuple[str, ...]:
-    """Writes the robot with other parameter values (SI, by name); returns the names that its format cannot hold.
-
-    Raises FileError, or ModelError for an unknown name.
-    """
-    text, left_out = render_robot(robot, values)
-    write_text(path, text)
-    return left_out
-
-
 def render_robot(robot: Robot, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
-    """The text that `write_robot` writes, and the names that its format cannot hold."""
+    """The robot with other parameter values (SI, by name) as text, and the names that its format cannot hold. Raises ModelError for an
+    unknown name."""
     changed = {n: float(v) for n, v in values.items() if not same(robot.chain.table[n].value, float(v))}
     if robot.format == "urdf":
         from robocal.files.urdf import edit_urdf
@@ -317,11 +303,8 @@ def render_robot(robot: Robot, values: Mapping[str, float]) -> tuple[str, tuple[
 
         out.update(group_changes(document, after, robot.units))
     text = edit(robot.text, out, robot.path)
-    if text.startswith(HEADER):
-        text = text.partition("\n")[2]
     origin = robot.path.name if robot.path else f"the catalogue's {robot.name}"
-    newline = "\r\n" if "\r\n" in text else "\n"
-    return f"{HEADER} {__version__} from {origin}: {len(changed)} numbers changed{newline}{text}", ()
+    return stamped(text, origin, len(changed)), ()
 
 
 def describe(arm: Chain, units: Units | None = None, *, comment: str = "", calibrate: bool = True) -> str:

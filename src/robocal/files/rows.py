@@ -7,7 +7,7 @@ What a key is (a length, an angle, a point, ...) is declared by the convention; 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from robocal.arms.conventions import QUANTITIES, Convention
@@ -18,7 +18,6 @@ from robocal.files.yamlio import Document, Path_, quoted
 __all__ = ["changes", "leaves", "read_row", "show_row"]
 
 ONE = UNITS["1"]
-Convert = Callable[[float, Unit], float]
 
 
 def _unit(quantity: str, kind: str, units: Units) -> Unit:

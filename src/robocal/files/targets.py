@@ -23,7 +23,7 @@ from robocal.files import orientation
 from robocal.files.configurations import carried, joint_values, recorded
 from robocal.files.csvtable import CsvTable, csv_text, read_csv
 from robocal.files.datamodel import OrientationModel
-from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns, vocabulary
+from robocal.files.headers import CONFIGURATION, PER_JOINT, configuration_columns, joint_columns, matrices, vocabulary
 from robocal.files.kinds.pose import PoseModel, read_pose
 from robocal.files.kinds.position import PositionModel, read_position
 from robocal.files.outside import discreet
@@ -99,9 +99,7 @@ def _self_description(table: CsvTable) -> dict[str, Any]:
     out: dict[str, Any] = {"robocal": 1, "kind": "targets", "file": table.path.name}
     position = next((list(c) for c in POSITIONS if all(n in table.names for n in c)), None)
     turn = next(((list(c), form) for c, form in TURNS if all(n in table.names for n in c)), None)
-    prefixes = [
-        n.removesuffix("_00") for n in table.names if n.endswith("_00") and n.removesuffix("_00") + "_22" in table.names
-    ]
+    prefixes = matrices(table)
     if position:
         out["position"] = {"columns": position}
     if turn and position:
@@ -111,11 +109,7 @@ def _self_description(table: CsvTable) -> dict[str, Any]:
             found = ", ".join(prefixes)
             raise table.fail("several columns could be the target", found=found, expected="a YAML file that names one")
         out["orientation"] = {"columns": prefixes[0], "form": "matrix"}
-    out["configuration"] = {n: n for n in CONFIGURATION if n in table.names and n != "id"}
-    out["configuration"] |= {n: n for n in table.names if n.partition(".")[0] in PER_JOINT and "." in n}
-    found_id = next((n for n in IDS if n in table.names), None)
-    out["configuration"] |= {"id": found_id} if found_id else {}
-    return out
+    return out | {"configuration": configuration_columns(table)}
 
 
 def _targets(

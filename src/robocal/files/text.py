@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from robocal.errors import FileError, FormatError
 from robocal.files.journal import guard
 from robocal.files.names import strange_character
 from robocal.remarks.remark import Remark
 
-__all__ = ["Held", "InputFile", "Source", "line_of", "read_bytes", "read_text"]
+__all__ = ["Held", "InputFile", "Source", "line_of", "read_bytes", "read_json", "read_text"]
 
 MEGABYTE = 1 << 20
 FILE_LIMIT = 64 * MEGABYTE
@@ -116,6 +118,20 @@ def decode(data: bytes, path: object) -> str:
             "a control character inside the text", file=path, row=row, found=found[0], expected="plain text"
         )
     return text
+
+
+def read_json(path: str | os.PathLike[str], otherwise: str, expected: str) -> tuple[Source, dict[str, Any]]:
+    """A JSON file and its object. Raises FileError, or FormatError naming the line; `otherwise` is said of what is no object."""
+    source = read_text(path)
+    try:
+        data = json.loads(source.text)
+    except json.JSONDecodeError as error:
+        raise FormatError(f"not valid JSON: {error.msg}", file=source.path, row=error.lineno) from None
+    except (RecursionError, ValueError):
+        raise FormatError("not valid JSON", file=source.path) from None
+    if not isinstance(data, dict):
+        raise FormatError(otherwise, file=source.path, found=type(data).__name__, expected=expected)
+    return source, data
 
 
 def line_of(text: str, index: int) -> int:

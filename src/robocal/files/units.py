@@ -14,9 +14,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.errors import FormatError, nearest
+from robocal.errors import FormatError, ModelError, nearest
 
-__all__ = ["UNITS", "Unit", "Units", "number", "parse_quantity", "parse_unit", "same"]
+__all__ = ["UNITS", "Unit", "Units", "number", "numbers_of", "parse_quantity", "parse_unit", "same"]
 
 Value = TypeVar("Value", float, NDArray[np.float64])
 
@@ -226,6 +226,17 @@ def number(value: float) -> str:
         digits, _, power = text.partition("e")
         return f"{digits if '.' in digits else digits + '.0'}e{power}"
     return "0" if text == "-0" else text
+
+
+def numbers_of(text: str, names: str, *, key: str) -> list[float]:
+    """As many finite numbers as `names` has, between commas as they are. Raises ModelError."""
+    try:
+        values = [float(word) for word in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != names.count(",") + 1 or not all(math.isfinite(v) for v in values):
+        raise ModelError("not what this option takes", key=key, found=text, expected=names)
+    return values
 
 
 def same(a: float, b: float) -> bool:

@@ -90,8 +90,7 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
         name = root.attributes.get("name") or source.path.stem
         arm = chain(name, "urdf", made, source=str(source.path.name), meta={"file": str(source.path)})
     except ModelError as error:
-        facts = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
-        raise FormatError(error.message, file=source.path, key=error.key, **facts) from None  # type: ignore[arg-type]
+        raise error.of_file(source.path) from None
     still = {j.owner for j in path if j.type == "fixed"}
     free = [n for n in arm.usual if n.rpartition(".")[0] not in still]
     return UrdfArm(replace(arm, table=arm.table.with_free(free)), base or start, tip, notes)

@@ -185,12 +185,12 @@ def _reason(error: Exception) -> str:
     return (getattr(error, "strerror", None) or str(error)).lower()
 
 
-def refuse_existing(folder: Path, names: Sequence[str], force: bool) -> None:
-    """Raises FileError when a file would be replaced and nobody said so."""
-    for name in names:
-        if (folder / name).exists() and not force:
-            raise FileError(
-                "this file exists and is left as it is",
-                file=folder / name,
-                expected="--force to replace it, or another place",
-            )
+def refuse_existing(folder: Path | None, names: Sequence[str], force: bool) -> None:
+    """Raises FileError when a file of a folder, or without names the file itself, would be replaced and nobody said so; where nothing
+    is written nothing is asked."""
+    if folder is None or force:
+        return
+    for place in [folder / name for name in names] or [folder]:
+        if place.exists():
+            expected = "--force to replace it, or another place"
+            raise FileError("this file exists and is left as it is", file=place, expected=expected)

@@ -14,16 +14,19 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NoReturn
 
+from robocal._version import __version__
 from robocal.errors import FormatError
 from robocal.files.names import SAID, strange_character
 from robocal.files.text import MEGABYTE, Source, line_of, read_text
-from robocal.files.units import number
+from robocal.files.units import Unit, number, parse_unit
 
-__all__ = ["Document", "edit", "load", "parse", "path_text", "quoted"]
+__all__ = ["Document", "edit", "load", "parse", "path_text", "quoted", "stamped"]
 
 SIZE_LIMIT = MEGABYTE
 DEPTH_LIMIT = 30
 NODE_LIMIT = 40_000  # events of the parser: three seconds
+
+CALIBRATED = "# Calibrated by robocal"
 
 Path_ = tuple[str | int, ...]
 _TAG = "tag:yaml.org,2002:"
@@ -50,6 +53,10 @@ class Document:
         """Raises FormatError at a key path of this file."""
         raise FormatError(message, file=self.path, row=self.row(path), key=path_text(path) or None, **facts)
 
+    def unit(self, name: object, si: str | None, path: Path_, key: str = "") -> Unit:
+        """The unit that is stated at a key path. Raises FormatError."""
+        return parse_unit(name, si, file=self.path, row=self.row(path), key=key or path_text(path))
+
 
 def path_text(path: Path_) -> str:
     """A key path as people read it: joints[1].theta (counted from 0)."""
@@ -74,6 +81,14 @@ def parse(source: Source) -> Document:
             "the file is not a mapping", file=source.path, found=_kind(data), expected="lines such as `name: value`"
         )
     return Document(source.path, source.text, source.sha256, data, lines)
+
+
+def stamped(text: str, origin: str, count: int) -> str:
+    """The text of a calibrated robot below a line that says what it is, in place of an older one."""
+    if text.startswith(CALIBRATED):
+        text = text.partition("\n")[2]
+    newline = "\r\n" if "\r\n" in text else "\n"
+    return f"{CALIBRATED} {__version__} from {origin}: {count} numbers changed{newline}{text}"
 
 
 def edit(text: str, changes: Mapping[Path_, float | str], path: object = None) -> str:

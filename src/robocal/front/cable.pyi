@@ -25,7 +25,7 @@ def inverse(
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
     poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector).
-    tension: Tension of every cable: cables stretch, in the robot file's unit of force.
+    tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
     sag: Cables also hang by their weight.
     output: Write here, not to the terminal.
     force: Replace files that exist.
@@ -53,9 +53,9 @@ def forward(
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
     lengths: CSV: one column per cable, such as c1 [mm].
-    sigma: Standard deviation of a length, in the robot file's unit of length.
+    sigma: Standard deviation of a length, in the robot file's unit of length, above 0.
     starts: Further starts that look for other poses, 0 or more.
-    tension: Tension of every cable: cables stretch, in the robot file's unit of force.
+    tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
     sag: Cables also hang by their weight.
     seed: For whatever is drawn at random, 0 or more.
     output: Write here, not to the terminal.
@@ -88,11 +88,11 @@ def tension(
     poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector).
     method: norm (least), mid, closed, barycentre (continuous), p-norm.
     power: Of --method p-norm, from 2 on.  [default: 4]
-    mass: Of the platform, instead of the file's, in the robot file's unit of mass.
-    payload: Hung at the centre of mass, in the robot file's unit of mass.
+    mass: Of the platform, instead of the file's, in the robot file's unit of mass, 0 or more.
+    payload: Hung at the centre of mass, in the robot file's unit of mass, 0 or more.
     wrench: Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm.
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
-    length: Divides moments to compare them with forces, in the robot file's unit of length.  [default: 1 m]
+    length: Divides moments to compare them with forces, in the robot file's unit of length, above 0.  [default: 1 m]
     output: Write tensions.csv, tension.json and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -130,10 +130,10 @@ def workspace(
     payload: More mass at the centre of mass, one number or a range: say 0,20, in the robot file's unit of mass.
     mass: Of the platform, one number or a range, instead of the file's, in the robot file's unit of mass.
     wrench: Acts beside the weight at the platform's origin, base axes: the robot file's unit of force, and Nm; repeat for several, all of which are to be held, with 0,0,0,0,0,0 for none.
-    acceleration: Of the centre of mass, in any direction [m/s2].
-    reserve: A disturbance in any direction that is held on top, in the robot file's unit of force.
+    acceleration: Of the centre of mass, in any direction [m/s2], 0 or more.
+    reserve: A disturbance in any direction that is held on top, in the robot file's unit of force, 0 or more.
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
-    length: Divides moments to compare them with forces, in the robot file's unit of length.  [default: 1 m]
+    length: Divides moments to compare them with forces, in the robot file's unit of length, above 0.  [default: 1 m]
     box: Where to look, in the robot file's unit of length.  [default: what the frame can reach]
     cells: Of the grid, along each axis, 2 to 300.
     rays: To the exact boundary, 20 to 200000.
@@ -175,22 +175,22 @@ def poses(
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
     count: Poses to list, 1 to 10000.
-    margin: How much of each free way is gone, up to 1.
+    margin: How much of each free way is gone, above 0 and at most 1.
     start: X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units.
     box: The box Z of random poses, in place of one as large as the machine, in the robot file's unit of length.
-    scale: Z, as a multiple of the machine.
+    scale: Z, as a multiple of the machine, 0 to 1000.
     turn: Z, about each axis, in the robot file's unit of angle.  [default: 30 deg]
-    diameter: Of every cable, not that of the robot file, in the robot file's unit of length.
+    diameter: Of every cable, not that of the robot file, in the robot file's unit of length, 0 or more.
     body: The platform: hull or box of its anchors, none, or LX,LY,LZ.
-    relief: A cable may touch its own eyelet so far from it, in the robot file's unit of length.  [default: 10 diameters]
-    payload: Hung at the centre of mass, in the robot file's unit of mass.
-    mass: Of the platform, instead of the file's, in the robot file's unit of mass.
+    relief: A cable may touch its own eyelet so far from it, in the robot file's unit of length, above 0.  [default: 10 diameters]
+    payload: Hung at the centre of mass, in the robot file's unit of mass, 0 or more.
+    mass: Of the platform, instead of the file's, in the robot file's unit of mass, 0 or more.
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
     method: norm (least), mid, closed, barycentre (continuous), p-norm.
     steps: Waypoints on each way, 1 to 1000.
     wanted: Choose the N poses that are best for calibration.
     criterion: For --choose: A (least rms), D, I, G, E, O1 to O5.
-    sigma: For --choose: standard deviation of a length, in the robot file's unit of length.  [default: 1 mm, converted]
+    sigma: For --choose: standard deviation of a length, in the robot file's unit of length, above 0.  [default: 1 mm, converted]
     pose_noise: For --choose: standard deviation per axis of a measured pose, in the robot file's units.
     seed: For whatever is drawn at random, 0 or more.
     output: Write poses.csv, program.csv, list.json and report.html here.

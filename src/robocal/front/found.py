@@ -24,7 +24,7 @@ from robocal.measure.reach import reach
 from robocal.remarks.remark import Said
 from robocal.report.page import embedded
 from robocal.report.plain import text
-from robocal.report.sections import Remarks, Section, Text
+from robocal.report.sections import Section, Text, ends
 from robocal.verbs.outcome import Outcome
 
 __all__ = ["Found", "Identified"]
@@ -84,8 +84,7 @@ class Found:
             return told
         # What goes beside a list on the terminal has no other place here.
         note = Section.of("", Text.of(self._outcome.note)) if self._outcome.note else None
-        said = Section.of("Worth knowing", Remarks(self.remarks)) if self.remarks else None
-        return (*told, *(s for s in (note, said) if s is not None))
+        return (*told, *([note] if note else []), *ends(self.remarks))
 
     def summary(self) -> str:
         """Everything that the terminal would show, as text."""

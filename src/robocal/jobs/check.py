@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,9 +14,12 @@ from robocal.calibrate.segments.find import find_segments, segment_remarks
 from robocal.calibrate.warn import few_numbers, input_remarks
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.headers import cables_of
-from robocal.files.opened import Opened
+from robocal.files.opened import Opened, cable_file
 from robocal.files.parts import hashes
 from robocal.files.text import InputFile
+from robocal.jobs.cable.identify import read_measured
+from robocal.jobs.cable.load import robot_input
+from robocal.jobs.inputs import open_arm, read_inputs, robot_files
 from robocal.jobs.strange import outlier
 from robocal.jobs.watching import Watch, computable
 from robocal.measure.base import kind_of
@@ -26,7 +28,7 @@ from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 
-__all__ = ["Checked", "checked", "read_alone"]
+__all__ = ["Checked", "checked"]
 
 
 @dataclass(frozen=True)
@@ -90,18 +92,26 @@ class Checked:
         }
 
 
-def read_alone(opened: Opened, files: tuple[InputFile, ...]) -> Checked:
-    """A robot without data."""
-    machine, warnings = opened.machine, opened.warnings
-    if not cables_of(machine):
-        warnings = (*warnings, *input_remarks(machine), *_free(machine))
-    return Checked(opened, None, (), machine.table.free, None, None, False, warnings, files)
+def checked(o: Any, watch: Watch | None = None) -> Checked:
+    """A robot, and with data what they can tell, by the options of the verb. Raises InputError for whatever is wrong with them."""
+    cable = cable_file(o.robot)
+    if o.data and cable is not None:
+        seen = read_measured(cable, o.robot, o.data, o.exclude, watch)
+        return _checked(cable, o, seen.data, seen.warnings, seen.files, watch)
+    if o.data:
+        inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, exclude=o.exclude, watch=watch)
+        return _checked(inputs.robot, o, inputs.data, inputs.warnings, inputs.files, watch)
+    if cable is not None:
+        files = (robot_input(cable, o.robot),)
+        return Checked(cable, None, (), cable.machine.table.free, None, None, False, cable.warnings, files)
+    arm = open_arm(o.robot, base=o.base, tip=o.tip)
+    said = (*arm.warnings, *input_remarks(arm.machine), *_free(arm.machine))
+    return Checked(arm, None, (), arm.machine.table.free, None, None, False, said, robot_files(arm, o.robot))
 
 
-def checked(
+def _checked(
     opened: Opened,
-    robot: str,
-    data: Sequence[str],
+    o: Any,
     measured: DataSet,
     said_before: tuple[Remark, ...],
     files: tuple[InputFile, ...],
@@ -109,7 +119,7 @@ def checked(
 ) -> Checked:
     """A robot with data: what they can tell at the nominal model, rows that do not belong, and remarks."""
     machine = opened.machine
-    with computable(robot, *data):
+    with computable(o.robot, *o.data):
         everyone = np.arange(len(measured.configurations))
         sifted = sift(machine, measured, everyone, watch)
         problem, x = baseline(machine, sifted.data, everyone, watch)

@@ -14,7 +14,6 @@ from robocal.apply.compensate import compensate as solve
 from robocal.arms.chain import Chain
 from robocal.calibrate.statistics import Statistic
 from robocal.calibrate.workspace import predict
-from robocal.errors import ModelError
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE
 from robocal.files.layerfile import LAYER
@@ -23,6 +22,7 @@ from robocal.files.plain import plain
 from robocal.files.robot import Robot
 from robocal.files.targets import TargetFile, compensated_text, read_targets
 from robocal.files.text import InputFile
+from robocal.files.units import numbers_of
 from robocal.jobs.inputs import open_arm, robot_files
 from robocal.jobs.predict import known_of, shape_motion
 from robocal.jobs.reference import nominal_chain, run_result
@@ -119,39 +119,28 @@ class Compensated:
         }
 
 
-def compensated(
-    robot: str,
-    targets: str,
-    nominal: str | None,
-    tool: str,
-    base: str | None,
-    tip: str | None,
-    command: str = "",
-    watch: Watch | None = None,
-) -> Compensated:
-    """Compensates targets.
-
-    `tool`: calibrated (both models carry the tool that was found), nominal (both carry the nominal one), own (each its
-    own), or six numbers in the robot's units. Raises InputError.
-    """
-    arm = open_arm(robot, base=base, tip=tip)
+def compensated(o: Any, command: str = "", watch: Watch | None = None) -> Compensated:
+    """Compensates targets, by the options of the verb. Both models carry the tool that was found (calibrated) or the nominal
+    one, each its own, or one of six numbers in the robot's units. Raises InputError."""
+    arm = open_arm(o.robot, base=o.base, tip=o.tip)
     reference = nominal_chain(
-        robot, arm, nominal, base=base, tip=tip, what="compensation needs the model that the controller keeps"
+        o.robot, arm, o.nominal, base=o.base, tip=o.tip, what="compensation needs the model that the controller keeps"
     )
-    file = read_targets(targets, arm.chain)
-    before, after = _tools(reference, arm, tool)
+    file = read_targets(o.targets, arm.chain)
+    before, after = _tools(reference, arm, o.tool)
     if watch:
         watch({"stage": "compensating"})
-    with computable(robot, targets):
+    with computable(o.robot, o.targets):
         made = solve(before, after, file.targets)
-    known = run_result(robot)
+    known = run_result(o.robot)
     verdict = None if known is None else known.verdict.status
     notes = tuple(_note(made, i, after, file) for i in range(len(file.ids)))
-    within = _within(Path(robot), arm, after, made, file)
+    within = _within(Path(o.robot), arm, after, made, file)
     return Compensated(
-        arm, made, file, notes, compensated_text(made, file, after, [str(n or "") for n in notes], within), tool, verdict,
-        (*arm.warnings, *(r for f in file.files for r in f.remarks), *_warnings(made, file, verdict, reference, arm), *_layer(Path(robot))),
-        (*robot_files(arm, robot), *file.files), command, within=within,
+        arm, made, file, notes, compensated_text(made, file, after, [str(n or "") for n in notes], within), o.tool, verdict,
+        (*arm.warnings, *(r for f in file.files for r in f.remarks), *_warnings(made, file, verdict, reference, arm),
+         *_layer(Path(o.robot))),
+        (*robot_files(arm, o.robot), *file.files), command, within=within,
     )  # fmt: skip
 
 
@@ -165,13 +154,11 @@ def _tools(nominal: Chain, arm: Robot, tool: str) -> tuple[Chain, Chain]:
         source = calibrated if tool == "calibrated" else nominal
         values = {n: source.table[n].value for n in names}
     else:
-        try:
-            numbers = [float(word) for word in tool.split(",")]
-        except ValueError:
-            numbers = []
-        if len(numbers) != 6 or not np.isfinite(numbers).all():
-            expected = f"{', '.join(TOOLS)}, or x,y,z,rx,ry,rz in {arm.units.length.name} and {arm.units.angle.name}"
-            raise ModelError("not a tool", key="--tool", found=tool, expected=expected)
+        numbers = numbers_of(
+            tool,
+            f"x,y,z,rx,ry,rz in {arm.units.length.name} and {arm.units.angle.name}; {'; '.join(TOOLS)}",
+            key="--tool",
+        )
         values = {n: arm.units.of(calibrated.table[n].unit).to_si(v) for n, v in zip(names, numbers, strict=True)}
     return nominal.with_values(values), calibrated.with_values(values)
 

@@ -14,9 +14,8 @@ from robocal.files.units import UNITS, Units, number
 from robocal.files.urdf_into import urdf_into
 from robocal.files.urdf_text import urdf_text
 from robocal.jobs.inputs import open_arm
-from robocal.jobs.offsets import OFFSETS, offset_text
+from robocal.jobs.offsets import OFFSETS, offset_text, worth_of
 from robocal.jobs.reference import nominal_chain, run_doubts, run_result
-from robocal.jobs.worth import worth_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from robocal.jobs.simulate import sample_joints
 from robocal.measure.data import DataSet
 from robocal.simulation.rigs import RIGS, Instrument, measure
 
-__all__ = ["CABLE", "Listing", "New", "listing", "new", "new_cable"]
+__all__ = ["CABLE", "New", "listing", "new", "new_cable"]
 
 ROWS = 12  # of the example table
 CABLE = "cable"  # what a cable robot is asked for by
@@ -33,19 +34,19 @@ class New:
     written: tuple[Path, ...]
 
 
-@dataclass(frozen=True)
-class Listing:
-    """The catalogue (name, robot, convention, joints, source) and the conventions (name, formula, complete, source)."""
-
-    robots: tuple[tuple[str, str, str, int, str], ...]
-    conventions: tuple[tuple[str, str, bool, str], ...]
-
-
-def listing() -> Listing:
-    """What `new` can start from."""
+def listing() -> dict[str, list[dict[str, Any]]]:
+    """What `new` can start from: the catalogue and the conventions."""
     arms = [(name, catalog.get(name)) for name in catalog.names()]
-    robots = tuple((name, arm.name, arm.convention, len(arm.joints), arm.source) for name, arm in arms)
-    return Listing(robots, tuple((c.name, c.formula, c.complete, c.source) for c in CONVENTIONS.values()))
+    return {
+        "robots": [
+            {"name": n, "robot": a.name, "convention": a.convention, "joints": len(a.joints), "source": a.source}
+            for n, a in arms
+        ],
+        "conventions": [
+            {"name": c.name, "formula": c.formula, "complete": c.complete, "source": c.source}
+            for c in CONVENTIONS.values()
+        ],
+    }
 
 
 def new_cable(output: Path, force: bool) -> New:

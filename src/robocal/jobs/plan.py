@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,18 +12,20 @@ from robocal.errors import ModelError
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.parts import hashes
 from robocal.files.plain import plain
-from robocal.files.poses import poses_text
+from robocal.files.poses import poses_text, read_poses
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
-from robocal.files.units import Units
+from robocal.jobs.inputs import open_arm, read_inputs, robot_files
+from robocal.jobs.instruments import known, template
+from robocal.jobs.watching import Watch, computable
 from robocal.measure.data import DataSet
 from robocal.planning.candidates import Region, Template, observed
-from robocal.planning.poses import Plan, PlanOptions
+from robocal.planning.poses import Plan, PlanOptions, plan
 from robocal.planning.route import length, travel
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, told
 
-__all__ = ["Planned", "box_of", "doubts", "points", "positive", "region_of", "texts"]
+__all__ = ["Planned", "planned", "points"]
 
 Array = NDArray[np.float64]
 
@@ -85,28 +85,83 @@ class Planned:
         return found
 
 
-def region_of(
-    units: Units,
-    box: str | None,
-    floor: float | None,
-    pedestal: str | None,
-    distance: str | None,
-    cone: float | None,
-    facing: float | None,
-) -> Region:
-    """Where may be measured, in SI, from what was said in the robot file's units. Raises ModelError."""
-    size, turn = units.length.to_si, units.angle.to_si
-    return Region(
-        box_of("--box", box, size),
-        None if floor is None else size(_finite("--floor", floor)),
-        _pair("--pedestal", pedestal, size, lambda r, _: r > 0, "R,H with R above 0"),
-        _pair("--range", distance, size, lambda a, b: 0 <= a < b, "MIN,MAX with 0 <= MIN < MAX"),
-        None if cone is None else turn(positive("--cone", cone)),
-        None if facing is None else turn(positive("--facing", facing)),
-    )
+def planned(o: Any, watch: Watch | None = None) -> tuple[Planned, dict[str, str]]:
+    """A plan by the options of the verb, and the files that go with it where they are to be written. Raises InputError."""
+    arm = open_arm(o.robot, base=o.base, tip=o.tip)
+    si = o.si(arm.units)
+    if o.noise == 0:
+        raise ModelError("out of range", key="--noise", found=o.noise, expected="a finite number above 0")
+    warnings, files = arm.warnings, robot_files(arm, o.robot)
+    links: dict[str, Any] = {"base": o.base, "tip": o.tip, "watch": watch}
+    done = read_inputs(o.robot, o.after, **links) if o.after else None
+    given = read_inputs(o.robot, [o.data], **links) if o.data else None
+    for more in (done, given):
+        if more is not None:
+            warnings = tuple(dict.fromkeys((*warnings, *more.warnings)))
+            files = tuple(dict.fromkeys((*files, *more.files)))
+    region = _region(o, si)
+    with computable(o.robot, *o.after):
+        stated = template(arm, done, given, o.kind, si.noise, o.frame)
+        at_work, measured, values = known(arm, stated, done, given, watch)
+    if region.needs_instrument and done is None and given is None and o.frame == "auto":
+        raise ModelError(
+            "it is not known where the instrument stands", key="--frame", found=o.frame,
+            expected="x,y,z,rx,ry,rz of the base seen from it, or measurements",
+        )  # fmt: skip
+    choices, there = None, None
+    if o.listed is not None:
+        names, q, read = read_poses(o.listed, arm.chain)
+        choices, files = (names, q), (*files, *read)
+    if o.tests is not None:
+        _, there, read = read_poses(o.tests, arm.chain)
+        files = (*files, *read)
+    warnings = (*warnings, *(remark for file in files for remark in file.remarks))
+    options = PlanOptions(
+        o.count, o.criterion, o.candidates, accuracy=si.accuracy, seed=o.seed, region=region,
+        task=None if o.task is None else replace(region, box=_box("--task", o.task, si.task)),
+    )  # fmt: skip
+    with computable(o.robot, *o.after):
+        made = plan(
+            arm.chain, at_work, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
+        )
+    found = Planned(arm, o.robot, made, options, stated, files, (*warnings, *_doubts(made, si.accuracy, at_work)))
+    if o.output is None:
+        return found, {}
+    texts, said = _texts(found)
+    return replace(found, warnings=(*found.warnings, *said)), texts
 
 
-def doubts(made: Plan, wanted: float | None, at_work: Template) -> tuple[Remark, ...]:
+def _region(said: Any, si: Any) -> Region:
+    """Where may be measured, from the options of the verb as they were said and in SI. Raises ModelError."""
+    for option, found, good, expected in (
+        ("--pedestal", said.pedestal, si.pedestal is None or si.pedestal[0] > 0, "R,H with R above 0"),
+        (
+            "--range",
+            said.distance,
+            si.distance is None or 0 <= si.distance[0] < si.distance[1],
+            "MIN,MAX with 0 <= MIN < MAX",
+        ),
+    ):
+        if not good:
+            raise ModelError("out of range", key=option, found=found, expected=expected)
+    return Region(_box("--box", said.box, si.box), si.floor, si.pedestal, si.distance, si.cone, si.facing)
+
+
+def _box(
+    option: str, said: str | None, ends: Array | None
+) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
+    """A box from its ends x0,y0,z0,x1,y1,z1 (6,) in m. Raises ModelError for an empty one."""
+    if ends is None:
+        return None
+    a, b, c, d, e, f = ends.tolist()
+    if not (a < d and b < e and c < f):
+        raise ModelError(
+            "an empty box", key=option, found=said, expected="x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1, z0 < z1"
+        )
+    return (a, b, c), (d, e, f)
+
+
+def _doubts(made: Plan, wanted: float | None, at_work: Template) -> tuple[Remark, ...]:
     """What to know of the forecast."""
     out = []
     if wanted is not None and made.enough is None:
@@ -117,7 +172,7 @@ def doubts(made: Plan, wanted: float | None, at_work: Template) -> tuple[Remark,
     return tuple(out)
 
 
-def texts(made: Planned) -> tuple[dict[str, str], tuple[Remark, ...]]:
+def _texts(made: Planned) -> tuple[dict[str, str], tuple[Remark, ...]]:
     """The joint program, and the data file with its table to be filled in; and a warning where a kind has no table."""
     p, chain, units = made.plan, made.robot.chain, made.robot.units
     n = len(p.q)
@@ -154,50 +209,3 @@ def points(made: Planned) -> dict[str, list[list[float]]]:
 def _columns(made: Planned) -> bool:
     """Whether the model needs more than joint values to say where the tool is."""
     return bool(set(made.robot.chain.program.columns) - set(made.robot.chain.joint_names))
-
-
-def _finite(option: str, value: float) -> float:
-    if not math.isfinite(value):
-        raise ModelError("not a number", key=option, found=value, expected="a finite number")
-    return value
-
-
-def positive(option: str, value: float) -> float:
-    if not 0 < value < math.inf:
-        raise ModelError("out of range", key=option, found=value, expected="a finite number above 0")
-    return value
-
-
-def _numbers(option: str, text: str, count: int, form: str) -> list[float]:
-    try:
-        found = [float(part) for part in text.split(",")]
-    except ValueError:
-        found = []
-    if len(found) != count or not all(math.isfinite(v) for v in found):
-        raise ModelError("not understood", key=option, found=text, expected=form)
-    return found
-
-
-def _pair(
-    option: str, text: str | None, to_si: Any, good: Callable[[float, float], bool], expected: str
-) -> tuple[float, float] | None:
-    if text is None:
-        return None
-    a, b = _numbers(option, text, 2, "two numbers such as 200,500")
-    if not good(a, b):
-        raise ModelError("out of range", key=option, found=text, expected=expected)
-    return float(to_si(a)), float(to_si(b))
-
-
-def box_of(
-    option: str, text: str | None, to_si: Any
-) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
-    if text is None:
-        return None
-    v = [float(to_si(x)) for x in _numbers(option, text, 6, "x0,y0,z0,x1,y1,z1")]
-    low, high = (v[0], v[1], v[2]), (v[3], v[4], v[5])
-    if not all(a < b for a, b in zip(low, high, strict=True)):
-        raise ModelError(
-            "an empty box", key=option, found=text, expected="x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1, z0 < z1"
-        )
-    return low, high

@@ -19,8 +19,10 @@ from robocal.errors import ModelError, nearest
 from robocal.files.datawrite import data_text, table_text
 from robocal.files.robot import Robot, describe, parse_robot, render_robot
 from robocal.files.text import Source
+from robocal.files.units import numbers_of
 from robocal.jobs.inputs import open_arm
 from robocal.measure.data import DataSet
+from robocal.planning.candidates import joint_range
 from robocal.simulation.hiding import hidden
 from robocal.simulation.rigs import FINE, STANDS, Instrument, measure
 
@@ -39,8 +41,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-# Where nobody bounds a joint: a quarter turn, or a quarter of a metre, to either side.
-WIDE = {"revolute": math.pi / 2, "prismatic": 0.25}
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,8 @@ class Simulated:
 
 def sample_joints(chain: Chain, count: int, rng: np.random.Generator) -> Array:
     """Joint values (count, n), uniform within the limits, or around zero where there are none."""
-    wide = np.array([WIDE[j.type] for j in chain.joints])
-    low, high = chain.limits.T
-    low = np.where(np.isfinite(low), low, np.where(np.isfinite(high), high - 2 * wide, -wide))
-    high = np.where(np.isfinite(high), high, low + 2 * wide)
-    return np.asarray(rng.uniform(low, high, (count, len(wide))))
+    low, high = joint_range(chain).T
+    return np.asarray(rng.uniform(low, high, (count, len(low))))
 
 
 def true_chain(chain: Chain, errors: Errors, rng: np.random.Generator) -> Chain:
@@ -84,13 +81,7 @@ def true_chain(chain: Chain, errors: Errors, rng: np.random.Generator) -> Chain:
     for name in chain.geometric:
         step = rng.normal() * size.get(chain.table[name].unit, 0.0)
         moved[name] = chain.table[name].value + step
-    for name, value in errors.values:
-        if name not in chain.table:
-            raise ModelError(
-                "no parameter has this name", key="--set", found=name, suggestion=nearest(name, chain.table.names)
-            )
-        moved[name] = value
-    return chain.with_values(moved)
+    return chain.with_values({**moved, **dict(errors.values)})
 
 
 def simulated_files(robot: Robot, truth: Chain, data: DataSet, about: str) -> dict[str, str]:
@@ -116,14 +107,8 @@ def parse_frame(text: str, robot: Robot) -> tuple[float, ...] | None:
     """auto, none, or six numbers in the robot file's units. Raises ModelError."""
     if text in ("auto", "none"):
         return STANDS if text == "auto" else None
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) != 6 or not all(math.isfinite(v) for v in numbers):
-        raise ModelError("not a frame", key="--frame", found=text, expected="x,y,z,rx,ry,rz or none")
-    length, angle = robot.units.length, robot.units.angle
-    return tuple(length.to_si(v) if i < 3 else angle.to_si(v) for i, v in enumerate(numbers))
+    x, y, z, *turn = numbers_of(text, "x,y,z,rx,ry,rz or none", key="--frame")
+    return (*map(robot.units.length.to_si, (x, y, z)), *map(robot.units.angle.to_si, turn))
 
 
 def written_whole(robot: str, base: str | None, tip: str | None) -> Robot:
@@ -136,24 +121,20 @@ def written_whole(robot: str, base: str | None, tip: str | None) -> Robot:
 
 
 def instrument_of(arm: Robot, kind: str, noise: float | None, angle_noise: float | None, frame: str) -> Instrument:
-    """The instrument in SI from numbers in the robot file's units. Raises ModelError for a frame that is none."""
-    length, angle, usual = arm.units.length, arm.units.angle, Instrument()
+    """The instrument in SI. Raises ModelError for a frame that is none."""
+    usual = Instrument()
     return Instrument(
         kind,
-        usual.noise if noise is None else length.to_si(noise),
-        FINE.get(kind, usual.angle_noise) if angle_noise is None else angle.to_si(angle_noise),
+        usual.noise if noise is None else noise,
+        FINE.get(kind, usual.angle_noise) if angle_noise is None else angle_noise,
         parse_frame(frame, arm),
     )
 
 
 def errors_of(arm: Robot, length: float | None, angle: float | None, settings: Sequence[str]) -> Errors:
-    """How the true robot differs, in SI, from numbers in the robot file's units. Raises ModelError for unknown names."""
-    usual = Errors()
-    return Errors(
-        usual.length if length is None else arm.units.length.to_si(length),
-        usual.angle if angle is None else arm.units.angle.to_si(angle),
-        tuple(_setting(text, arm) for text in settings),
-    )
+    """How the true robot differs, in SI; settings in the robot file's units. Raises ModelError for unknown names."""
+    usual, values = Errors(), tuple(_setting(text, arm) for text in settings)
+    return Errors(usual.length if length is None else length, usual.angle if angle is None else angle, values)
 
 
 def _setting(text: str, robot: Robot) -> tuple[str, float]:

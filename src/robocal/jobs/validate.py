@@ -8,7 +8,7 @@ identification: what its file does not say of the tool is no error of its geomet
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.jobs.inputs import Inputs, open_arm, read_inputs, robot_files
 from robocal.jobs.layered import layer_beside, layer_words
-from robocal.jobs.offset_robot import OffsetRobot, offset_robot
+from robocal.jobs.reference import OffsetRobot, offset_robot
 from robocal.jobs.seen import unseen
 from robocal.jobs.watching import Watch, computable
 from robocal.measure.data import DataSet
@@ -49,7 +49,6 @@ class Errors:
     position: Array
     position_at: Ints
     angle: Array
-    angle_at: Ints
     fitted: tuple[str, ...]
     rows: int
     values: Mapping[str, float] = field(default_factory=dict)  # of every parameter of the problem
@@ -64,11 +63,10 @@ class Errors:
 
 @dataclass(frozen=True)
 class Validation:
-    """Errors (mm, deg) of a model, and of another one to compare with; `trusted` with the reasons when not."""
+    """Errors (mm, deg) of a model, and of another one to compare with; `reasons` why they are not to be trusted."""
 
     robot: Robot
     against: Robot | None
-    unit: str
     statistic: Statistic | None
     statistic_against: Statistic | None
     angle: Statistic | None
@@ -76,16 +74,20 @@ class Validation:
     gain: tuple[float, float, float] | None  # mean reduction and its 95 % interval
     constant: float | None
     frames: tuple[str, ...]
+    frames_against: tuple[str, ...]
     poses: tuple[dict[str, Any], ...]
-    trusted: bool
     reasons: tuple[Remark, ...]
     warnings: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
-    command: str = ""
-    layer: Statistic | None = None  # with the residual layer of the run folder on top
-    frames_against: tuple[str, ...] = ()
-    iso: Standard = field(default_factory=dict)
-    offsets: Path | None = None  # the file of joint offsets that was judged, on the nominal robot
+    command: str
+    layer: Statistic | None  # with the residual layer of the run folder on top
+    iso: Standard
+    offsets: Path | None  # the file of joint offsets that was judged, on the nominal robot
+
+    @property
+    def trusted(self) -> bool:
+        """Whether nothing speaks against these figures."""
+        return not self.reasons
 
     @property
     def document(self) -> dict[str, Any]:
@@ -124,41 +126,28 @@ def model_errors(chain: Chain, data: DataSet, watch: Watch | None = None, *, too
     kept = analyse(problem.with_free(frames), x).kept if frames else ()
     left = problem.residuals(x)
     position, position_at = errors(left, "m")
-    angle, angle_at = errors(left, "rad")
+    angle, _ = errors(left, "rad")
     rows = sum(r.value.size for r in left)
     values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
-    return Errors(position, position_at, angle, angle_at, kept, rows, values)
+    return Errors(position, position_at, angle, kept, rows, values)
 
 
-def validated(
-    robot: str,
-    data: Sequence[str],
-    against: str | None,
-    offsets: str | None,
-    distances: str,
-    exclude: Sequence[str],
-    seed: int,
-    base: str | None,
-    tip: str | None,
-    command: str = "",
-    watch: Watch | None = None,
-) -> Validation:
-    """Validates a robot on data files, compared with another robot when one is given. `offsets` is a file of joint offsets to
-    be judged on the nominal robot, and compared with it where nothing else is named. `distances` says between which places:
-    see `standard`. Raises InputError."""
-    inputs = read_inputs(robot, data, base=base, tip=tip, exclude=exclude, watch=watch)
-    other = None if against is None else open_arm(against, base=base, tip=tip)
-    places = (inputs.robot.path, None if offsets is None else Path(offsets))
+def validated(o: Any, command: str = "", watch: Watch | None = None) -> Validation:
+    """Validates a robot on data files, by the options of the verb: compared with another robot when one is given; offsets are
+    judged on the nominal robot, and compared with it where nothing else is named. Raises InputError."""
+    inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, exclude=o.exclude, watch=watch)
+    other = None if o.against is None else open_arm(o.against, base=o.base, tip=o.tip)
+    places = (inputs.robot.path, None if o.offsets is None else Path(o.offsets))
     inputs, used, left_out = unseen(inputs, places)
-    shifted = None if offsets is None else offset_robot(robot, inputs.robot, offsets)
+    shifted = None if o.offsets is None else offset_robot(o.robot, inputs.robot, o.offsets)
     if shifted is not None:
         inputs, other = _shifted(inputs, shifted), other or shifted.nominal
-    with computable(robot, *data):
+    with computable(o.robot, *o.data):
         # A nominal robot says as little of its tool with offsets as without.
         mine = model_errors(inputs.robot.chain, inputs.data, watch, tool=shifted is not None)
         theirs = None if other is None else model_errors(other.chain, inputs.data, watch, tool=True)
         second = None if other is None or theirs is None else (other.chain, theirs.values)
-        iso = standard(inputs.data, (inputs.robot.chain, mine.values), second, distances)
+        iso = standard(inputs.data, (inputs.robot.chain, mine.values), second, o.distances)
     reasons = list(used)
     if mine.rows < 2 * len(mine.fitted):
         reasons.append(Remark.of(Code.FEW_AFTER_FRAMES, numbers=mine.rows, fitted=len(mine.fitted)))
@@ -172,23 +161,21 @@ def validated(
         reasons.append(Remark.of(Code.MEAN_AS_GOOD, error=Quantity(worst), constant=Quantity(constant)))
     gain = None
     if theirs is not None and len(theirs.position) == len(mine.position) and worst is not None:
-        low = bootstrap_gain(theirs.position * theirs.factor, mine.position * mine.factor, mine.position_at, seed)
+        low = bootstrap_gain(theirs.position * theirs.factor, mine.position * mine.factor, mine.position_at, o.seed)
         gain = (low[0] * 1e3, low[1] * 1e3, low[2] * 1e3)
-    layer = None if shifted is not None else layer_beside(robot, inputs, mine.values, mine.factor)
+    layer = None if shifted is not None else layer_beside(o.robot, inputs, mine.values, mine.factor)
     warnings = (
         *inputs.warnings,
         *left_out,
         *layer_words(layer),
         *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
     )
-    files = (*inputs.files, *(() if other is None or against is None else robot_files(other, against)))
+    files = (*inputs.files, *(() if other is None or o.against is None else robot_files(other, o.against)))
     return Validation(
-        inputs.robot, other, "mm",
-        _statistic(mine, "m"), _statistic(theirs, "m"), _statistic(mine, "rad"), _statistic(theirs, "rad"),
-        gain, None if constant is None else constant * 1e3, mine.fitted,
-        _poses(inputs.data, mine, theirs), not reasons, tuple(reasons), warnings, files, command,
-        frames_against=() if theirs is None else theirs.fitted, iso=iso, layer=layer,
-        offsets=None if shifted is None else shifted.file.path,
+        inputs.robot, other, _statistic(mine, "m"), _statistic(theirs, "m"), _statistic(mine, "rad"), _statistic(theirs, "rad"),
+        gain, None if constant is None else constant * 1e3, mine.fitted, () if theirs is None else theirs.fitted,
+        _poses(inputs.data, mine, theirs), tuple(reasons), warnings, files, command, layer, iso,
+        None if shifted is None else shifted.file.path,
     )  # fmt: skip
 
 

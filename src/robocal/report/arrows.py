@@ -1,9 +1,8 @@
 """Error arrows at the tool's positions in two panels, before and after: drawn here once, turned by viewer.js in the
 browser.
 
-The view is orthographic. With azimuth a and elevation e, right = (-sin a, cos a, 0) and up = (-sin e cos a, -sin e
-sin a, cos e) span the page. Both sides use the same formulas and numbers, so a page without scripts, or on paper,
-shows the script's first view.
+The view is orthographic (`view.py` has the formulas). Both sides use the same formulas and numbers, so a page without scripts,
+or on paper, shows the script's first view.
 """
 
 from __future__ import annotations
@@ -12,7 +11,6 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,17 +19,17 @@ from robocal.report.numbers import fixed, plain, significant
 from robocal.report.sections import Figure, Mark
 from robocal.report.series import is_aside, is_held_out, numbers
 from robocal.report.svg import drawing, label, num
+from robocal.report.view import View
 
 __all__ = ["arrows"]
 
 WIDE, HIGH = 460.0, 440.0
 HALF = 200.0  # half of the drawn space, from the middle to the farthest corner
 FAR = 1e9  # mm; beyond this it is no position
-AZIMUTH, ELEVATION = -55.0, 24.0
 MOST = 2000  # arrows of a picture
 LONG = 34.0  # the 90th percentile of arrows is drawn this long
 Array = NDArray[np.float64]
-Vector = tuple[float, float, float]
+VIEW = View(-55.0, 24.0, np.zeros(3), (WIDE / 2, HIGH / 2 - 14))
 BARBED = "M%.1f %.1fL%.1f %.1fM%.1f %.1fL%.1f %.1fL%.1f %.1f"
 WHOLE = re.compile(r"\.0(?![0-9])")  # as `svg.num` leaves it out
 
@@ -82,7 +80,7 @@ def arrows(residuals: Mapping[str, Sequence[object]]) -> Figure | None:
         "out": out,
         "bounds": bounds,
         "scale": scale,
-        "view": [AZIMUTH, ELEVATION],
+        "view": [VIEW.azimuth, VIEW.elevation],
         "mag": magnification,
     }
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
@@ -112,21 +110,9 @@ def _magnify(errors: Sequence[Sequence[float]], scale: float) -> float:
     return float(f"{max(s * power for s in (1, 2, 5) if s * power <= raw * 1.0001):.1g}")
 
 
-@cache
-def _axes() -> tuple[Vector, Vector]:
-    a, e = math.radians(AZIMUTH), math.radians(ELEVATION)
-    return (-math.sin(a), math.cos(a), 0.0), (-math.sin(e) * math.cos(a), -math.sin(e) * math.sin(a), math.cos(e))
-
-
-def _project(point: Sequence[float]) -> tuple[float, float]:
-    ((x, y),) = _flat(np.array([point])).tolist()
-    return x, y
-
-
 def _flat(points: Array) -> Array:
     """Points (n, 3) on the page, (n, 2)."""
-    right, up = np.array(_axes())
-    return np.stack([WIDE / 2 + points @ right, HIGH / 2 - 14 - points @ up], axis=1)
+    return VIEW.flat(points)[0]
 
 
 def _arrows(points: Array, errors: Array, factor: float) -> list[str]:
@@ -149,7 +135,7 @@ def _box(bounds: Sequence[Sequence[float]]) -> tuple[str, list[tuple[str, float,
     low, high = bounds
     corners = [[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)]
     edges = [(i, i | 1 << k) for i in range(8) for k in range(3) if not i >> k & 1]
-    flat = [_project(c) for c in corners]
+    flat: list[tuple[float, float]] = _flat(np.array(corners)).tolist()
     d = "".join(f"M{num(flat[i][0])} {num(flat[i][1])}L{num(flat[j][0])} {num(flat[j][1])}" for i, j in edges)
     names = []
     for k in range(3):

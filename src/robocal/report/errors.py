@@ -12,6 +12,7 @@ from robocal.report import pictures
 from robocal.report.arrows import arrows
 from robocal.report.numbers import ranges
 from robocal.report.sections import (
+    SPREAD,
     Block,
     Cell,
     Detail,
@@ -27,6 +28,7 @@ from robocal.report.sections import (
     Tiles,
     figure,
     quiet,
+    spread,
     table,
 )
 from robocal.report.series import Series, column, is_aside, is_held_out, numbers, three
@@ -117,20 +119,16 @@ def errors_table(residuals: Any, title: str) -> Table | None:
         if s is None:
             continue
         words = ", ".join(w for w in (note, "profiled" if s.profiled else "") if w)
-        rows.append((Noted(label, mark=mark), *_numbers(s), (words, "quiet")))
+        rows.append((Noted(label, mark=mark), *spread(s), (words, "quiet")))
         styles.append("strong" if name in PROOFS else "quiet" if name == "constant" else "")
         every = getattr(residuals.all_rows, name, None) if residuals.all_rows is not None else None
         if every is not None and every.n != s.n:
-            rows.append((Noted("  with gross rows"), *_numbers(every), ("all rows", "quiet")))
+            rows.append((Noted("  with gross rows"), *spread(every), ("all rows", "quiet")))
             styles.append("quiet")
     if not rows:
         return None
-    columns = (f"{title} [{residuals.unit}]", "mean", "rms", "95 %", "max", "n", "")
+    columns = (f"{title} [{residuals.unit}]", *SPREAD, "")
     return table(*columns, right=(1, 2, 3, 4, 5), rows=rows, styles=styles)
-
-
-def _numbers(s: Any) -> tuple[str, ...]:
-    return (*(figure(v) for v in (s.mean, s.rms, s.p95, s.max)), str(s.n))
 
 
 def _folds(residuals: Any) -> Table | None:

@@ -20,7 +20,7 @@ from robocal.report.heat import heat
 from robocal.report.page import page
 from robocal.report.parameters import hidden, parameters
 from robocal.report.proof import verdict
-from robocal.report.sections import Block, Detail, Figure, Remarks, Section, Text, Written, quiet
+from robocal.report.sections import Block, Detail, Figure, Section, Text, Written, ends, quiet
 
 __all__ = ["ended", "identified", "report"]
 
@@ -105,8 +105,7 @@ def identified(
     yield from fitted(result)
     # Results of earlier versions have sentences alone.
     known = result.remarks or [Sentence(w) for w in dict.fromkeys(result.warnings)]
-    if known:
-        yield Section.of("Worth knowing", Remarks(tuple(known)), key="warnings")
+    yield from ends(known, key="warnings")
     yield recipe(result)
 
 

@@ -10,20 +10,25 @@ import base64
 import hashlib
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from html import escape
 from importlib.resources import files
 
 from robocal._version import __version__
 from robocal.report.html import html
-from robocal.report.sections import Section
+from robocal.report.sections import Section, Text
 
 __all__ = ["embedded", "page"]
 
 # What no page may hold: control characters but line feeds and tabs.
 UNSEEN = re.compile("[\x00-\x08\x0b-\x1f]")
 IDENTIFIER = re.compile(r'((?:\bid|\baria-labelledby)=")([^"]*)"')
-# Scripts, each with what a page holds that needs it: something folded, pictures that can be turned.
-SCRIPTS = {"page.js": "<details>", "viewer.js": 'id="arrow-data"', "cable/turn.js": 'data-eye="'}
+# Scripts, each of these files, with what a page holds that needs it: something folded, pictures that can be turned.
+SCRIPTS = {
+    ("page.js",): "<details>",
+    ("scene.js", "viewer.js"): 'id="arrow-data"',
+    ("scene.js", "cable/turn.js"): 'data-eye="',
+}
 
 
 def page(
@@ -37,8 +42,8 @@ def page(
     """The text of a page with a title, the kind of document above it, and facts below it; `made` is robocal's version. The same
     input gives the same text."""
     told = tuple(sections)
-    first, body = html(told[:1], "head"), html(told[1:])
-    scripts = [_asset(name) for name, sign in SCRIPTS.items() if sign in first + body]
+    first, body = html((_untitled(s, title) for s in told[:1]), "head"), html(told[1:])
+    scripts = ["".join(map(_asset, names)) for names, sign in SCRIPTS.items() if sign in first + body]
     hashes = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(t.encode()).digest()).decode()}'" for t in scripts)
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
     policy += f"; script-src {hashes}" if hashes else ""
@@ -58,6 +63,14 @@ def page(
     )
     # Control characters and halves of surrogate pairs can be in no file.
     return UNSEEN.sub("\ufffd", text).encode("utf-8", "replace").decode("utf-8")
+
+
+def _untitled(section: Section, title: str) -> Section:
+    """The first section of a page without the title, which stands above it."""
+    match section.blocks:
+        case (Text(parts=((word, "strong"), str(rest))) as line, *others) if word == title:
+            return replace(section, blocks=(replace(line, parts=(rest.strip(),)), *others))
+    return section
 
 
 def embedded(sections: Iterable[Section], key: str) -> str:

@@ -35,7 +35,6 @@ COUNTED = {
     "fixed": "fixed",
 }
 SIGNS = {"identified": "●", "prior": "◐", "dropped": "○", "fixed": "▪"}
-MARKS: dict[str, Style] = {"identified": "", "prior": "strange", "dropped": "quiet", "fixed": "quiet"}
 INDICES = {
     "O1": "size of the region of likely parameters: geometric mean of the singular values",
     "O2": "smallest over largest singular value",

@@ -7,14 +7,15 @@ has room for is a `Detail`. Nothing here knows of colours or markup: a style is 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from robocal.remarks.remark import Said
 
 __all__ = [
+    "SPREAD",
     "Block",
     "Cell",
     "Detail",
@@ -33,8 +34,10 @@ __all__ = [
     "Tiles",
     "Verdict",
     "Written",
+    "ends",
     "figure",
     "quiet",
+    "spread",
     "strong",
     "table",
 ]
@@ -42,6 +45,9 @@ __all__ = [
 Style = Literal["", "good", "doubtful", "bad", "strong", "quiet", "strange", "title", "term", "code"]
 Mark = Literal["", "before", "after", "held", "aside"]
 Cell: TypeAlias = "str | tuple[str, Style] | Noted"
+
+
+SPREAD = ("mean", "rms", "95 %", "max", "n")
 
 
 @dataclass(frozen=True)
@@ -227,6 +233,14 @@ class Section:
         return Section(self.heading, tuple(b.short if isinstance(b, Table) else b for b in kept))
 
 
+def ends(remarks: Sequence[Said] = (), written: Sequence[Path] = (), key: str = "") -> Iterator[Section]:
+    """What stands at the end: what is worth knowing, and the files that were written."""
+    if remarks:
+        yield Section.of("Worth knowing", Remarks(tuple(remarks)), key=key)
+    if written:
+        yield Section.of("", Written(tuple(written)))
+
+
 def quiet(*lines: str, indent: int = 0) -> tuple[Text, ...]:
     """Lines that matter less than the others."""
     return tuple(Text(((line, "quiet"),), indent) for line in lines)
@@ -251,6 +265,11 @@ def table(
     """A table from whatever holds its rows."""
     made = tuple(tuple(row) for row in rows)
     return Table(columns, made, tuple(right), title, tuple(styles), caption, tuple(detail), tuple(terse), brief)
+
+
+def spread(s: Any) -> tuple[str, ...]:
+    """A statistic as the cells of a table, under SPREAD."""
+    return (*(figure(v) for v in (s.mean, s.rms, s.p95, s.max)), str(s.n))
 
 
 def figure(value: float | None, digits: int = 4) -> str:

@@ -1,10 +1,10 @@
-// Turns the two arrow pictures: drag or arrow keys rotate, wheel with Ctrl or the buttons zoom, a slider sets the length of the arrows.
+// Turns the two arrow pictures, as scene.js says; buttons zoom too, a slider sets the length of the arrows.
 (function () {
   "use strict";
   var holder = document.getElementById("arrow-data"), figure = document.getElementById("arrows");
   if (!holder || !figure) return;
   var data = JSON.parse(holder.textContent), controls = document.getElementById("arrow-controls");
-  var WIDE = 460, HIGH = 440, view = data.view.slice(), zoom = 1, boost = 1, same = false, queued = false;
+  var WIDE = 460, HIGH = 440, n = scene.n, it = scene.state(data.view, -90, draw), boost = 1, same = false;
   var panels = ["before", "after"].map(function (key, k) {
     var svg = figure.querySelector('svg[data-panel="' + key + '"]');
     var part = function (name) { return svg.querySelector('[data-part="' + name + '"]'); };
@@ -13,14 +13,9 @@
   });
   controls.hidden = false;
 
-  function frame() {
-    var a = view[0] * Math.PI / 180, e = view[1] * Math.PI / 180;
-    return [-Math.sin(a), Math.cos(a), 0, -Math.sin(e) * Math.cos(a), -Math.sin(e) * Math.sin(a), Math.cos(e)];
-  }
   function flat(f, x, y, z) {
-    return [WIDE / 2 + zoom * (x * f[0] + y * f[1] + z * f[2]), HIGH / 2 - 14 - zoom * (x * f[3] + y * f[4] + z * f[5])];
+    return [WIDE / 2 + it.zoom * (x * f[0] + y * f[1] + z * f[2]), HIGH / 2 - 14 - it.zoom * (x * f[3] + y * f[4] + z * f[5])];
   }
-  function n(v) { return v.toFixed(1); }
   function arrow(f, p, e, s) {
     var u = flat(f, p[0], p[1], p[2]), v = flat(f, p[0] + s * e[0], p[1] + s * e[1], p[2] + s * e[2]);
     var dx = v[0] - u[0], dy = v[1] - u[1], long = Math.hypot(dx, dy);
@@ -34,8 +29,7 @@
     return (raw >= 4.9999 * power ? 5 : raw >= 1.9999 * power ? 2 : 1) * power;
   }
   function draw() {
-    queued = false;
-    var f = frame(), b = data.bounds;
+    var f = scene.axes(it.view), b = data.bounds;
     panels.forEach(function (p, k) {
       var mag = (same ? panels[0].mag : p.mag) * boost, s = data.scale * mag, sets = ["", ""], box = "", corners = [], i, c;
       for (i = 0; i < data.at.length; i++) sets[data.out[i]] += arrow(f, data.at[i], p.errors[i], s);
@@ -57,45 +51,20 @@
         p.names[c].setAttribute("x", n(to[0] + 11 * (to[0] - from[0]) / long));
         p.names[c].setAttribute("y", n(to[1] + 11 * (to[1] - from[1]) / long + 4));
       }
-      var value = round(90 / (s * zoom)), foot = HIGH - 14;
-      p.bar.setAttribute("d", "M14 " + foot + "m0-4v8m0-4h" + n(value * s * zoom) + "m0-4v8");
+      var value = round(90 / (s * it.zoom)), foot = HIGH - 14;
+      p.bar.setAttribute("d", "M14 " + foot + "m0-4v8m0-4h" + n(value * s * it.zoom) + "m0-4v8");
       p.barText.textContent = "error of " + Number(value.toPrecision(1)) + " mm";
       p.magText.textContent = "arrows × " + Number(mag.toPrecision(2));
     });
   }
-  function redraw() { if (!queued) { queued = true; window.requestAnimationFrame(draw); } }
-  function turn(a, e) { view[0] += a; view[1] = Math.max(-90, Math.min(90, view[1] + e)); redraw(); }
-  function scale(by) { zoom = Math.max(0.4, Math.min(8, zoom * by)); redraw(); }
-  panels.forEach(function (p) {
-    var last = null;
-    p.svg.setAttribute("tabindex", "0");
-    p.svg.classList.add("live");
-    p.svg.addEventListener("pointerdown", function (ev) { last = [ev.clientX, ev.clientY]; p.svg.setPointerCapture(ev.pointerId); });
-    p.svg.addEventListener("pointermove", function (ev) {
-      if (!last) return;
-      turn((last[0] - ev.clientX) * 0.5, (ev.clientY - last[1]) * 0.5);
-      last = [ev.clientX, ev.clientY];
-    });
-    ["pointerup", "pointercancel"].forEach(function (name) { p.svg.addEventListener(name, function () { last = null; }); });
-    p.svg.addEventListener("wheel", function (ev) {
-      if (!ev.ctrlKey && document.activeElement !== p.svg) return;
-      ev.preventDefault();
-      scale(Math.exp(-ev.deltaY * 0.0015));
-    }, {passive: false});
-    p.svg.addEventListener("keydown", function (ev) {
-      var step = {ArrowLeft: [5, 0], ArrowRight: [-5, 0], ArrowUp: [0, 5], ArrowDown: [0, -5]}[ev.key];
-      if (step) { ev.preventDefault(); turn(step[0], step[1]); }
-      if (ev.key === "+") scale(1.15);
-      if (ev.key === "-") scale(1 / 1.15);
-    });
-  });
-  document.getElementById("arrow-length").addEventListener("input", function () { boost = Math.pow(10, Number(this.value)); redraw(); });
-  document.getElementById("arrow-same").addEventListener("change", function () { same = this.checked; redraw(); });
-  document.getElementById("arrow-in").addEventListener("click", function () { scale(1.25); });
-  document.getElementById("arrow-out").addEventListener("click", function () { scale(0.8); });
+  panels.forEach(function (p) { scene.live(p.svg, it); });
+  document.getElementById("arrow-length").addEventListener("input", function () { boost = Math.pow(10, Number(this.value)); it.redraw(); });
+  document.getElementById("arrow-same").addEventListener("change", function () { same = this.checked; it.redraw(); });
+  document.getElementById("arrow-in").addEventListener("click", function () { it.scale(1.25); });
+  document.getElementById("arrow-out").addEventListener("click", function () { it.scale(0.8); });
   document.getElementById("arrow-reset").addEventListener("click", function () {
-    view = data.view.slice(); zoom = 1; boost = 1;
+    boost = 1;
     document.getElementById("arrow-length").value = 0;
-    redraw();
+    it.home();
   });
 })();

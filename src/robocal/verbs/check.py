@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from robocal.report.sections import Remarks, Section, Table, Text, figure, strong, table
+from robocal.report.sections import Section, Table, Text, ends, figure, strong, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told
 from robocal.verbs.outcome import Outcome, Watch
@@ -40,24 +40,9 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Reads a robot, and data files when there are any. Raises InputError for whatever is wrong with them."""
-    from robocal.files.opened import cable_file
-    from robocal.jobs.cable.load import robot_input
-    from robocal.jobs.cable.measured import read_measured
-    from robocal.jobs.check import checked, read_alone
-    from robocal.jobs.inputs import open_arm, read_inputs, robot_files
+    from robocal.jobs.check import checked
 
-    cable = cable_file(o.robot)
-    if cable is not None and not o.data:
-        found = read_alone(cable, (robot_input(cable, o.robot),))
-    elif cable is not None:
-        seen = read_measured(cable, o.robot, o.data, o.exclude, watch)
-        found = checked(cable, o.robot, o.data, seen.data, seen.warnings, seen.files, watch)
-    elif not o.data:
-        arm = open_arm(o.robot, base=o.base, tip=o.tip)
-        found = read_alone(arm, robot_files(arm, o.robot))
-    else:
-        inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, exclude=o.exclude, watch=watch)
-        found = checked(inputs.robot, o.robot, o.data, inputs.data, inputs.warnings, inputs.files, watch)
+    found = checked(o, watch)
     return Outcome(found, lambda: found.document, remarks=found.warnings)
 
 
@@ -78,8 +63,7 @@ def sections(made: Outcome) -> Iterator[Section]:
     yield _told(found)
     if found.strange:
         yield strange([outlier(o) for o in found.strange])
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
+    yield from ends(made.remarks)
 
 
 def _instruments(found: Checked) -> Table:

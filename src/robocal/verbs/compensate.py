@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
 
-from robocal.report.sections import Section, Text, Written, figure, quiet, table
+from robocal.report.sections import SPREAD, Section, Text, ends, figure, quiet, spread, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
@@ -30,23 +29,16 @@ class Options(Told):
     """
 
     robot: w.AnyRobot
-    targets: Annotated[
-        str,
-        Arg("TARGETS", "A CSV whose headers carry units (poses, positions, joints), or a YAML beside it."),
-    ]
-    nominal: Annotated[
-        str | None, Opt("The model that the controller keeps; a run folder knows it", metavar="ROBOT")
-    ] = None
-    tool: Annotated[
-        str,
-        Opt(
-            "What both models carry: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; or own, each its own",
-            metavar="TOOL",
-        ),
-    ] = "calibrated"
-    output: Annotated[
-        Path | None, Opt("Write compensated.csv and compensation.json here", short="-o", metavar="DIR")
-    ] = None
+    targets: str = arg(
+        ..., "TARGETS", "A CSV whose headers carry units (poses, positions, joints), or a YAML beside it."
+    )
+    nominal: str | None = opt(None, "The model that the controller keeps; a run folder knows it", metavar="ROBOT")
+    tool: str = opt(
+        "calibrated",
+        "What both models carry: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; or own, each its own",
+        metavar="TOOL",
+    )
+    output: Path | None = opt(None, "Write compensated.csv and compensation.json here", short="-o", metavar="DIR")
     base: w.Base = None
     tip: w.Tip = None
 
@@ -57,7 +49,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.writing import write_files
     from robocal.jobs.compensate import compensated
 
-    found = compensated(o.robot, o.targets, o.nominal, o.tool, o.base, o.tip, command, watch)
+    found = compensated(o, command, watch)
     if o.output is not None:
         texts = {"compensated.csv": found.text, "compensation.json": json_text(found.document)}
         found = replace(found, written=write_files(o.output, texts))
@@ -74,12 +66,8 @@ def sections(made: Outcome) -> Iterator[Section]:
         ("corrected joint values", found.after),
         ("corrected Cartesian targets", found.after_by_tcp),
     )
-    rows = [
-        (label, figure(s.mean), figure(s.rms), figure(s.p95), figure(s.max), str(s.n))
-        for label, s in stages
-        if s is not None
-    ]
-    errors = table("simulated error [mm]", "mean", "rms", "95 %", "max", "n", right=(1, 2, 3, 4, 5), rows=rows)
+    rows = [(label, *spread(s)) for label, s in stages if s is not None]
+    errors = table("simulated error [mm]", *SPREAD, right=(1, 2, 3, 4, 5), rows=rows)
     real, told = found.expected, None
     if real is not None:
         mean, worst = figure(real.mean, 3), figure(real.max, 3)
@@ -92,5 +80,4 @@ def sections(made: Outcome) -> Iterator[Section]:
         named = [(found.file.ids[i], words[int(found.made.status[i])], str(found.notes[i])) for i in order[:MOST]]
         more = [f"and {len(order) - MOST} others in compensated.csv"] if len(order) > MOST else []
         yield Section.of("", table("target", "status", "", rows=named), *quiet(*more))
-    if made.written:
-        yield Section.of("", Written(made.written))
+    yield from ends(written=made.written)

@@ -6,11 +6,11 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from robocal.report.sections import Block, Cell, Section, Text, quiet
 from robocal.verbs import words as w
-from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
@@ -28,8 +28,8 @@ class Options(Told):
     Exit status 0 when every case came out as it should.
     """
 
-    name: Annotated[str | None, Arg("NAME", "rv-2aj, camera or tracker; all of them by default.")] = None
-    output: Annotated[Path, Opt("Where files and reports go", short="-o", metavar="DIR")] = Path("robocal-demo")
+    name: str | None = arg(None, "NAME", "rv-2aj, camera or tracker; all of them by default.")
+    output: Path = opt(Path("robocal-demo"), "Where files and reports go", short="-o", metavar="DIR")
     seed: w.Seed = 0
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
 
 from robocal.remarks.remark import sentences
-from robocal.report.sections import Cell, Remarks, Section, Style, Text, Written, figure, quiet, table
-from robocal.verbs.option import Arg, Opt, Told
+from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
+from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
@@ -33,13 +32,13 @@ class Options(Told):
     Exit status 0 when they could be compared, whatever came of it; 3 when nothing follows from these runs.
     """
 
-    first: Annotated[Path, Arg("RUN1", "The earlier run folder.")]
-    second: Annotated[Path, Arg("RUN2", "The later run folder, identified from the same robot file.")]
-    new_tool: Annotated[bool, Opt("The tool was mounted anew and may differ")] = False
-    matters: Annotated[
-        str, Opt("The change worth an alarm, with its unit: mean over the poses measured", metavar="LENGTH")
-    ] = "0.1mm"
-    output: Annotated[Path | None, Opt("Write drift.json here", short="-o", metavar="DIR")] = None
+    first: Path = arg(..., "RUN1", "The earlier run folder.")
+    second: Path = arg(..., "RUN2", "The later run folder, identified from the same robot file.")
+    new_tool: bool = opt(False, "The tool was mounted anew and may differ")
+    matters: str = opt(
+        "0.1mm", "The change worth an alarm, with its unit: mean over the poses measured", metavar="LENGTH"
+    )
+    output: Path | None = opt(None, "Write drift.json here", short="-o", metavar="DIR")
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
@@ -78,7 +77,4 @@ def sections(made: Outcome) -> Iterator[Section]:
     lines = [f"... and {len(changes) - TEN} more in --json"] if len(changes) > TEN else []
     lines.append("chance: of such a change by noise alone; of all: after looking at every parameter")
     yield Section.of("", table(*columns, right=(1, 2, 3, 4, 6, 7), rows=rows, styles=styles), *quiet(*lines))
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
-    if made.written:
-        yield Section.of("", Written(made.written))
+    yield from ends(made.remarks, made.written)

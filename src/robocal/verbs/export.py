@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated
 
 from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
-from robocal.verbs.option import Opt, Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["FORMATS", "Options", "run", "sections"]
@@ -29,21 +28,18 @@ class Options(Told):
 
     robot: w.AnyRobot
     output: w.OutputFile = None
-    form: Annotated[
-        str,
-        Opt(
-            "yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: "
-            "offsets (CSV), ros (parameters), xacro (properties)",
-            name="--format",
-            metavar="FORMAT",
-            choices=FORMATS,
-        ),
-    ] = "yaml"
-    nominal: Annotated[str | None, Opt("What offsets are counted from; a run folder knows it", metavar="ROBOT")] = None
-    into: Annotated[
-        str | None,
-        Opt("With --format urdf: this URDF with calibrated origins, else byte for byte", metavar="URDF"),
-    ] = None
+    form: str = opt(
+        "yaml",
+        "yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: "
+        "offsets (CSV), ros (parameters), xacro (properties)",
+        name="--format",
+        metavar="FORMAT",
+        choices=FORMATS,
+    )
+    nominal: str | None = opt(None, "What offsets are counted from; a run folder knows it", metavar="ROBOT")
+    into: str | None = opt(
+        None, "With --format urdf: this URDF with calibrated origins, else byte for byte", metavar="URDF"
+    )
     force: w.Force = False
     base: w.Base = None
     tip: w.Tip = None
@@ -52,33 +48,23 @@ class Options(Told):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """The robot (a file, a catalogue name or a run folder) in another form. Raises InputError, also for a form that cannot
     hold it."""
-    from robocal.errors import FileError, ModelError
-    from robocal.files.writing import write_text
+    from robocal.errors import ModelError
+    from robocal.files.writing import refuse_existing
     from robocal.jobs.export import exported
     from robocal.remarks.remark import spoken, told
 
     if o.into is not None and o.form != "urdf":
         raise ModelError("only a URDF can be written into", key="--into", found=o.form, expected="--format urdf")
+    refuse_existing(o.output, (), o.force)
     made = exported(o.robot, o.form, o.nominal, o.into, o.base, o.tip)
-    written = None
-    if o.output is not None:
-        if o.output.exists() and not o.force:
-            raise FileError(
-                "this file exists and is left as it is",
-                file=o.output,
-                expected="--force to replace it, or another name",
-            )
-        written = write_text(o.output, made.text)
     document = {
         "format": o.form,
-        "written": None if written is None else str(written),
-        "text": made.text if written is None else None,
+        "text": made.text if o.output is None else None,
         **told(made.notes),
         "worth": None if made.worth is None else made.worth.document,
     }
     note = "" if made.worth is None else spoken(made.worth)
-    files = () if written is None else (written,)
-    return Outcome(made, lambda: document, remarks=made.notes, text=made.text, note=note, written=files)
+    return Outcome(made, lambda: document, remarks=made.notes, text=made.text, note=note).put(o.output)
 
 
 def sections(made: Outcome) -> Iterator[Section]:

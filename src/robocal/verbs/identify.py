@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from robocal.calibrate.options import Options as Solver
 from robocal.report.sections import Section
 from robocal.verbs import words as w
-from robocal.verbs.option import Opt, Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -46,91 +46,66 @@ class Options(Told):
 
     robot: w.Robot
     data: w.Data
-    output: Annotated[Path | None, Opt("Write a run folder here", short="-o", metavar="DIR")] = None
-    force: Annotated[bool, Opt("Write the run into a folder that holds something else; files of other names stay")] = (
-        False
+    output: Path | None = opt(None, "Write a run folder here", short="-o", metavar="DIR")
+    force: bool = opt(False, "Write the run into a folder that holds something else; files of other names stay")
+    free: tuple[str, ...] = opt(
+        (),
+        "Free exactly these, not what the robot file says: j2.alpha, alpha, j2, tool. Repeat, or separate by commas",
+        metavar="NAME",
     )
-    free: Annotated[
-        tuple[str, ...],
-        Opt(
-            "Free exactly these, not what the robot file says: j2.alpha, alpha, j2, tool. Repeat, or separate by commas",
-            metavar="NAME",
-        ),
-    ] = ()
-    fix: Annotated[tuple[str, ...], Opt("Hold these; also frames of data files", metavar="NAME")] = ()
-    prior: Annotated[
-        tuple[str, ...],
-        Opt(
-            "Standard deviation expected beforehand, in the robot file's units; length=... and angle=... for all",
-            metavar="NAME=SIGMA",
-        ),
-    ] = ()
+    fix: tuple[str, ...] = opt((), "Hold these; also frames of data files", metavar="NAME")
+    prior: tuple[str, ...] = opt(
+        (),
+        "Standard deviation expected beforehand, in the robot file's units; length=... and angle=... for all",
+        metavar="NAME=SIGMA",
+    )
     exclude: w.Exclude = ()
-    groups: Annotated[
-        tuple[str, ...],
-        Opt(
-            f"Try these beyond geometry; each enters only if unseen blocks of rows get better: {GROUPS}",
-            metavar="NAMES",
-            listed=True,
-        ),
-    ] = ()
-    layer: Annotated[bool, Opt("Try a residual layer on top; used only if unseen blocks of rows get better")] = False
-    region: Annotated[
-        str | None,
-        Opt(
-            "Where the robot works: a list of poses, or ranges of joints; measured: where it was measured will do",
-            metavar="FILE",
-            otherwise="joint limits that you wrote (a catalogue's are the maker's), else where it was measured",
-        ),
-    ] = None
-    method: Annotated[
-        str,
-        Opt(
-            "lm, gauss-newton, ekf, particle; to compare with: pinv (iterated pseudo-inverse), lse (one step), ekf-100",
-            metavar="METHOD",
-        ),
-    ] = USUAL.method
-    compare: Annotated[
-        str | None,
-        Opt(
-            "Try several estimators on the same split, side by side: say lm,ekf,lse; alone: all that are worth it",
-            metavar="[METHODS]",
-        ),
-    ] = None
-    loss: Annotated[str, Opt(f"{', '.join(LOSSES)}: what outliers may weigh", metavar="LOSS", choices=LOSSES)] = (
-        USUAL.loss
+    groups: tuple[str, ...] = opt(
+        (),
+        f"Try these beyond geometry; each enters only if unseen blocks of rows get better: {GROUPS}",
+        metavar="NAMES",
+        listed=True,
     )
-    hold_out: Annotated[
-        str | float | None,
-        Opt(
-            "Share of configurations kept for judging, 0 to 0.5; blocks of rows in time order; or group, whole groups",
-            metavar="SHARE",
-            otherwise="0.2 from 25 configurations on",
-        ),
-    ] = None
-    group: Annotated[
-        str | None, Opt("The column that says what is held out together", name="--group-by", metavar="COLUMN")
-    ] = None
-    folds: Annotated[
-        int | None, Opt("Hold out everything once, in K rounds, and fit the model to everything", metavar="K")
-    ] = None
-    blocks: Annotated[int, Opt("How many, with --hold-out blocks", metavar="N", least=2)] = USUAL.blocks
-    reselect: Annotated[bool, Opt("With --folds: find noise and what is seen anew in every round")] = False
-    leave_one_out: Annotated[
-        bool | None,
-        Opt(
-            "Predict every configuration from all the others",
-            negative="--no-leave-one-out",
-            otherwise="up to 400 configurations",
-        ),
-    ] = None
-    keep_all: Annotated[bool, Opt("Fit also what the data cannot tell apart")] = False
-    iterations: Annotated[int, Opt("At most this many", metavar="N", least=1)] = USUAL.max_iterations
-    particles: Annotated[int, Opt("For --method particle", metavar="N", least=50, most=100_000)] = USUAL.particles
-    bootstrap: Annotated[
-        int | None,
-        Opt("Draw the configurations N times again: intervals that trust no model of the noise", metavar="N"),
-    ] = None
+    layer: bool = opt(False, "Try a residual layer on top; used only if unseen blocks of rows get better")
+    region: str | None = opt(
+        None,
+        "Where the robot works: a list of poses, or ranges of joints; measured: where it was measured will do",
+        metavar="FILE",
+        otherwise="joint limits that you wrote (a catalogue's are the maker's), else where it was measured",
+    )
+    method: str = opt(
+        USUAL.method,
+        "lm, gauss-newton, ekf, particle; to compare with: pinv (iterated pseudo-inverse), lse (one step), ekf-100",
+        metavar="METHOD",
+    )
+    compare: str | None = opt(
+        None,
+        "Try several estimators on the same split, side by side: say lm,ekf,lse; alone: all that are worth it",
+        metavar="[METHODS]",
+    )
+    loss: str = opt(USUAL.loss, f"{', '.join(LOSSES)}: what outliers may weigh", metavar="LOSS", choices=LOSSES)
+    hold_out: str | float | None = opt(
+        None,
+        "Share of configurations kept for judging, 0 to 0.5; blocks of rows in time order; or group, whole groups",
+        metavar="SHARE",
+        otherwise="0.2 from 25 configurations on",
+    )
+    group: str | None = opt(None, "The column that says what is held out together", name="--group-by", metavar="COLUMN")
+    folds: int | None = opt(None, "Hold out everything once, in K rounds, and fit the model to everything", metavar="K")
+    blocks: int = opt(USUAL.blocks, "How many, with --hold-out blocks", metavar="N", least=2)
+    reselect: bool = opt(False, "With --folds: find noise and what is seen anew in every round")
+    leave_one_out: bool | None = opt(
+        None,
+        "Predict every configuration from all the others",
+        negative="--no-leave-one-out",
+        otherwise="up to 400 configurations",
+    )
+    keep_all: bool = opt(False, "Fit also what the data cannot tell apart")
+    iterations: int = opt(USUAL.max_iterations, "At most this many", metavar="N", least=1)
+    particles: int = opt(USUAL.particles, "For --method particle", metavar="N", least=50, most=100_000)
+    bootstrap: int | None = opt(
+        None, "Draw the configurations N times again: intervals that trust no model of the noise", metavar="N"
+    )
     seed: w.Seed = 0
     base: w.Base = None
     tip: w.Tip = None

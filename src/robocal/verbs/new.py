@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from robocal.report.sections import Section, Text, quiet, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
 
 JOINTS, KIND = 6, "position"
-ROBOTS = ("name", "robot", "convention", "joints", "source")
-CONVENTIONS = ("name", "formula", "complete", "source")
 
 
 @dataclass(frozen=True)
@@ -30,11 +27,11 @@ class Options(Told):
     robocal new cable -o cell
     """
 
-    robot: Annotated[str | None, Arg("ROBOT", "A catalogue name, a convention, or cable.")] = None
-    output: Annotated[Path, Opt("Folder for the files", short="-o", metavar="DIR")] = Path(".")
-    joints: Annotated[int, Opt("How many, when ROBOT is a convention", metavar="N", least=1, most=30)] = JOINTS
+    robot: str | None = arg(None, "ROBOT", "A catalogue name, a convention, or cable.")
+    output: Path = opt(Path("."), "Folder for the files", short="-o", metavar="DIR")
+    joints: int = opt(JOINTS, "How many, when ROBOT is a convention", metavar="N", least=1, most=30)
     kind: w.Kind = KIND
-    listing: Annotated[bool, Opt("List the catalogue and the conventions", name="--list")] = False
+    listing: bool = opt(False, "List the catalogue and the conventions", name="--list")
     force: w.Force = False
 
 
@@ -46,9 +43,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 
     if o.listing:
         found = listing()
-        robots = [dict(zip(ROBOTS, r, strict=True)) for r in found.robots]
-        rules = [dict(zip(CONVENTIONS, c, strict=True)) for c in found.conventions]
-        return Outcome(found, lambda: {"robots": robots, "conventions": rules})
+        return Outcome(found, lambda: found)
     if o.robot is None:
         raise ModelError(
             "which robot? give a name of the catalogue, a convention, or cable",
@@ -68,10 +63,10 @@ def sections(made: Outcome) -> Iterator[Section]:
     found = made.result
     if not made.written:
         title = "Catalogue: these names are accepted wherever a robot is"
-        rows = [(name, robot, str(joints), convention) for name, robot, convention, joints, _ in found.robots]
+        rows = [(r["name"], r["robot"], str(r["joints"]), r["convention"]) for r in found["robots"]]
         yield Section.of("", table("robot", "", "joints", "convention", right=(2,), title=title, rows=rows))
         title = "Conventions: for a robot of your own"
-        rules = [(name, formula, "yes" if complete else "no") for name, formula, complete, _ in found.conventions]
+        rules = [(c["name"], c["formula"], "yes" if c["complete"] else "no") for c in found["conventions"]]
         words = (
             "complete: every small geometric error can be written, parallel axes included",
             "cable: a robot on cables",

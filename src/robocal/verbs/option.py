@@ -2,25 +2,27 @@
 
     @dataclass(frozen=True)
     class Options(Told):
-        robot: Annotated[str, Arg("ROBOT", "robot.yaml, a URDF, ...")]
-        noise: Annotated[float | None, Opt("Standard deviation per axis", unit="length", otherwise="0.05 mm, converted")] = None
+        robot: str = arg(..., "ROBOT", "robot.yaml, a URDF, ...")
+        noise: float | None = opt(None, "Standard deviation per axis", unit="length", otherwise="0.05 mm, converted")
 
-The command line, calls from Python and messages are made from it: no default and no range is written anywhere else. What follows
-the field's name is the option: `angle_noise` is `--angle-noise`.
+First the default, ... where there is none. What several verbs share is a type that carries what is told of it (`words.py`). The
+command line, calls from Python and messages are made from it: no default and no range is written anywhere else. What follows the
+field's name is the option: `angle_noise` is `--angle-noise`.
 """
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator
-from dataclasses import MISSING, Field, dataclass, fields
+from dataclasses import MISSING, Field, dataclass, field, fields
 from functools import cache
-from types import NoneType, UnionType
+from types import NoneType, SimpleNamespace, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from robocal.errors import ModelError, nearest
 
-__all__ = ["Arg", "Entry", "Opt", "Told", "entries"]
+__all__ = ["Arg", "Entry", "Opt", "Told", "arg", "entries", "opt"]
 
 KINDS = {bool: "True or False", int: "a whole number", float: "a number", str: "a word"}
 FILE_UNITS = ("length", "angle", "mass", "force")
@@ -37,8 +39,9 @@ class Arg:
 @dataclass(frozen=True)
 class Opt:
     """A named option. `name`: where it is not the field's; `short`: "-n"; `unit`: a dimension of the robot file ("length") or a
-    unit; `least` and `most`: the range, both ends included; `otherwise`: in words, what happens without it; `negative`: the
-    option that says no, of a flag; `listed`: words may also be separated by commas."""
+    unit; `least` and `most`: the range, both ends included, `above` without its end; `wrong`: what is said outside; `numbers`:
+    a word of so many numbers, named between commas; `otherwise`: in words, what happens without it; `negative`: the option that
+    says no, of a flag; `listed`: words may also be separated by commas."""
 
     help: str
     metavar: str = ""
@@ -47,6 +50,9 @@ class Opt:
     unit: str = ""
     least: float | None = None
     most: float | None = None
+    above: float | None = None
+    wrong: str = "out of range"
+    numbers: str = ""
     choices: tuple[str, ...] = ()
     otherwise: str = ""
     negative: str = ""
@@ -57,7 +63,14 @@ class Opt:
         """The range in words; nothing where there is none."""
         if self.least is not None and self.most is not None:
             return f"{self.least:.0f} to {self.most:.0f}"
+        if self.above is not None:
+            return f"above {self.above:.0f}" + ("" if self.most is None else f" and at most {self.most:.0f}")
         return f"{self.least:.0f} or more" if self.least is not None else ""
+
+    def holds(self, value: float) -> bool:
+        """Whether a number lies in the range; none that is not finite does."""
+        low = (self.least is None or value >= self.least) and (self.above is None or value > self.above)
+        return math.isfinite(value) and low and (self.most is None or value <= self.most)
 
     @property
     def text(self) -> str:
@@ -68,6 +81,16 @@ class Opt:
         if self.range:
             words += f", {self.range}"
         return f"{words}." + (f"  [default: {self.otherwise}]" if self.otherwise else "")
+
+
+def arg(default: Any, metavar: str, help: str) -> Any:
+    """The field of an argument; ... where it must be given."""
+    return field(default=MISSING if default is ... else default, metadata={"told": Arg(metavar, help)})
+
+
+def opt(default: Any, help: str, **facts: Any) -> Any:
+    """The field of an option, with the facts of `Opt`; ... where it must be given."""
+    return field(default=MISSING if default is ... else default, metadata={"told": Opt(help, **facts)})
 
 
 @dataclass(frozen=True)
@@ -120,16 +143,23 @@ class Told:
         """Every option by its name."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
+    def si(self, units: Any) -> SimpleNamespace:
+        """Every option by its name, with numbers in SI where they are told in a unit of the robot's file; numbers between commas
+        as an array. Raises ModelError."""
+        kind: Any = type(self)
+        return SimpleNamespace(**{e.name: _in_si(e, getattr(self, e.name), units) for e in entries(kind)})
+
 
 @cache
 def entries(options: Any) -> tuple[Entry, ...]:
     """What a class of options tells, in its order."""
     hints = get_type_hints(options, include_extras=True)
-    return tuple(_entry(field, hints[field.name]) for field in fields(options))
+    return tuple(_entry(f, hints[f.name]) for f in fields(options))
 
 
 def _entry(field: Field[Any], hint: Any) -> Entry:
-    kind, told = get_args(hint)
+    told = field.metadata.get("told")
+    kind, told = (hint, told) if told is not None else get_args(hint)
     optional, several = False, False
     numeric = False
     if get_origin(kind) in (Union, UnionType):
@@ -166,6 +196,22 @@ def _check(entry: Entry, told: Opt, value: Any) -> None:
         raise ModelError(
             "unknown option", key=entry.word, found=value, expected=", ".join(told.choices), suggestion=near
         )
-    low, high = told.least, told.most
-    if (low is not None and not value >= low) or (high is not None and not value <= high):
-        raise ModelError("out of range", key=entry.word, found=value, expected=told.range)
+    if entry.kind in (int, float) and number and not told.holds(value):
+        words = ("" if math.isfinite(value) else "a finite number", told.range)
+        raise ModelError(told.wrong, key=entry.word, found=value, expected=", ".join(w for w in words if w))
+
+
+def _in_si(entry: Entry, value: Any, units: Any) -> Any:
+    if isinstance(entry.told, Arg) or value is None:
+        return value
+    if isinstance(value, tuple):
+        return tuple(_in_si(entry, v, units) for v in value)
+    if entry.told.numbers:
+        import numpy as np
+
+        from robocal.files.units import numbers_of
+
+        value = np.array(numbers_of(value, entry.told.numbers, key=entry.word))
+    # What several numbers or words may stand for, whoever reads them converts.
+    plain = isinstance(value, str) or entry.told.unit not in FILE_UNITS
+    return value if plain else getattr(units, entry.told.unit).to_si(value)

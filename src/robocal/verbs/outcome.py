@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robocal.remarks.remark import Said
+
+if TYPE_CHECKING:
+    from robocal.report.sections import Section
 
 __all__ = ["Outcome", "Watch"]
 
@@ -41,6 +44,30 @@ class Outcome:
     def __getstate__(self) -> dict[str, Any]:
         """For pickle: the document as it is."""
         return {**self.__dict__, "document": _Told(self.document())}
+
+    def put(self, place: Path | None) -> Outcome:
+        """The same with its text in a file, which the document names, where one is wanted."""
+        from robocal.files.writing import write_text
+
+        files = () if place is None or self.text is None else (write_text(place, self.text),)
+        named = {"written": str(files[0]) if files else None}
+        return replace(self, written=files, document=lambda: {**self.document(), **named})
+
+    def paged(
+        self,
+        folder: Path | None,
+        told: Iterable[Section],
+        texts: Callable[[], Mapping[str, str | bytes]],
+        page: str,
+        **head: Any,
+    ) -> Outcome:
+        """The same with `texts` and a page of what is `told` in a folder, where one is wanted; `head` as of `report.page.page`."""
+        if folder is None:
+            return self
+        from robocal.files.writing import write_files
+        from robocal.report import page as report
+
+        return self.kept(write_files(folder, {**texts(), page: report.page(sections=told, **head)}))
 
     def kept(self, written: tuple[Path, ...]) -> Outcome:
         """The same with the files that were written, which the document lists too."""

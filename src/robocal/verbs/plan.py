@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from robocal.report.sections import Detail, Remarks, Section, Text, Written, figure, quiet, strong, table
+from robocal.report.sections import Detail, Section, Text, Written, ends, figure, quiet, strong, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
@@ -31,65 +31,57 @@ class Options(Told):
     """
 
     robot: w.Robot
-    data: Annotated[
-        str | None,
-        Arg(
-            "DATA", "A data file that says which instrument will measure; its measurements do not count (see --after)."
-        ),
-    ] = None
-    output: Annotated[
-        Path | None, Opt("Write poses.csv, data.yaml, plan.json and plan.html here", short="-o", metavar="DIR")
-    ] = None
-    count: Annotated[
-        int | None,
-        Opt("How many poses", name="--poses", short="-n", metavar="N", least=1, most=500, otherwise="enough"),
-    ] = None
-    criterion: Annotated[str, Opt("I: mean error at test poses; G: the largest; D, A, E, O1 to O5", metavar="NAME")] = (
-        "I"
+    data: str | None = arg(
+        None,
+        "DATA",
+        "A data file that says which instrument will measure; its measurements do not count (see --after).",
     )
-    accuracy: Annotated[
-        float | None, Opt("Mean error at test poses that is enough", metavar="LENGTH", unit="length")
-    ] = None
-    after: Annotated[
-        tuple[str, ...], Opt("Continue from these measurements: what they know counts", metavar="DATA")
-    ] = ()
+    output: Path | None = opt(
+        None, "Write poses.csv, data.yaml, plan.json and plan.html here", short="-o", metavar="DIR"
+    )
+    count: int | None = opt(
+        None, "How many poses", name="--poses", short="-n", metavar="N", least=1, most=500, otherwise="enough"
+    )
+    criterion: str = opt("I", "I: mean error at test poses; G: the largest; D, A, E, O1 to O5", metavar="NAME")
+    accuracy: float | None = opt(
+        None, "Mean error at test poses that is enough", metavar="LENGTH", unit="length", above=0
+    )
+    after: tuple[str, ...] = opt((), "Continue from these measurements: what they know counts", metavar="DATA")
     kind: w.Kind = "position"
     noise: w.Noise = None
     frame: w.Frame = "auto"
-    candidates: Annotated[
-        int, Opt("How many candidates to draw in the region", name="--draw", metavar="N", least=20, most=100_000)
-    ] = 5000
-    listed: Annotated[
-        str | None,
-        Opt("Choose from this list of poses (CSV with joint columns, data.yaml)", name="--candidates", metavar="FILE"),
-    ] = None
-    tests: Annotated[str | None, Opt("Predict at these poses, not at a sample", metavar="FILE")] = None
-    task: Annotated[
-        str | None,
-        Opt(f"Predict inside {BOX} of the tool point, while measuring anywhere allowed", metavar="BOX", unit="length"),
-    ] = None
-    box: Annotated[str | None, Opt(f"Measure only with the tool point inside {BOX}", metavar="BOX", unit="length")] = (
-        None
+    candidates: int = opt(
+        5000, "How many candidates to draw in the region", name="--draw", metavar="N", least=20, most=100_000
     )
-    floor: Annotated[
-        float | None,
-        Opt("Keep tool point and flange above this height over the base", metavar="Z", unit="length"),
-    ] = None
-    pedestal: Annotated[
-        str | None,
-        Opt("Keep both out of a cylinder of radius R up to height H around the base", metavar="R,H", unit="length"),
-    ] = None
-    distance: Annotated[
-        str | None,
-        Opt("Keep the target this far from the instrument", name="--range", metavar="MIN,MAX", unit="length"),
-    ] = None
-    cone: Annotated[
-        float | None, Opt("Keep it within this angle of the instrument's z axis", metavar="ANGLE", unit="angle")
-    ] = None
-    facing: Annotated[
-        float | None,
-        Opt("Let its z axis point at the instrument within this angle", metavar="ANGLE", unit="angle"),
-    ] = None
+    listed: str | None = opt(
+        None, "Choose from this list of poses (CSV with joint columns, data.yaml)", name="--candidates", metavar="FILE"
+    )
+    tests: str | None = opt(None, "Predict at these poses, not at a sample", metavar="FILE")
+    task: str | None = opt(
+        None,
+        f"Predict inside {BOX} of the tool point, while measuring anywhere allowed",
+        metavar="BOX",
+        unit="length",
+        numbers=BOX,
+    )
+    box: str | None = opt(
+        None, f"Measure only with the tool point inside {BOX}", metavar="BOX", unit="length", numbers=BOX
+    )
+    floor: float | None = opt(
+        None, "Keep tool point and flange above this height over the base", metavar="Z", unit="length"
+    )
+    pedestal: str | None = opt(
+        None, "Keep both out of a cylinder of radius R up to height H around the base", numbers="R,H", unit="length"
+    )
+    distance: str | None = opt(
+        None, "Keep the target this far from the instrument", name="--range", numbers="MIN,MAX", unit="length"
+    )
+    cone: float | None = opt(
+        None, "Keep it within this angle of the instrument's z axis", metavar="ANGLE", unit="angle", above=0
+    )
+    facing: float | None = opt(
+        None, "Let its z axis point at the instrument within this angle", metavar="ANGLE", unit="angle", above=0
+    )
     seed: w.Seed = 0
     force: w.Force = False
     base: w.Base = None
@@ -98,71 +90,18 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Plans and, given a folder, writes. Raises InputError."""
-    from dataclasses import replace
-
-    from robocal.errors import ModelError
     from robocal.files.plain import json_text
-    from robocal.files.poses import read_poses
-    from robocal.files.writing import refuse_existing, write_files
-    from robocal.jobs import plan as found
-    from robocal.jobs.inputs import open_arm, read_inputs, robot_files
-    from robocal.jobs.instruments import known, template
-    from robocal.jobs.watching import computable
-    from robocal.planning.poses import PlanOptions, plan
-    from robocal.report.page import page
+    from robocal.files.writing import refuse_existing
+    from robocal.jobs.plan import planned
 
-    arm = open_arm(o.robot, base=o.base, tip=o.tip)
-    size = arm.units.length.to_si
-    noise = None if o.noise is None else size(found.positive("--noise", o.noise))
-    warnings, files = arm.warnings, robot_files(arm, o.robot)
-    if o.output is not None:
-        refuse_existing(o.output, FILES, o.force)
-    links: dict[str, Any] = {"base": o.base, "tip": o.tip, "watch": watch}
-    done = read_inputs(o.robot, o.after, **links) if o.after else None
-    given = read_inputs(o.robot, [o.data], **links) if o.data else None
-    for more in (done, given):
-        if more is not None:
-            warnings = tuple(dict.fromkeys((*warnings, *more.warnings)))
-            files = tuple(dict.fromkeys((*files, *more.files)))
-    region = found.region_of(arm.units, o.box, o.floor, o.pedestal, o.distance, o.cone, o.facing)
-    with computable(o.robot, *o.after):
-        stated = template(arm, done, given, o.kind, noise, o.frame)
-        at_work, measured, values = known(arm, stated, done, given, watch)
-    if region.needs_instrument and done is None and given is None and o.frame == "auto":
-        raise ModelError(
-            "it is not known where the instrument stands", key="--frame", found=o.frame,
-            expected="x,y,z,rx,ry,rz of the base seen from it, or measurements",
-        )  # fmt: skip
-    choices, there = None, None
-    if o.listed is not None:
-        names, q, read = read_poses(o.listed, arm.chain)
-        choices, files = (names, q), (*files, *read)
-    if o.tests is not None:
-        _, there, read = read_poses(o.tests, arm.chain)
-        files = (*files, *read)
-    warnings = (*warnings, *(remark for file in files for remark in file.remarks))
-    wanted = None if o.accuracy is None else size(found.positive("--accuracy", o.accuracy))
-    options = PlanOptions(
-        o.count, o.criterion, o.candidates, accuracy=wanted, seed=o.seed, region=region,
-        task=None if o.task is None else replace(region, box=found.box_of("--task", o.task, size)),
+    refuse_existing(o.output, FILES, o.force)
+    made, texts = planned(o, watch)
+    document = made.document
+    outcome = Outcome(made, lambda: document, remarks=made.warnings)
+    return outcome.paged(
+        o.output, sections(outcome), lambda: {**texts, "plan.json": json_text(document)}, "plan.html",
+        title=made.robot.name, kind="Plan of poses", facts=_facts(document),
     )  # fmt: skip
-    with computable(o.robot, *o.after):
-        made = plan(
-            arm.chain, at_work, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
-        )
-    planned = found.Planned(
-        arm, o.robot, made, options, stated, files, (*warnings, *found.doubts(made, wanted, at_work))
-    )
-    texts: dict[str, str] = {}
-    if o.output is not None:
-        texts, said = found.texts(planned)
-        planned = replace(planned, warnings=(*planned.warnings, *said))
-    document = planned.document
-    outcome = Outcome(planned, lambda: document, remarks=planned.warnings)
-    if o.output is None:
-        return outcome
-    shown = page(planned.robot.name, sections(outcome), kind="Plan of poses", facts=_facts(document))
-    return outcome.kept(write_files(o.output, texts | {"plan.json": json_text(document), "plan.html": shown}))
 
 
 def sections(made: Outcome) -> Iterator[Section]:
@@ -192,8 +131,7 @@ def sections(made: Outcome) -> Iterator[Section]:
         title="How many poses", key="forecast",
     )  # fmt: skip
     yield Section.of("", Detail(lambda: places(points(made.result))), title="Where", key="places")
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
+    yield from ends(made.remarks)
     if made.written:
         ready = next((p for p in made.written if p.name == "data.yaml"), None)
         words = (

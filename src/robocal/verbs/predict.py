@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
 
-from robocal.report.sections import Remarks, Section, Text, figure, quiet, table
+from robocal.report.sections import Section, Text, ends, figure, quiet, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
@@ -30,9 +29,9 @@ class Options(Told):
     robocal predict run poses.csv -o predicted.csv
     """
 
-    folder: Annotated[Path, Arg("RUN", "A run folder, as identify -o writes it.")]
-    poses: Annotated[Path, Arg("POSES", "A CSV of joint values with units in its headers: q1 [deg], ...")]
-    absolute: Annotated[bool, Opt("Include what is not known of where the base stands")] = False
+    folder: Path = arg(..., "RUN", "A run folder, as identify -o writes it.")
+    poses: Path = arg(..., "POSES", "A CSV of joint values with units in its headers: q1 [deg], ...")
+    absolute: bool = opt(False, "Include what is not known of where the base stands")
     output: w.OutputFile = None
 
 
@@ -77,7 +76,6 @@ def sections(made: Outcome) -> Iterator[Section]:
     words = "where the base stands included" if found.absolute else shape
     lines.append(f"± are 95 % radii: of the model [mm], of a new measurement [mm], of the model's turn [deg]; {words}")
     yield Section.of("", table(*columns, right=tuple(range(1, 10)), rows=rows), *quiet(*lines))
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
+    yield from ends(made.remarks)
     if made.written:
         yield Section.of("", Text.of(f"Written: {made.written[0]}"))

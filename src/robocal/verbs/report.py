@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from robocal.report.sections import Section, Text
-from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
@@ -18,8 +17,8 @@ __all__ = ["Options", "run", "sections"]
 class Options(Told):
     """Write report.html again, from the result.json and residuals.csv of a run folder."""
 
-    folder: Annotated[Path, Arg("RUN", "A run folder with result.json and residuals.csv.")]
-    output: Annotated[Path | None, Opt("The page", short="-o", metavar="FILE", otherwise="RUN/report.html")] = None
+    folder: Path = arg(..., "RUN", "A run folder with result.json and residuals.csv.")
+    output: Path | None = opt(None, "The page", short="-o", metavar="FILE", otherwise="RUN/report.html")
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
-from robocal.verbs.option import Opt, Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
@@ -26,36 +25,32 @@ class Options(Told):
     """
 
     robot: w.Robot
-    output: Annotated[Path, Opt("Folder for robot, data and truth", short="-o", metavar="DIR")]
-    poses: Annotated[
-        int, Opt("Configurations drawn within the joint limits", short="-n", metavar="N", least=1, most=1_000_000)
-    ] = 80
-    at: Annotated[
-        str | None,
-        Opt("Take the joint values of this data file or list of poses instead of drawing them", metavar="FILE"),
-    ] = None
+    output: Path = opt(..., "Folder for robot, data and truth", short="-o", metavar="DIR")
+    poses: int = opt(
+        80, "Configurations drawn within the joint limits", short="-n", metavar="N", least=1, most=1_000_000
+    )
+    at: str | None = opt(
+        None, "Take the joint values of this data file or list of poses instead of drawing them", metavar="FILE"
+    )
     kind: w.Kind = "position"
     noise: w.Noise = None
-    angle_noise: Annotated[
-        float | None,
-        Opt("The same for orientations", metavar="SIGMA", unit="angle", otherwise="0.1 mrad, converted"),
-    ] = None
-    length_error: Annotated[
-        float | None,
-        Opt(
-            "Standard deviation of true lengths around nominal ones",
-            metavar="SIGMA",
-            unit="length",
-            otherwise="0.3 mm, converted",
-        ),
-    ] = None
-    angle_error: Annotated[
-        float | None, Opt("The same for angles", metavar="SIGMA", unit="angle", otherwise="1 mrad, converted")
-    ] = None
-    settings: Annotated[
-        tuple[str, ...],
-        Opt("A true value, in the robot file's units; may be repeated", name="--set", metavar="NAME=VALUE"),
-    ] = ()
+    angle_noise: float | None = opt(
+        None, "The same for orientations", metavar="SIGMA", unit="angle", least=0, otherwise="0.1 mrad, converted"
+    )
+    length_error: float | None = opt(
+        None,
+        "Standard deviation of true lengths around nominal ones",
+        metavar="SIGMA",
+        unit="length",
+        least=0,
+        otherwise="0.3 mm, converted",
+    )
+    angle_error: float | None = opt(
+        None, "The same for angles", metavar="SIGMA", unit="angle", least=0, otherwise="1 mrad, converted"
+    )
+    settings: tuple[str, ...] = opt(
+        (), "A true value, in the robot file's units; may be repeated", name="--set", metavar="NAME=VALUE"
+    )
     frame: w.Frame = "auto"
     seed: w.Seed = 0
     force: w.Force = False
@@ -73,19 +68,15 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs import simulate as s
     from robocal.simulation.rigs import CONTACTS, RIGS, measure
 
-    for option in ("noise", "angle_noise", "length_error", "angle_error"):
-        value = getattr(o, option)
-        if value is not None and not 0 <= value < float("inf"):
-            key = f"--{option.replace('_', '-')}"
-            raise ModelError("not a standard deviation", key=key, found=value, expected="a finite number, 0 or larger")
     if o.kind not in RIGS:
         near = nearest(o.kind, RIGS)
         raise ModelError("unknown kind", key="--kind", found=o.kind, expected=", ".join(RIGS), suggestion=near)
     if o.at is not None and o.kind in CONTACTS:
         raise ModelError("where the tool touches, the joint values follow", key="--at", found=o.at, expected="--poses")
     arm = s.written_whole(o.robot, o.base, o.tip)
-    instrument = s.instrument_of(arm, o.kind, o.noise, o.angle_noise, o.frame)
-    wrong = s.errors_of(arm, o.length_error, o.angle_error, o.settings)
+    si = o.si(arm.units)
+    instrument = s.instrument_of(arm, o.kind, si.noise, si.angle_noise, o.frame)
+    wrong = s.errors_of(arm, si.length_error, si.angle_error, o.settings)
     streams = [np.random.default_rng(seed) for seed in np.random.SeedSequence(o.seed).spawn(3)]
     truth = s.true_chain(arm.chain, wrong, streams[0])
     q = s.sample_joints(arm.chain, o.poses, streams[1]) if o.at is None else read_poses(o.at, arm.chain)[1]

@@ -5,25 +5,26 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from robocal.report.sections import (
+    SPREAD,
     Block,
     Cell,
     Detail,
     Facts,
     Noted,
-    Remarks,
     Section,
     Text,
     Verdict,
-    Written,
+    ends,
     figure,
     quiet,
+    spread,
     table,
 )
 from robocal.verbs import words as w
-from robocal.verbs.option import Opt, Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
@@ -56,21 +57,15 @@ class Options(Told):
 
     robot: w.Robot
     data: w.Data
-    against: Annotated[str | None, Opt("Compare with this robot, say the nominal", metavar="ROBOT")] = None
-    offsets: Annotated[
-        str | None, Opt("Judge these joint offsets (CSV, ROS, xacro) on the nominal robot", metavar="FILE")
-    ] = None
-    distances: Annotated[
-        str,
-        Opt(
-            "Between which places: consecutive, all, group, or a column of the configurations",
-            metavar="PAIRS",
-        ),
-    ] = "consecutive"
-    exclude: w.Exclude = ()
-    output: Annotated[Path | None, Opt("Write validation.json and validation.html here", short="-o", metavar="DIR")] = (
-        None
+    against: str | None = opt(None, "Compare with this robot, say the nominal", metavar="ROBOT")
+    offsets: str | None = opt(None, "Judge these joint offsets (CSV, ROS, xacro) on the nominal robot", metavar="FILE")
+    distances: str = opt(
+        "consecutive",
+        "Between which places: consecutive, all, group, or a column of the configurations",
+        metavar="PAIRS",
     )
+    exclude: w.Exclude = ()
+    output: Path | None = opt(None, "Write validation.json and validation.html here", short="-o", metavar="DIR")
     seed: w.Seed = 0
     base: w.Base = None
     tip: w.Tip = None
@@ -79,20 +74,15 @@ class Options(Told):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Validates a robot on data files; a folder gets validation.json and validation.html. Raises InputError."""
     from robocal.files.plain import json_text
-    from robocal.files.writing import write_files
     from robocal.jobs.validate import validated
-    from robocal.report.page import page
 
-    made = validated(
-        o.robot, o.data, o.against, o.offsets, o.distances, o.exclude, o.seed, o.base, o.tip, command, watch
-    )
+    made = validated(o, command, watch)
     outcome = Outcome(made, lambda: made.document, made.trusted, made.warnings)
-    if o.output is None:
-        return outcome
     facts = (("Compared with", made.against.name if made.against else ""),)
-    shown = page(made.robot.name, sections(outcome), kind="Validation report", facts=facts)
-    texts = {"validation.json": json_text(made.document), "validation.html": shown}
-    return outcome.kept(write_files(o.output, texts))
+    return outcome.paged(
+        o.output, sections(outcome), lambda: {"validation.json": json_text(made.document)}, "validation.html",
+        title=made.robot.name, kind="Validation report", facts=facts,
+    )  # fmt: skip
 
 
 def sections(made: Outcome) -> Iterator[Section]:
@@ -117,11 +107,9 @@ def sections(made: Outcome) -> Iterator[Section]:
         told += quiet("worst: " + ", ".join(f"{p['configuration']} {figure(p['error_mm'], 3)} mm" for p in worst))
     if told:
         yield Section.of("", *told)
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks), key="warnings")
+    yield from ends(made.remarks, key="warnings")
     yield Section.of("", Detail(lambda: _recipe(found)), title="Recipe", key="recipe")
-    if made.written:
-        yield Section.of("", Written(made.written))
+    yield from ends(written=made.written)
 
 
 def _recipe(found: Validation) -> Iterator[Block]:
@@ -139,21 +127,13 @@ def _errors(found: Validation) -> Iterator[Block]:
         if mine is None:
             continue
         rows = [
-            (
-                label,
-                figure(s.mean),
-                figure(s.rms),
-                figure(s.p95),
-                figure(s.max),
-                str(s.n),
-                "profiled" if s.profiled else "",
-            )
+            (label, *spread(s), "profiled" if s.profiled else "")
             for label, s in (("this robot", mine), ("against", theirs))
             if s is not None
         ]
         if found.constant is not None and unit == "mm":
             rows.append(("predicting the mean", figure(found.constant), "", "", "", "", ""))
-        yield table(f"error [{unit}]", "mean", "rms", "95 %", "max", "n", "", right=(1, 2, 3, 4, 5), rows=rows)
+        yield table(f"error [{unit}]", *SPREAD, "", right=(1, 2, 3, 4, 5), rows=rows)
 
 
 def _told(found: Validation) -> Iterator[Block]:

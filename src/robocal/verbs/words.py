@@ -37,7 +37,7 @@ Kind = Annotated[
 ]
 Noise = Annotated[
     float | None,
-    Opt("Standard deviation per axis", metavar="SIGMA", unit="length", otherwise="0.05 mm, converted"),
+    Opt("Standard deviation per axis", metavar="SIGMA", unit="length", least=0, otherwise="0.05 mm, converted"),
 ]
 Frame = Annotated[
     str,
@@ -45,18 +45,28 @@ Frame = Annotated[
 ]
 
 # cable robots
+NOISE = "a noise is a standard deviation"
 CableRobot = Annotated[str, Arg("ROBOT", "robot.yaml with kind: cable, or CASPR's X_cables.xml.")]
 PlatformPoses = Annotated[str, Arg("POSES", "CSV: x [m], y, z, rx [deg], ry, rz (rotation vector).")]
-CableTension = Annotated[float | None, Opt("Tension of every cable: cables stretch", metavar="T", unit="force")]
+CableTension = Annotated[
+    float | None,
+    Opt("Tension of every cable: cables stretch", metavar="T", unit="force", least=0, wrong="a cable cannot push"),
+]
 Sag = Annotated[bool, Opt("Cables also hang by their weight")]
 TensionMethod = Annotated[str, Opt("norm (least), mid, closed, barycentre (continuous), p-norm", metavar="METHOD")]
-PlatformMass = Annotated[float | None, Opt("Of the platform, instead of the file's", metavar="MASS", unit="mass")]
-Payload = Annotated[float, Opt("Hung at the centre of mass", metavar="MASS", unit="mass")]
+PlatformMass = Annotated[
+    float | None, Opt("Of the platform, instead of the file's", metavar="MASS", unit="mass", least=0)
+]
+Payload = Annotated[float, Opt("Hung at the centre of mass", metavar="MASS", unit="mass", least=0)]
 TensionLimits = Annotated[
     str | None,
-    Opt("Tension limits of every cable, not those of the robot file", metavar="LEAST,GREATEST", unit="force"),
+    Opt(
+        "Tension limits of every cable, not those of the robot file",
+        numbers="LEAST,GREATEST",
+        unit="force",
+    ),
 ]
 MomentLength = Annotated[
     float | None,
-    Opt("Divides moments to compare them with forces", metavar="LENGTH", unit="length", otherwise="1 m"),
+    Opt("Divides moments to compare them with forces", metavar="LENGTH", unit="length", above=0, otherwise="1 m"),
 ]

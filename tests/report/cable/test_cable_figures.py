@@ -17,11 +17,10 @@ from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.report.cable.part import part
-from robocal.report.cable.ropes import courses, wheels
 from robocal.report.cable.scene import scene
-from robocal.report.cable.solids import hull_loops, thinned
-from robocal.report.cable.view import View, best, fitted
+from robocal.report.cable.solids import courses, hull_loops, thinned, wheels
 from robocal.report.page import page
+from robocal.report.view import View, best, fitted
 
 
 @pytest.mark.parametrize("m", range(3, 13))

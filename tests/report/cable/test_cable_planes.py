@@ -14,9 +14,8 @@ from robocal.cables.interference import Contacts
 from robocal.cables.poses import PoseBox, PoseList
 from robocal.cables.workspace import Grid
 from robocal.errors import ModelError
-from robocal.report.cable.contours import contour
 from robocal.report.cable.lists import reached
-from robocal.report.cable.sections import section
+from robocal.report.cable.sections import contour, section
 from robocal.report.cable.series import tensions
 
 START = np.array([0.1, -0.2, 1.5])

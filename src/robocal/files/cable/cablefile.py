@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from robocal.cables.check import check
 from robocal.cables.geometry import CableRobot
-from robocal.errors import FormatError, ModelError
+from robocal.errors import ModelError
 from robocal.files.cable.lists import COLUMNS
 from robocal.files.cable.values import CableUnits
 from robocal.files.units import Unit
@@ -66,11 +65,7 @@ def checked(robot: CableRobot, document: Document, where: Mapping[str, Path_] | 
         return tuple(doubt.of_file(document.path) for doubt in check(robot))
     except ModelError as error:
         path = place_of(str(error.key), robot, document, where or {})
-        facts: dict[str, Any] = {"found": error.found, "expected": error.expected, "suggestion": error.suggestion}
-        row = document.row(path)
-        raise FormatError(
-            error.message, file=document.path, row=row, key=path_text(path) or error.key, **facts
-        ) from None
+        raise error.of_file(document.path, row=document.row(path), key=path_text(path) or error.key) from None
 
 
 def place_of(key: str, robot: CableRobot, document: Document, where: Mapping[str, Path_]) -> Path_:

@@ -11,7 +11,6 @@ from robocal.cables.geometry import cable_robot
 from robocal.files.cable.cablefile import CableFile, checked
 from robocal.files.cable.values import CableUnits, Values
 from robocal.files.schema import Model, validate
-from robocal.files.units import parse_unit
 from robocal.files.yamlio import Document
 
 __all__ = ["read_published"]
@@ -53,7 +52,7 @@ def read_published(document: Document) -> CableFile:
     """A robot of ../shared/data/cable-robots: keys carry units, `# assumed` behind a key marks what was chosen, the
     comments above are the source. Raises FormatError."""
     model = validate(PublishedModel, document)
-    unit = parse_unit(model.length_unit, "m", file=document.path, row=document.row(("length_unit",)), key="length_unit")
+    unit = document.unit(model.length_unit, "m", ("length_unit",))
     own, si = Values(document, CableUnits(length=unit)), Values(document, CableUnits())
     a = [own.vector(raw, ("frame_anchors", i), "m") for i, raw in enumerate(model.frame_anchors)]
     b = [own.vector(raw, ("platform_anchors", i), "m") for i, raw in enumerate(model.platform_anchors)]

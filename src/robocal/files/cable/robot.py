@@ -22,7 +22,7 @@ from robocal.files.cable.published import read_published
 from robocal.files.cable.values import CableUnits, Values
 from robocal.files.schema import validate
 from robocal.files.text import ROBOT_LIMIT, Source, read_text
-from robocal.files.units import Unit, parse_unit
+from robocal.files.units import Unit
 from robocal.files.yamlio import Document, Path_, parse, path_text
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -68,8 +68,7 @@ def _units(model: UnitsModel, document: Document) -> CableUnits:
     found = []
     for word, si in (("length", "m"), ("angle", "rad"), ("force", "N"), ("mass", "kg")):
         path = ("units", word)
-        row = document.row(path)
-        found.append(parse_unit(getattr(model, word), si, file=document.path, row=row, key=path_text(path)))
+        found.append(document.unit(getattr(model, word), si, path))
     return CableUnits(*found)
 
 

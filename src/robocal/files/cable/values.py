@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import nearest
-from robocal.files.units import UNITS, Unit, parse_unit
+from robocal.files.units import UNITS, Unit
 from robocal.files.yamlio import Document, Path_, path_text
 
 __all__ = ["CableUnits", "Values"]
@@ -88,8 +88,7 @@ class Values:
             self.document.fail("a key is missing", (*at, "value"), expected="{value: ..., source: ..., assumed: true}")
         if raw.get("unit") is not None:
             where = (*at, "unit")
-            row = self.document.row(where)
-            unit = parse_unit(raw["unit"], si, file=self.document.path, row=row, key=path_text(where))
+            unit = self.document.unit(raw["unit"], si, where)
         if not isinstance(raw.get("source", ""), str):
             self.document.fail("not a text", (*at, "source"), found=raw["source"], expected="a text")
         if not isinstance(raw.get("assumed", False), bool):

@@ -2,36 +2,22 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import replace
 
-from robocal._version import __version__
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.show import describe_cable
 from robocal.files.units import same
-from robocal.files.writing import write_text
-from robocal.files.yamlio import Path_, edit, path_text
+from robocal.files.yamlio import Path_, edit, path_text, stamped
 
-__all__ = ["render_cable", "write_cable"]
-
-HEADER = "# Calibrated by robocal"
-
-
-def write_cable(file: CableFile, values: Mapping[str, float], path: str | os.PathLike[str]) -> tuple[str, ...]:
-    """Writes the robot with other parameter values (SI, by name); returns the names that the file cannot hold.
-
-    A file of another format is written as robot.yaml. Raises FileError, or ModelError for an unknown name and for one
-    anchor that two cables share and that is to be at two places.
-    """
-    text, left_out = render_cable(file, values)
-    write_text(path, text)
-    return left_out
+__all__ = ["render_cable"]
 
 
 def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
-    """The text that `write_cable` writes, and the names that the file cannot hold."""
+    """The robot with other parameter values (SI, by name) as text, and the names that the file cannot hold. A file of another format
+    is written as robot.yaml. Raises ModelError for an unknown name and for one anchor that two cables share and that is to be at two
+    places."""
     changed = {n: float(v) for n, v in values.items() if not same(file.robot.table[n].value, float(v))}
     if file.places is None:
         after = replace(file.robot, table=file.robot.table.with_values(changed))
@@ -52,9 +38,5 @@ def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tup
         if name in changed:
             out[path] = unit.from_si(changed[name])
     text = edit(file.text, out, file.path)
-    if text.startswith(HEADER):
-        text = text.partition("\n")[2]
-    newline = "\r\n" if "\r\n" in text else "\n"
     origin = file.path.name if file.path else file.robot.name
-    count = len(changed) - len(left_out)
-    return f"{HEADER} {__version__} from {origin}: {count} numbers changed{newline}{text}", left_out
+    return stamped(text, origin, len(changed) - len(left_out)), left_out

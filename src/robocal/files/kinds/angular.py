@@ -53,29 +53,21 @@ class SphericalModel(BearingModel):
 def read_bearing(model: BearingModel, table: CsvTable, document: Document) -> Values:
     """Azimuth and elevation (k, 2) in rad."""
     value, sigma, units = quantity(model.bearing, table, document, ("bearing",), ("rad", "rad"), ANGLES)
-    steep = np.abs(value[:, 1]) > np.pi / 2 + 1e-9
-    if steep.any():
-        row = int(np.flatnonzero(steep)[0])
-        column = ANGLES[1] if model.bearing.columns is None else model.bearing.columns[1]
-        raise table.fail(
-            "an elevation beyond a quarter turn",
-            row,
-            table.label(table.find(column)),
-            found=float(units[1].from_si(value[row, 1])),
-            expected="elevation above the horizon; a zenith distance is to be converted",
-        )
+    named, elevation = model.bearing.columns or ANGLES, value[:, 1]
+    table.insist(
+        np.abs(elevation) <= np.pi / 2 + 1e-9,
+        named[1:],
+        "an elevation beyond a quarter turn",
+        units[1].from_si(elevation),
+        expected="elevation above the horizon; a zenith distance is to be converted",
+    )
     return Values(value, sigma, angle=units[0])
 
 
 def read_spherical(model: SphericalModel, table: CsvTable, document: Document) -> Values:
     """Range in m, azimuth and elevation in rad, (k, 3)."""
     far, spread, units = quantity(model.range, table, document, ("range",), ("m",), ("range",))
-    if (far <= 0).any():
-        row = int(np.flatnonzero(far <= 0)[0])
-        column = "range" if model.range.columns is None else model.range.columns[0]
-        raise table.fail(
-            "a range must be above 0", row, table.label(table.find(column)), found=float(units[0].from_si(far[row, 0]))
-        )
+    table.insist(far > 0, model.range.columns or ("range",), "a range must be above 0", units[0].from_si(far))
     turned = read_bearing(model, table, document)
     if (spread is None) != (turned.sigma is None):
         missing = "range" if spread is None else "bearing"

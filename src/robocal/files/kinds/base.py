@@ -22,6 +22,7 @@ __all__ = [
     "Part",
     "Values",
     "Written",
+    "agreed",
     "column_units",
     "columns",
     "contact",
@@ -153,7 +154,7 @@ def contact(
         document.fail("the unit is missing", (key, "unit"), expected="mm, m, ... in which sigma is stated")
     if stated is None:
         return np.zeros((len(table), width)), None, None
-    unit = parse_unit(stated, "m", file=document.path, row=document.row((key, "unit")), key=f"{key}.unit")
+    unit = document.unit(stated, "m", (key, "unit"))
     return np.zeros((len(table), width)), sigmas(model, table, [unit] * width, "m", document, (key,)), unit
 
 
@@ -167,9 +168,7 @@ def scalar(model: ScalarModel | None, si: str, option: str, symbol: str, around:
     if model.value is not None:
         unit = around.units.of(si)
         if model.unit is not None:
-            unit = parse_unit(
-                model.unit, si, file=document.path, row=document.row((option, "unit")), key=f"{option}.unit"
-            )
+            unit = document.unit(model.unit, si, (option, "unit"))
         out["values"] = {symbol: unit.to_si(model.value)}
     elif model.unit is not None or model.free is False:
         document.fail("a key is missing", (option, "value"), expected="a number, or free: true")
@@ -239,21 +238,20 @@ def column_units(
             if not document.text:
                 raise table.fail("the unit is missing", None, label, expected=f"a header such as {label} [{word}]")
             document.fail("the unit is missing", (*at, "unit"), column=label, expected=hint)
-        found = (
-            None
-            if said is None
-            else parse_unit(said, si[i], file=document.path, row=document.row((*at, "unit")), key=f"{at[0]}.unit")
-        )
-        if header is not None:
-            named = parse_unit(header, si[i], file=table.path, column=label)
-            if found is not None and found != named:
-                raise table.fail(
-                    "the header states another unit than the data file", None, label, found=header, expected=found.name
-                )
-            found = named
-        assert found is not None
-        out.append(found)
+        found = None if said is None else document.unit(said, si[i], (*at, "unit"), f"{at[0]}.unit")
+        out.append(agreed(found, header, si[i], table, label))
     return out
+
+
+def agreed(found: Unit | None, header: str | None, si: str | None, table: CsvTable, label: str | int) -> Unit:
+    """The unit of a column: the one in its header, which must be the one `found` in the data file where both say it."""
+    named = None if header is None else parse_unit(header, si, file=table.path, column=label)
+    if found is not None and named not in (None, found):
+        message = "the header states another unit than the data file"
+        raise table.fail(message, None, label, found=header, expected=found.name)
+    unit = named or found
+    assert unit is not None
+    return unit
 
 
 def sigmas(
@@ -271,17 +269,7 @@ def sigmas(
         expected = "1" if width == 1 else f"1 or {width}"
         document.fail("wrong number of columns", (*at, "sigma", "columns"), found=len(columns), expected=expected)
     numbers = table.numbers(columns)
-    bad = np.argwhere(numbers <= 0)
-    if len(bad):
-        row, i = (int(v) for v in bad[0])
-        column = table.label(table.find(columns[i]))
-        raise table.fail(
-            "a standard deviation must be above 0",
-            row,
-            column,
-            found=float(numbers[row, i]),
-            expected="a number above 0",
-        )
+    table.insist(numbers > 0, columns, "a standard deviation must be above 0", numbers, expected="a number above 0")
     stated = [table.unit(c) for c in columns]
     factors = [u.factor if s is None else parse_unit(s, si, file=table.path, column=str(c)).factor
                for u, s, c in zip(units, stated, columns, strict=False)]  # fmt: skip

@@ -106,10 +106,7 @@ def read_plane(model: PlaneModel, table: CsvTable, document: Document) -> Values
             document.fail("wrong number of columns", ("normal", "columns"), found=len(names), expected="3: nx, ny, nz")
         normal = table.numbers(names)
         size = np.linalg.norm(normal, axis=1)
-        if (np.abs(size - 1) > 2e-2).any():
-            row = int(np.flatnonzero(np.abs(size - 1) > 2e-2)[0])
-            label = table.label(table.find(names[0]))
-            raise table.fail("not a unit normal", row, label, found=float(size[row]), expected="a length of 1")
+        table.insist(np.abs(size - 1) <= 2e-2, names, "not a unit normal", size, expected="a length of 1")
         extra["normal"] = normal / size[:, None]
     if model.offset is not None:
         stated = ValueModel(columns=[model.offset.column], unit=model.offset.unit)

@@ -64,11 +64,9 @@ def read_distance(model: DistanceModel, table: CsvTable, document: Document) -> 
         value, sigma, unit = contact(given, table, document, "distance", 1)
         return Values(value, sigma, unit)
     value, sigma, units = quantity(given, table, document, ("distance",), ("m",), ("distance",))
-    if model.length is None and (value < 0).any():
-        row = int(np.flatnonzero(value < 0)[0])
-        raise table.fail(
-            "a distance below 0", row, "distance", found=float(value[row, 0]), expected="0 or above, or `length`"
-        )
+    if model.length is None:
+        columns_ = (None if given is None else given.columns) or ("distance",)
+        table.insist(value >= 0, columns_, "a distance below 0", value, expected="0 or above, or `length`")
     return Values(value, sigma, units[0])
 
 

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, FiniteFloat
 
 from robocal.errors import nearest
@@ -24,7 +23,6 @@ from robocal.vision.camera import SYMBOLS
 
 __all__ = ["PIXELS"]
 
-Array = NDArray[np.float64]
 UV = ("u", "v")
 UV_SIGMA = ("su", "sv")
 POINT = ("point_x", "point_y", "point_z")
@@ -90,12 +88,9 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: Document) -> Valu
         point, _, units = quantity(model.points, table, document, ("points",), ("m",) * 3, POINT)
         return Values(value, sigma, units[0], extra={"point": point})
     assert model.corners is not None
-    which = table.numbers([model.corners.column])[:, 0]
-    bad = ~np.isin(which, np.arange(len(SQUARE)))
-    if bad.any():
-        row = int(np.flatnonzero(bad)[0])
-        label = table.label(table.find(model.corners.column))
-        raise table.fail("no corner of a square", row, label, found=float(which[row]), expected="0, 1, 2, 3")
+    column = model.corners.column
+    which = table.numbers([column])[:, 0]
+    table.insist(np.isin(which, np.arange(4)), [column], "no corner of a square", which, expected="0, 1, 2, 3")
     return Values(value, sigma, extra={"point": SQUARE[which.astype(int)]})
 
 

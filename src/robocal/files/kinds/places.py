@@ -18,7 +18,7 @@ from robocal.files.datamodel import ColumnModel, DataModel, Sigma, column_model
 from robocal.files.frames import frame_vector
 from robocal.files.kinds.base import Around, Part, Values
 from robocal.files.schema import FrameModel, Model, Name, refuse
-from robocal.files.units import Units, number, parse_unit
+from robocal.files.units import Units, number
 from robocal.files.yamlio import quoted
 from robocal.measure.data import Frame
 from robocal.parameters import FRAME_SYMBOLS
@@ -176,8 +176,7 @@ def between(
             around.document.fail("not a distance", (*at, "distance"), found=given.distance, expected="above 0")
         unit = around.units.length
         if given.unit is not None:
-            row = around.document.row((*at, "unit"))
-            unit = parse_unit(given.unit, "m", file=around.document.path, row=row, key="between.unit")
+            unit = around.document.unit(given.unit, "m", (*at, "unit"), "between.unit")
         if isinstance(given.sigma, Model):
             around.document.fail("not a standard deviation", (*at, "sigma"), expected="a number above 0")
         sigma = None if given.sigma is None else np.array([[unit.to_si(given.sigma)]])

@@ -13,7 +13,7 @@ from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import OrientationModel, SigmaModel
 from robocal.files.kinds.base import KindFile, Values, Written, column_units, columns, section, sigmas
 from robocal.files.kinds.position import XYZ, XYZ_SIGMA, PositionModel, matrix_columns, position
-from robocal.files.units import UNITS, Unit, Units, parse_unit
+from robocal.files.units import UNITS, Unit, Units
 from robocal.files.yamlio import Document, Path_
 from robocal.geometry import so3
 from robocal.measure.data import Observations
@@ -62,44 +62,26 @@ def _rotations(model: OrientationModel, table: CsvTable, document: Document) -> 
             units[0],
         )
     numbers = table.numbers(columns)
-    unit = (
-        None
-        if model.unit in (None, "1")
-        else parse_unit(model.unit, "rad", file=document.path, row=document.row(at), key="orientation.unit")
-    )
+    unit = None if model.unit in (None, "1") else document.unit(model.unit, "rad", at, "orientation.unit")
     if model.form == "matrix":
         return _from_matrix(numbers, table, columns), plain, unit
     q = numbers if model.form == "quaternion_xyzw" else numbers[:, [1, 2, 3, 0]]
     norm = np.linalg.norm(q, axis=1)
-    _all(np.abs(norm - 1) < 2e-2, table, columns, "not a unit quaternion", norm, "a length of 1")
+    table.insist(np.abs(norm - 1) < 2e-2, columns, "not a unit quaternion", norm, expected="a length of 1")
     return orientation.quaternion(q / norm[:, None]), plain, unit
 
 
 def _from_matrix(numbers: Array, table: CsvTable, columns: Sequence[str | int]) -> Array:
     r = numbers[:, ROTATION[numbers.shape[1]]].reshape(-1, 3, 3)
     defect = np.abs(r @ np.swapaxes(r, 1, 2) - np.eye(3)).max(axis=(1, 2))
-    _all(
-        defect < 2e-2,
-        table,
-        columns,
-        "not a rotation matrix",
-        defect,
-        "orthogonal rows of length 1, written row by row",
-    )
+    expected = "orthogonal rows of length 1, written row by row"
+    table.insist(defect < 2e-2, columns, "not a rotation matrix", defect, expected=expected)
     determinant = np.linalg.det(r)
-    _all(determinant > 0, table, columns, "a reflection, not a rotation", determinant, "a determinant of +1")
+    table.insist(determinant > 0, columns, "a reflection, not a rotation", determinant, expected="a determinant of +1")
     if numbers.shape[1] == 16:
         defect = np.abs(numbers[:, 12:] - [0, 0, 0, 1]).max(axis=1)
-        _all(defect < 1e-6, table, columns[12:], "not the last row of a pose", defect, "0, 0, 0, 1")
+        table.insist(defect < 1e-6, columns[12:], "not the last row of a pose", defect, expected="0, 0, 0, 1")
     return so3.project(r)
-
-
-def _all(
-    good: NDArray[np.bool_], table: CsvTable, columns: Sequence[str | int], message: str, value: Array, expected: str
-) -> None:
-    if not good.all():
-        row = int(np.flatnonzero(~good)[0])
-        raise table.fail(message, row, table.label(table.find(columns[0])), found=float(value[row]), expected=expected)
 
 
 def read_pose(model: Any, table: CsvTable, document: Document) -> Values:

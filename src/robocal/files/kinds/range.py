@@ -7,21 +7,19 @@ from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, FiniteFloat
 
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import ColumnModel, SigmaModel, ValueModel
-from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, columns, section, sigmas
+from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, agreed, columns, section, sigmas
 from robocal.files.kinds.places import PlacedModel, each_place, place_frames
 from robocal.files.schema import Model, Name, refuse
-from robocal.files.units import UNITS, Unit, Units, number, parse_unit
+from robocal.files.units import UNITS, Unit, Units, number
 from robocal.files.yamlio import Document
 from robocal.measure.data import Observations
 
 __all__ = ["RANGE"]
 
-Array = NDArray[np.float64]
 XYZ = (True, True, True, False, False, False)
 SOUND = 343.0
 SYMBOLS = ("speed", "delay")
@@ -57,10 +55,7 @@ def read_range(model: RangeModel, table: CsvTable, document: Document) -> Values
     names = ["range"] if model.range.columns is None else model.range.columns
     units = [_unit(model, name, table, document) for name in names]
     value = table.numbers(names) * np.array([u.factor for u in units])
-    if (value <= 0).any():
-        row, column = (int(i) for i in np.argwhere(value <= 0)[0])
-        label = table.label(table.find(names[column]))
-        raise table.fail("a range must be above 0", row, label, found=float(value[row, column] / units[column].factor))
+    table.insist(value > 0, names, "a range must be above 0", value / np.array([u.factor for u in units]))
     given = model.range
     if isinstance(given.sigma, SigmaModel):
         # A sigma column may speak of time or of length on its own.
@@ -88,15 +83,8 @@ def _unit(
         if fallback is not None:
             return fallback
         document.fail("the unit is missing", ("range", "unit"), column=label, expected="us, s, mm, m, ...")
-    row = document.row(("range", "unit"))
-    found = None if stated is None else parse_unit(stated, file=document.path, row=row, key="range.unit")
-    if header is not None:
-        named = parse_unit(header, file=table.path, column=label)
-        if found is not None and found != named:
-            message = "the header states another unit than the data file"
-            raise table.fail(message, None, label, found=header, expected=found.name)
-        found = named
-    assert found is not None
+    told = None if stated is None else document.unit(stated, None, ("range", "unit"))
+    found = agreed(told, header, None, table, label)
     if found.si == "s":
         return Unit(found.name, "m", found.factor * model.medium.speed)
     if found.si != "m":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,9 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
+from robocal.files.units import numbers_of
 from robocal.geometry import so3
-from robocal.jobs.cable.load import lever_of, mass_of, numbers_of, wrench_of
+from robocal.jobs.cable.load import mass_of, wrench_of
 
 __all__ = ["demand_of"]
 
@@ -22,45 +23,27 @@ AROUND = 8  # directions in which a platform is tilted, by half the angle and by
 TURNS = ("RX", "RY", "RZ")
 
 
-def demand_of(
-    file: CableFile,
-    *,
-    orientation: Sequence[str],
-    tilt: float | None,
-    payload: str | None,
-    mass: str | None,
-    wrench: Sequence[str],
-    acceleration: float,
-    reserve: float,
-    length: float | None,
-) -> Demand:
-    """Everything that is asked for, in SI. Raises FormatError naming the file where the mass is missing, ModelError naming an
-    option that makes no sense.
+def demand_of(file: CableFile, said: Any, si: Any) -> Demand:
+    """Everything that is asked for, in SI, from the options of the verb as they were said and in SI. Raises FormatError naming the
+    file where the mass is missing, ModelError naming an option that makes no sense.
 
-    orientation "RX,RY,RZ" each (rotation vectors), upright without any; tilt: from each of them to all sides; payload and mass
-    "LO,HI" or one number: mass stands for the platform's own, payload hangs at its centre of mass; wrench as for `wrench_of`,
-    every one of them; acceleration m/s^2; reserve in the unit of force.
+    payload and mass are a range or one number: mass stands for the platform's own, payload hangs at its centre of mass; wrench
+    as for `wrench_of`, every one of them.
     """
-    masses = _range(mass, "--mass", file) if mass is not None else (mass_of(file),)
+    masses = _range(said.mass, "--mass", file) if said.mass is not None else (mass_of(file),)
     masses = tuple(
-        sorted({m + more for m, more in zip(*_paired(masses, _range(payload, "--payload", file)), strict=True)})
+        sorted({m + more for m, more in zip(*_paired(masses, _range(said.payload, "--payload", file)), strict=True)})
     )
-    extra = np.array([wrench_of(file, text) for text in wrench]) if wrench else np.zeros((1, 6))
-    return Demand(
-        np.array(masses),
-        _orientations(file, orientation, tilt),
-        extra,
-        _least("--acceleration", acceleration),
-        float(file.units.force.to_si(_least("--reserve", reserve))),
-        lever_of(file, length),
-    )
+    extra = np.array([wrench_of(file, text) for text in said.wrench]) if said.wrench else np.zeros((1, 6))
+    turns = _orientations(file.robot, said, si)
+    return Demand(np.array(masses), turns, extra, si.acceleration, si.reserve, si.length or 1.0)
 
 
 def _range(text: str | None, option: str, file: CableFile) -> tuple[float, ...]:
     """One mass or the ends of a range, in kg; nothing is no mass at all."""
     if text is None:
         return (0.0,)
-    values = numbers_of(text, option, ("LO", "HI")) if "," in text else numbers_of(text, option, ("MASS",))
+    values = numbers_of(text, "LO,HI" if "," in text else "MASS", key=option)
     if values[0] < 0 or values[-1] < values[0]:
         raise ModelError("a mass is 0 or more, a range rises", key=option, found=text, expected="0 <= LO <= HI")
     return tuple(float(file.units.mass.to_si(v)) for v in values)
@@ -71,31 +54,23 @@ def _paired(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[tuple[float, ..
     return (a[0], a[-1]), (b[0], b[-1])
 
 
-def _least(option: str, value: float) -> float:
-    if not 0 <= value < math.inf:
-        raise ModelError("out of range", key=option, found=value, expected="a finite number, 0 or more")
-    return value
-
-
-def _orientations(file: CableFile, given: Sequence[str], tilt: float | None) -> Array:
+def _orientations(robot: CableRobot, said: Any, si: Any) -> Array:
     """Rotations (n, 3, 3): each of those given, and where tilts are asked for, tilted to all sides about horizontal axes."""
-    robot, angle = file.robot, file.units.angle
-    vectors = np.array([angle.to_si(np.array(numbers_of(t, "--orientation", TURNS))) for t in given] or [np.zeros(3)])
+    vectors = np.array(si.orientation or [np.zeros(3)])
     lost = [i for i in range(3) if i + 3 not in robot.axes]
     if vectors[:, lost].any():
         raise ModelError(
             f"{robot.name} does not turn that way",
             key="--orientation",
-            found=given[int(np.argmax(vectors[:, lost].any(axis=1)))],
+            found=said.orientation[int(np.argmax(vectors[:, lost].any(axis=1)))],
             expected=f"0 for {', '.join(TURNS[i] for i in lost)}: it is {robot.degrees} in {robot.plane}",
         )
     upright = so3.exp(vectors)
-    if tilt is None:
+    if si.tilt is None:
         return upright
-    most = float(angle.to_si(tilt))
-    if not 0 < most < math.pi:
-        raise ModelError("out of range", key="--tilt", found=tilt, expected="above 0 and below half a turn")
-    leans = so3.exp(most * _sides(robot))
+    if not 0 < si.tilt < math.pi:
+        raise ModelError("out of range", key="--tilt", found=said.tilt, expected="above 0 and below half a turn")
+    leans = so3.exp(si.tilt * _sides(robot))
     turned: Array = (leans[:, None] @ upright).reshape(-1, 3, 3)
     return turned
 

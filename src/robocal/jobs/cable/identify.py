@@ -1,4 +1,5 @@
-"""The verb `identify` for a cable robot: anchors and sensor zeros from lengths and poses."""
+"""The verb `identify` for a cable robot: what was measured, lengths beside poses put together by the ids of their rows, and
+anchors and sensor zeros from it."""
 
 from __future__ import annotations
 
@@ -7,17 +8,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from robocal.cables.geometry import CableRobot
 from robocal.calibrate.identification import Identification
 from robocal.calibrate.identify import identify as solve
 from robocal.calibrate.options import Options
-from robocal.errors import ModelError
+from robocal.calibrate.starts.own import placed
+from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
-from robocal.jobs.cable.measured import Measured, read_measured
+from robocal.files.dataset import Reading, read_datasets
+from robocal.files.text import InputFile
+from robocal.jobs.cable.load import robot_input
 from robocal.jobs.inputs import chosen
 from robocal.jobs.watching import Watch, computable
+from robocal.measure.data import DataSet, Observations
+from robocal.measure.lengths import located
+from robocal.remarks.remark import Remark
 
-__all__ = ["Solved", "identify_cable"]
+__all__ = ["Measured", "Solved", "identify_cable", "read_measured"]
+
 
 # What is said of arms alone.
 ARMS = ("groups", "layer", "compare", "region", "base", "tip", "group")
@@ -55,3 +65,85 @@ def identify_cable(
     with computable(*(i.file for i in measured.files)):
         found: Identification[CableRobot] = solve(machine, seen, options, watch)
     return Solved(replace(file, robot=machine), measured, found)
+
+
+FEWEST = 5  # configurations that tell a size
+SIZES = 4.0  # an inch is 25 mm, and no robot is four times as large as it was built
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A cable robot and its data as one data set, with every file that was read and what is odd about them."""
+
+    robot: CableFile
+    reading: Reading
+    data: DataSet
+    files: tuple[InputFile, ...]
+    warnings: tuple[Remark, ...]
+
+
+def read_measured(
+    file: CableFile,
+    robot: str,
+    data: Sequence[str | os.PathLike[str]],
+    exclude: Sequence[str] = (),
+    watch: Watch | None = None,
+) -> Measured:
+    """Reads data files of a cable robot. Raises InputError for whatever is wrong with them: columns that are no cables, files
+    that no id ties together."""
+    if watch:
+        watch({"stage": "read"})
+    reading = read_datasets(data, file.robot, exclude=exclude)
+    seen = tuple(_named(obs, file) for obs in reading.dataset.observations)
+    joined = replace(reading.dataset, observations=seen).by_id()
+    if len(seen) > 1 and len(joined.configurations) == len(reading.dataset.configurations):
+        raise FormatError(
+            "the files have no configuration in common",
+            file=str(data[-1]),
+            key="configuration",
+            expected="an id in every row of every file (configuration: {id: ...}), the same where the platform stood still",
+        )
+    with computable(robot, *data):
+        _one_size(joined, file)
+        joined = placed(file.robot, joined)
+    return Measured(
+        file, reading, joined, (robot_input(file, robot), *reading.files), (*file.warnings, *reading.warnings)
+    )
+
+
+def _one_size(data: DataSet, file: CableFile) -> None:
+    """Raises FormatError where measured positions span far more or less than the lengths say: one of them is in another
+    unit."""
+    every = np.ones(len(data.configurations), dtype=bool)
+    told = [located(file.robot, o, every)[:, :3, 3] for o in data.observations if o.kind == "lengths"]
+    for obs in data.observations:
+        if not told or obs.kind not in ("position", "pose"):
+            continue
+        by_lengths = told[0][obs.configuration]
+        known = np.isfinite(by_lengths).all(axis=1)
+        if known.sum() < FEWEST:
+            continue
+        seen, said = (float(np.linalg.norm(v[known].std(axis=0))) for v in (obs.value[:, :3], by_lengths))
+        if said > 0 and not 1 / SIZES < seen / said < SIZES:
+            raise FormatError(
+                "positions and lengths speak of two sizes", file=obs.source, key="position.unit",
+                found=f"positions that scatter by {seen:.3g} m", expected=f"about {said:.3g} m, as the lengths say",
+            )  # fmt: skip
+
+
+def _named(obs: Observations, file: CableFile) -> Observations:
+    """Lengths by the names of their columns where these are names of cables, else in the robot's order."""
+    if obs.kind != "lengths":
+        return obs
+    cables, columns = file.robot.cables, obs.options.get("columns", ())
+    assert isinstance(columns, tuple)
+    known = [c for c in columns if c in cables]
+    if len(columns) != len(cables) or (known and (len(known) < len(columns) or len(set(known)) < len(known))):
+        raise FormatError(
+            "these are not the cables of the robot", file=obs.source, key="lengths.columns", found=", ".join(columns),
+            expected=f"{len(cables)}: {', '.join(cables)}",
+        )  # fmt: skip
+    if not known:
+        return obs
+    number = np.array([cables.index(c) for c in columns], dtype=float)
+    return replace(obs, extra={"cable": number[obs.extra["cable"].astype(np.int64)]})

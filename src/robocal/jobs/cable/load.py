@@ -1,9 +1,9 @@
-"""What pulls at a cable robot's platform and what its cables may bear, from its file and from options in its units."""
+"""What several verbs of cable robots take and say alike: what pulls at the platform and what its cables may bear, lists,
+documents."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -13,32 +13,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
+from robocal.cables.inverse import model_of
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.lists import WRENCH
+from robocal.files.cable.lists import WRENCH, CableList
+from robocal.files.parts import made_by
 from robocal.files.text import InputFile
+from robocal.files.units import numbers_of
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark, told
 
 __all__ = [
-    "corners_of",
+    "fitting",
+    "framed",
     "held_robot",
-    "lever_of",
+    "how_made",
+    "limits_text",
+    "located",
     "mass_of",
     "missing_text",
-    "numbers_of",
     "robot_input",
     "said_of",
+    "tensions_of",
     "wrench_of",
 ]
 
 Array = NDArray[np.float64]
 UPRIGHT = {2, 3, 4}  # components of the twist (v, w) that a weight works on: z, and the turns about x and y
-CORNERS = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
 
 
-def held_robot(file: CableFile, limits: str | None = None) -> CableRobot:
+def held_robot(file: CableFile, limits: Array | None = None) -> CableRobot:
     """The robot as statics needs it: with no fewer cables than degrees of freedom, and tension limits, those of its file or
-    "LEAST,GREATEST" for every cable. Raises FormatError naming the key that is missing, ModelError for limits that make no
-    sense."""
+    (2,) in N for every cable. Raises FormatError naming the key that is missing, ModelError for limits that make no sense."""
     robot = file.robot
     if len(robot.cables) < len(robot.axes):
         raise FormatError(
@@ -57,28 +63,19 @@ def held_robot(file: CableFile, limits: str | None = None) -> CableRobot:
                 expected="every_cable: {tension: [LEAST, GREATEST]}, or --limits LEAST,GREATEST",
             )
         return robot
-    low, high = (file.units.force.to_si(v) for v in numbers_of(limits, "--limits", ("LEAST", "GREATEST")))
-    if not 0 <= low < high:
-        raise ModelError(
-            "the tension limits are crossed or negative",
-            key="--limits",
-            found=limits,
-            expected="0 <= LEAST < GREATEST",
-        )
-    return replace(robot, limits=np.tile([low, high], (len(robot.cables), 1)))
+    if not 0 <= limits[0] < limits[1]:
+        found = ",".join(f"{file.units.force.from_si(float(v)):g}" for v in limits)
+        expected = "0 <= LEAST < GREATEST"
+        raise ModelError("the tension limits are crossed or negative", key="--limits", found=found, expected=expected)
+    return replace(robot, limits=np.tile(limits, (len(robot.cables), 1)))
 
 
 def mass_of(file: CableFile, payload: float = 0.0, mass: float | None = None) -> float:
-    """Mass of the platform (its file's, or `mass`) with a payload, both in the file's unit of mass, in kg; zero where it is
-    not known and does not matter: a planar robot that lies. Raises FormatError where it matters, ModelError for a mass
-    that cannot be."""
+    """Mass of the platform (its file's, or `mass`) with a payload, in kg; zero where it is not known and does not matter: a
+    planar robot that lies. Raises FormatError where it matters."""
     robot = file.robot
-    for option, value in (("--payload", payload), ("--mass", mass)):
-        if value is not None and not (math.isfinite(value) and value >= 0):
-            raise ModelError("a mass is a number", key=option, found=value, expected="0 or more")
-    more = float(file.units.mass.to_si(payload))
     if mass is not None:
-        return float(file.units.mass.to_si(mass)) + more
+        return mass + payload
     if robot.mass is None and UPRIGHT.intersection(robot.axes):
         raise FormatError(
             f"the mass of {robot.name} is not known",
@@ -86,7 +83,7 @@ def mass_of(file: CableFile, payload: float = 0.0, mass: float | None = None) ->
             key="platform.mass",
             expected="platform: {mass: ...}, or --mass",
         )
-    return (robot.mass or 0.0) + more
+    return (robot.mass or 0.0) + payload
 
 
 def wrench_of(file: CableFile, wrench: str | None) -> Array:
@@ -94,35 +91,8 @@ def wrench_of(file: CableFile, wrench: str | None) -> Array:
     Raises ModelError."""
     if wrench is None:
         return np.zeros(6)
-    values = np.array(numbers_of(wrench, "--wrench", ("FX", "FY", "FZ", "MX", "MY", "MZ")))
+    values = np.array(numbers_of(wrench, "FX,FY,FZ,MX,MY,MZ", key="--wrench"))
     values[:3] = file.units.force.to_si(values[:3])
-    return values
-
-
-def lever_of(file: CableFile, length: float | None) -> float:
-    """The length in m by which moments are divided before they are compared with forces: --length in the file's unit, one metre
-    for None. Raises ModelError."""
-    if length is None:
-        return 1.0
-    if not 0 < length < math.inf:
-        raise ModelError("out of range", key="--length", found=length, expected="a finite number above 0")
-    return float(file.units.length.to_si(length))
-
-
-def corners_of(file: CableFile, text: str) -> Array:
-    """The box --box "X0,Y0,Z0,X1,Y1,Z1" as rows (lower, upper), (3, 2) m, whichever of the two is larger. Raises ModelError."""
-    sides: Array = file.units.length.to_si(np.array(numbers_of(text, "--box", CORNERS)).reshape(2, 3).T)
-    return sides
-
-
-def numbers_of(text: str, option: str, names: tuple[str, ...]) -> list[float]:
-    """As many finite numbers as names, between commas. Raises ModelError."""
-    try:
-        values = [float(word) for word in text.split(",")]
-    except ValueError:
-        values = []
-    if len(values) != len(names) or not all(math.isfinite(v) for v in values):
-        raise ModelError("not what this option takes", key=option, found=text, expected=",".join(names))
     return values
 
 
@@ -151,3 +121,70 @@ def missing_text(robot: CableRobot, missing: Array) -> str:
 def robot_input(file: CableFile, robot: str) -> InputFile:
     """The robot's file, given as `robot`, as an input of a result."""
     return InputFile(file.path or Path(robot), file.sha256)
+
+
+def tensions_of(
+    rows: CableList, tension: float | None, file: CableFile, sag: bool
+) -> tuple[Array | None, tuple[Remark, ...]]:
+    """Tensions of the list, or one for all, in N, and a warning where those of the list stretch nothing, since nobody
+    knows how elastic the cables are. Raises ModelError when both say."""
+    if tension is not None:
+        if rows.tension is not None:
+            raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
+        return np.asarray(tension), ()
+    if rows.tension is not None and file.robot.elasticity is None and not sag:
+        return None, (Remark.of(Code.TENSIONS_ASIDE, robot=file.robot.name),)
+    return rows.tension, ()
+
+
+def located(error: ModelError, path: str, rows: CableList) -> FormatError:
+    """What a model complains of, said of the row of the list that it is about."""
+    row = None if error.row is None else rows.lines[error.row]
+    return error.of_file(path, row=row)
+
+
+def fitting(file: CableFile, pull: Array | None, sag: bool) -> None:
+    """Whether the robot's file knows what the length model needs. Raises FormatError naming it, or ModelError for sag
+    without tensions."""
+    if sag and pull is None:
+        raise ModelError(
+            "a sagging cable needs its tension",
+            key="--sag",
+            expected=f"columns {file.robot.cables[0]}.tension [N], ... in the list, or --tension",
+        )
+    try:
+        model_of(file.robot, sag=sag, tense=pull is not None)
+    except ModelError as error:
+        raise error.of_file(file.path) from None
+
+
+def framed(
+    robot: CableRobot,
+    found: Mapping[str, Any],
+    warnings: Sequence[Remark],
+    inputs: Sequence[InputFile],
+    command: str,
+) -> dict[str, Any]:
+    """The document of a verb: what it `found`, about which robot, with what was assumed, remarked on and read."""
+    return {
+        "robocal": 1,
+        "robot": robot.name,
+        "cables": list(robot.cables),
+        **found,
+        "assumed": list(robot.assumed),
+        **told(warnings),
+        "provenance": made_by(command, inputs),
+    }
+
+
+def how_made(robot: CableRobot, command: str, inputs: Sequence[InputFile]) -> list[str]:
+    """Paragraphs for a page: what was assumed, which files were read, by which command."""
+    recipe, assumed = made_by(command, inputs), robot.assumed
+    out = [f"Assumed, not measured: {', '.join(assumed)}. The result depends on it."] if assumed else []
+    out += [f"{i.file}: SHA-256 {i.sha256}" for i in recipe.inputs]
+    return [*out, f"robocal {recipe.version}: {recipe.command}"]
+
+
+def limits_text(limits: NDArray[np.float64]) -> str:
+    """Tension limits (m, 2) N in words, each pair once."""
+    return ", ".join(sorted({f"{low:g} to {high:g} N" for low, high in limits.tolist()}))

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from robocal.cables.boundary import Outline, outline
 from robocal.cables.workspace import Demand
 from robocal.geometry import se3
-from robocal.jobs.cable.document import how_made, limits_text
-from robocal.jobs.cable.poses_result import EXPECTED_OF, STOPPED_BY, Listed
+from robocal.jobs.cable.load import how_made, limits_text
+from robocal.jobs.cable.poses import Listed
 from robocal.remarks.remark import spoken
 from robocal.report.cable.lists import reached
 from robocal.report.cable.part import part
@@ -31,7 +31,7 @@ def poses_details(made: Listed) -> list[Section]:
     some = "the list" if made.choice is None else "the choice"
     caption = f"X_0 and {len(shown)} poses of {some}: margin {significant(made.start.margin)} N at X_0"
     blocks = [
-        part("What is reached", _summary(made), table=_stopped(made)),
+        part("What is reached", _summary(made)),
         *[_picture(made, axes) for axes in _planes(made)],
         part(
             "The robot at its start",
@@ -53,8 +53,8 @@ def poses_details(made: Listed) -> list[Section]:
         ),
     ]
     if made.choice is not None:
-        blocks.append(part("Poses to measure", _choice(made), table=_gain(made)))
-    blocks += [part("Pose by pose", _said(made, shown), table=_table(made, shown))]
+        blocks.append(part("Poses to measure", _choice(made)))
+    blocks += [part("Pose by pose", _said(shown), table=_table(made, shown))]
     blocks += [part("How it was worked out", _how(made))]
     return blocks
 
@@ -66,12 +66,6 @@ def _summary(made: Listed) -> str:
         f"each{turning}, until statics or a contact stops it, and stays at mu = {made.margin:g} of that way. "
         f"{significant(100 * made.listing.reached)} % of Z is reached so. The way back is the way there."
     )
-
-
-def _stopped(made: Listed) -> list[list[str]]:
-    n = len(made.names)
-    rows = [[STOPPED_BY[name], str(count), f"{100 * count / n:.1f}"] for name, count in made.limits.items()]
-    return [["stopped by", "motions", "share, %"], *rows]
 
 
 def _planes(made: Listed) -> list[tuple[int, int]]:
@@ -128,18 +122,7 @@ def _choice(made: Listed) -> str:
     )
 
 
-def _gain(made: Listed) -> list[list[str]]:
-    choice = made.choice
-    assert choice is not None
-    count = len(choice.chosen)
-    rows = [
-        [EXPECTED_OF[what], *(significant(1e3 * choice.expected[who][what]) for who in ("chosen", "random", "all"))]
-        for what in choice.expected["chosen"]
-    ]
-    return [["expected rms, mm", f"{count} chosen", f"{count} at random", f"all {len(made.names)}"], *rows]
-
-
-def _said(made: Listed, shown: NDArray[np.int64]) -> str:
+def _said(shown: NDArray[np.int64]) -> str:
     words = "Positions in m, rotation vectors in deg, tensions in N."
     return words + (f" The first {MOST}; the others are in poses.csv." if len(shown) > MOST else "")
 

@@ -4,6 +4,7 @@ file's units."""
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,9 @@ from robocal.cables.start import CELLS, Clearance, Start, examine, propose
 from robocal.cables.statics import structure_of
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
+from robocal.files.units import numbers_of
 from robocal.geometry import se3
-from robocal.jobs.cable.load import corners_of, missing_text, numbers_of
+from robocal.jobs.cable.load import missing_text
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -43,7 +45,7 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
     found = examine(robot, pose, clearance)
     if found.held and not found.touching and found.margin != 0.0:
         return found
-    shown = _shown(file, robot, pose) + (", the mean of the frame anchors" if said == "mean" else "")
+    shown = _shown(file, pose) + (", the mean of the frame anchors" if said == "mean" else "")
     if found.touching and found.held:
         why = f"at the start X_0 {found.touching}"
     elif found.held:
@@ -54,9 +56,7 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
         why = f"the start X_0 cannot be held within the tension limits; missing is {lacking}"
     other = propose(robot, clearance)
     instead = (
-        f"another; {_none()}"
-        if other is None
-        else f"another, such as --start {_shown(file, robot, other)} (or --start best)"
+        f"another; {_none()}" if other is None else f"another, such as --start {_shown(file, other)} (or --start best)"
     )
     raise ModelError(why, key="--start", found=shown, expected=instead)
 
@@ -69,7 +69,7 @@ def _whole(file: CableFile, robot: CableRobot, pose: Array) -> None:
             f"cable {robot.cables[int(np.argmax(lost))]} has no direction at the start X_0: its anchors coincide there, or "
             "the platform anchor lies in its pulley",
             key="--start",
-            found=_shown(file, robot, pose),
+            found=_shown(file, pose),
         )
 
 
@@ -78,12 +78,11 @@ def _none() -> str:
 
 
 def _pose(file: CableFile, robot: CableRobot, said: str) -> Array:
-    words = said.split(",")
-    names = ("X", "Y", "Z", "RX", "RY", "RZ")
-    if len(words) not in (3, 6):
+    many = said.count(",") + 1
+    if many not in (3, 6):
         raise ModelError("not a start", key="--start", found=said, expected="mean, best, X,Y,Z or X,Y,Z,RX,RY,RZ")
     values = np.zeros(6)
-    values[: len(words)] = numbers_of(said, "--start", names[: len(words)])
+    values[:many] = numbers_of(said, "X,Y,Z" if many == 3 else "X,Y,Z,RX,RY,RZ", key="--start")
     values[:3] = file.units.length.to_si(values[:3])
     values[3:] = file.units.angle.to_si(values[3:])
     turned = [i for i in range(3, 6) if values[i] != 0 and i not in robot.axes]
@@ -94,7 +93,7 @@ def _pose(file: CableFile, robot: CableRobot, said: str) -> Array:
     return np.asarray(se3.from_vector(values[None])[0])
 
 
-def _shown(file: CableFile, robot: CableRobot, pose: Array) -> str:
+def _shown(file: CableFile, pose: Array) -> str:
     """A pose as --start takes it."""
     values = se3.to_vector(pose[None])[0]
     length = [f"{file.units.length.from_si(float(v)):.6g}" for v in values[:3]]
@@ -112,7 +111,7 @@ def body_of(file: CableFile, robot: CableRobot, said: str) -> Body | None:
         return box(0.5 * np.ptp(robot.b, axis=0), 0.5 * (robot.b.min(axis=0) + robot.b.max(axis=0)))
     if "," not in said:
         raise ModelError("not a body", key="--body", found=said, expected="hull, box, none or LX,LY,LZ")
-    edges = file.units.length.to_si(np.array(numbers_of(said, "--body", ("LX", "LY", "LZ"))))
+    edges = file.units.length.to_si(np.array(numbers_of(said, "LX,LY,LZ", key="--body")))
     return box(0.5 * edges)
 
 
@@ -121,38 +120,31 @@ def clearance_of(
 ) -> tuple[Clearance, tuple[Remark, ...]]:
     """What the search for contacts is told; without a diameter cables are lines, which is said."""
     said: tuple[Remark, ...] = ()
-    for key, value in (("--diameter", diameter), ("--relief", relief)):
-        if value is not None and not (0 <= value < np.inf and (value > 0 or key == "--diameter")):
-            raise ModelError("not a length", key=key, found=value, expected="above 0, in the robot file's unit")
     if diameter is not None:
-        d = np.full(len(robot.cables), file.units.length.to_si(diameter))
+        d = np.full(len(robot.cables), diameter)
     elif robot.diameter is not None:
         d = robot.diameter
     else:
         d, said = np.zeros(len(robot.cables)), (Remark.of(Code.NO_DIAMETER),)
     if robot.pulleys is not None and (robot.pulleys.radius > 0).any():
         said = (*said, Remark.of(Code.NO_PULLEYS))
-    room = None if relief is None else file.units.length.to_si(relief)
-    return Clearance(d, body_of(file, robot, body), room), said
+    return Clearance(d, body_of(file, robot, body), relief), said
 
 
-def box_of(
-    file: CableFile, robot: CableRobot, start: Array, said: str | None, scale: float, turn: float | None
-) -> PoseBox:
-    """The box Z: about the start and `scale` times the machine, or X0,Y0,Z0,X1,Y1,Z1; turns up to `turn` about each
-    axis (30 degrees when nobody says)."""
-    angle = TURN if turn is None else float(file.units.angle.to_si(turn))
+def box_of(robot: CableRobot, start: Array, said: Any, si: Any) -> PoseBox:
+    """The box Z, from the options of the verb as they were said and in SI: about the start and `scale` times the machine, or
+    X0,Y0,Z0,X1,Y1,Z1; turns up to `turn` about each axis (30 degrees when nobody says)."""
+    angle = TURN if si.turn is None else si.turn
     if not 0 <= angle <= math.pi:
-        raise ModelError("out of range", key="--turn", found=turn, expected="0 to half a turn about each axis")
-    if not 0 <= scale <= LARGEST:
-        raise ModelError("out of range", key="--scale", found=scale, expected=f"0 to {LARGEST:g} times the machine")
-    if said is None:
-        return default_box(robot.a, scale, angle, start)
-    low, high = corners_of(file, said).T
-    if max(np.abs(low).max(), np.abs(high).max()) > LARGEST * np.abs(robot.a).max():
-        raise ModelError("out of range", key="--box", found=said, expected=f"less than {LARGEST:g} times the machine")
+        raise ModelError("out of range", key="--turn", found=said.turn, expected="0 to half a turn about each axis")
+    if si.box is None:
+        return default_box(robot.a, si.scale, angle, start)
+    low, high = si.box.reshape(2, 3)
+    found = said.box
+    if np.abs(si.box).max() > LARGEST * np.abs(robot.a).max():
+        raise ModelError("out of range", key="--box", found=found, expected=f"less than {LARGEST:g} times the machine")
     if (low > high).any():
         raise ModelError(
-            "an empty box", key="--box", found=said, expected="X0,Y0,Z0,X1,Y1,Z1 with X0 <= X1, Y0 <= Y1, Z0 <= Z1"
+            "an empty box", key="--box", found=found, expected="X0,Y0,Z0,X1,Y1,Z1 with X0 <= X1, Y0 <= Y1, Z0 <= Z1"
         )
     return PoseBox(0.5 * (high - low), np.full(3, angle), 0.5 * (low + high) - start[:3, 3])

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.cables.tension import Distribution
-from robocal.jobs.cable.document import how_made, limits_text
-from robocal.jobs.cable.tension_result import Tensions
+from robocal.jobs.cable.load import how_made, limits_text
+from robocal.jobs.cable.tension import Tensions
 from robocal.remarks.remark import spoken
 from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene

@@ -13,8 +13,8 @@ from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.cables.workspace import Demand, Grid, grid
 from robocal.geometry import se3, so3
-from robocal.jobs.cable.document import how_made, limits_text
-from robocal.jobs.cable.workspace_result import Workspace
+from robocal.jobs.cable.load import how_made, limits_text
+from robocal.jobs.cable.workspace import Workspace
 from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene
 from robocal.report.cable.sections import section

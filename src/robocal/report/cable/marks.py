@@ -10,8 +10,8 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.report.cable.view import Box, View
 from robocal.report.svg import num
+from robocal.report.view import Box, View
 
 __all__ = ["Mark", "draw", "labels", "placed"]
 

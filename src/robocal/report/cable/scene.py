@@ -15,8 +15,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
 from robocal.report.cable.marks import Mark, draw, labels
 from robocal.report.cable.paint import brief, figure
-from robocal.report.cable.ropes import courses, wheels
-from robocal.report.cable.solids import hull_loops, thinned
+from robocal.report.cable.solids import courses, hull_loops, thinned, wheels
 from robocal.report.cable.stage import Stage, stage
 from robocal.report.cable.tension import STATES, ColouredTensions, coloured
 from robocal.report.numbers import significant

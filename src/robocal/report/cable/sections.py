@@ -11,13 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.cables.boundary import Outline
 from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Grid
-from robocal.report.cable.contours import contour
 from robocal.report.cable.paint import figure
 from robocal.report.cable.plane import Plane, anchors, cross, plane
 from robocal.report.numbers import fixed, significant
 from robocal.report.svg import Scale, label, nice_ticks, num, path, tick_text
 
-__all__ = ["section"]
+__all__ = ["contour", "section"]
 
 Array = NDArray[np.float64]
 STEPS = 6  # classes of margin on either side of zero
@@ -157,3 +156,30 @@ def _said(outlines: Sequence[Outline], margin: Array | None) -> str:
             ends = " to ".join(significant(float(v)) for v in (good.min(), good.max()))
             parts.append(f"Margins from {ends} N; {held:.0f} % of the cells are held.")
     return " ".join(parts) or "Frame anchors and X₀."
+
+
+def contour(u: Array, v: Array, values: Array) -> Array:
+    """Segments (n, 2, 2) in coordinates (u, v) where values (len(u), len(v)) pass zero; what is not finite counts as far below.
+
+    A square whose corners alternate is cut twice, its middle deciding how.
+    """
+    finite = values[np.isfinite(values)]
+    far = float(np.abs(finite).max()) if len(finite) else 1.0
+    z = np.where(np.isfinite(values), values, np.where(values == np.inf, far, -far))
+    z = np.where(z == 0.0, 1e-12 * (far or 1.0), z)
+    corners = np.stack([z[:-1, :-1], z[1:, :-1], z[1:, 1:], z[:-1, 1:]])  # around the square
+    places = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
+    at = np.stack([places[:-1, :-1], places[1:, :-1], places[1:, 1:], places[:-1, 1:]])
+    after, after_at = np.roll(corners, -1, axis=0), np.roll(at, -1, axis=0)
+    passes = (corners > 0) != (after > 0)
+    share = corners / np.where(passes, corners - after, 1.0)
+    hit = at + share[..., None] * (after_at - at)
+    pieces = []
+    for i, j in ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)):
+        both = passes[i] & passes[j] & (passes.sum(axis=0) == 2)
+        pieces.append(np.stack([hit[i][both], hit[j][both]], axis=1))
+    saddle = passes.all(axis=0)
+    joined = (corners.mean(axis=0) > 0) == (corners[0] > 0)
+    for mask, pairs in ((saddle & joined, ((0, 1), (2, 3))), (saddle & ~joined, ((3, 0), (1, 2)))):
+        pieces += [np.stack([hit[i][mask], hit[j][mask]], axis=1) for i, j in pairs]
+    return np.concatenate(pieces)

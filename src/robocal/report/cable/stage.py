@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
 from robocal.report.cable.marks import Mark
-from robocal.report.cable.view import PLANES, Box, View, best, fitted
 from robocal.report.numbers import fixed
 from robocal.report.svg import Scale, bottom_axis, label, left_axis, nice_ticks, num, tick_text
+from robocal.report.view import PLANES, Box, View, best, fitted
 
 __all__ = ["Stage", "stage"]
 

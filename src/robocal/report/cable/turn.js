@@ -1,12 +1,11 @@
-// Turns pictures of cable robots: drag or arrow keys rotate, + and - or the wheel with Ctrl zoom, a double click returns. The formulas are those of view.py and marks.py.
+// Turns pictures of cable robots, as scene.js says. The formulas are those of view.py and marks.py.
 (function () {
   "use strict";
   function numbers(text) { return text.trim().split(/\s+/).map(Number); }
-  function n(v) { return v.toFixed(1); }
+  var n = scene.n;
   document.querySelectorAll("svg[data-eye]").forEach(function (svg) {
-    var eye = Number(svg.getAttribute("data-eye")), first = numbers(svg.getAttribute("data-view"));
+    var eye = Number(svg.getAttribute("data-eye")), it = scene.state(numbers(svg.getAttribute("data-view")), 0, draw);
     var at = numbers(svg.getAttribute("data-at")), room = numbers(svg.getAttribute("data-room"));
-    var view = first.slice(), zoom = 1, queued = false, last = null;
     var marks = svg.querySelector('g[data-part="marks"]');
     var items = Array.prototype.map.call(svg.querySelectorAll("[data-p]"), function (el) {
       return {el: el, p: numbers(el.getAttribute("data-p")), lift: Number(el.getAttribute("data-lift") || 0), tag: el.tagName,
@@ -15,10 +14,6 @@
     });
     var sorted = items.filter(function (i) { return i.sorted; }), words = items.filter(function (i) { return i.wide; });
 
-    function axes() {
-      var a = view[0] * Math.PI / 180, e = view[1] * Math.PI / 180, sa = Math.sin(a), ca = Math.cos(a), se = Math.sin(e), ce = Math.cos(e);
-      return [-sa, ca, 0, -se * ca, -se * sa, ce, ce * ca, ce * sa, se];
-    }
     function seen(f) {
       var fit = 1;
       items.forEach(function (item) {
@@ -40,7 +35,7 @@
         }
         item.depth = 3 * sum / p.length + item.lift;
       });
-      return fit * zoom;
+      return fit * it.zoom;
     }
     function place() {
       var right = room[0], bottom = room[1] - 22, k, i, j, gap, push, shift, most;
@@ -72,8 +67,7 @@
       });
     }
     function draw() {
-      queued = false;
-      var f = axes(), scale = seen(f);
+      var f = scene.axes(it.view), scale = seen(f);
       items.forEach(function (item) {
         var xy = item.xy, el = item.el, d = "", k;
         item.x = at[0] + scale * xy[0];
@@ -96,33 +90,8 @@
       marks.appendChild(all);
       place();
     }
-    function redraw() { if (!queued) { queued = true; window.requestAnimationFrame(draw); } }
-    function turn(a, e) { view[0] += a; view[1] = Math.max(0, Math.min(90, view[1] + e)); redraw(); }
-    function scale(by) { zoom = Math.max(0.5, Math.min(8, zoom * by)); redraw(); }
-    function home() { view = first.slice(); zoom = 1; redraw(); }
-    svg.setAttribute("tabindex", "0");
-    svg.classList.add("live");
+    scene.live(svg, it);
     svg.style.overflow = "hidden";
-    svg.addEventListener("pointerdown", function (ev) { last = [ev.clientX, ev.clientY]; svg.setPointerCapture(ev.pointerId); });
-    svg.addEventListener("pointermove", function (ev) {
-      if (!last) return;
-      turn((last[0] - ev.clientX) * 0.4, (ev.clientY - last[1]) * 0.4);
-      last = [ev.clientX, ev.clientY];
-    });
-    ["pointerup", "pointercancel"].forEach(function (name) { svg.addEventListener(name, function () { last = null; }); });
-    svg.addEventListener("dblclick", home);
-    svg.addEventListener("wheel", function (ev) {
-      if (!ev.ctrlKey && document.activeElement !== svg) return;
-      ev.preventDefault();
-      scale(Math.exp(-ev.deltaY * 0.0015));
-    }, {passive: false});
-    svg.addEventListener("keydown", function (ev) {
-      var step = {ArrowLeft: [5, 0], ArrowRight: [-5, 0], ArrowUp: [0, 5], ArrowDown: [0, -5]}[ev.key];
-      if (step) { ev.preventDefault(); turn(step[0], step[1]); }
-      if (ev.key === "+") scale(1.15);
-      if (ev.key === "-") scale(1 / 1.15);
-      if (ev.key === "Home") { ev.preventDefault(); home(); }
-    });
     var note = document.createElement("p");
     note.className = "note screen";
     note.textContent = "Drag, or use the arrow keys, to turn it; + and − zoom; a double click or Home returns.";

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
-from robocal.verbs.option import Arg, Opt, Told
+from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
@@ -26,9 +25,11 @@ class Options(Told):
     """
 
     robot: w.CableRobot
-    lengths: Annotated[str, Arg("LENGTHS", "CSV: one column per cable, such as c1 [mm].")]
-    sigma: Annotated[float | None, Opt("Standard deviation of a length", metavar="SIGMA", unit="length")] = None
-    starts: Annotated[int, Opt("Further starts that look for other poses", metavar="N", least=0)] = 24
+    lengths: str = arg(..., "LENGTHS", "CSV: one column per cable, such as c1 [mm].")
+    sigma: float | None = opt(
+        None, "Standard deviation of a length", metavar="SIGMA", unit="length", above=0, wrong=w.NOISE
+    )
+    starts: int = opt(24, "Further starts that look for other poses", metavar="N", least=0)
     tension: w.CableTension = None
     sag: w.Sag = False
     seed: w.Seed = 0
@@ -45,34 +46,26 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.cable.lists import read_cable_lengths
     from robocal.files.cable.robot import read_cable
     from robocal.files.text import InputFile
-    from robocal.files.writing import refuse_existing, write_text
-    from robocal.jobs.cable.document import framed
+    from robocal.files.writing import refuse_existing
     from robocal.jobs.cable.forward import Poses
-    from robocal.jobs.cable.lists import fitting, located, tensions_of
-    from robocal.jobs.cable.load import robot_input
+    from robocal.jobs.cable.load import fitting, framed, located, robot_input, tensions_of
 
-    if o.output is not None:
-        refuse_existing(o.output.parent, (o.output.name,), o.force)
+    refuse_existing(o.output, (), o.force)
     file = read_cable(o.robot)
     rows = read_cable_lengths(o.lengths, file.robot)
-    if o.sigma is not None and not o.sigma > 0:
-        raise ModelError("a noise is a standard deviation", key="--sigma", found=o.sigma, expected="above 0")
-    noise = None if o.sigma is None else float(file.units.length.to_si(o.sigma))
-    (pull, said), rng = tensions_of(rows, o.tension, file, o.sag), np.random.default_rng(o.seed)
+    si, rng = o.si(file.units), np.random.default_rng(o.seed)
+    pull, said = tensions_of(rows, si.tension, file, o.sag)
     fitting(file, pull, o.sag)
     try:
-        found = forward(file.robot, rows.values, tension=pull, sag=o.sag, sigma=noise, starts=o.starts, rng=rng)
+        found = forward(file.robot, rows.values, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
     except ModelError as error:
         raise located(error, o.lengths, rows) from None
-    made = Poses(file, rows.names, found, noise)
+    made = Poses(file, rows.names, found, si.sigma)
     remarks = (*file.warnings, *rows.warnings, *said, *made.doubts)
     inputs = (robot_input(file, o.robot), InputFile(Path(o.lengths), rows.sha256))
     text = made.text
-    place = None if o.output is None else write_text(o.output, text)
-    document = framed(file.robot, made.document, remarks, inputs, command) | {
-        "written": None if place is None else str(place)
-    }
-    return Outcome(made, lambda: document, not made.doubts, remarks, text, written=() if place is None else (place,))
+    document = framed(file.robot, made.document, remarks, inputs, command)
+    return Outcome(made, lambda: document, not made.doubts, remarks, text).put(o.output)
 
 
 def sections(made: Outcome) -> Iterator[Section]:

@@ -38,16 +38,13 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.cable.lists import lengths_text, read_platform_poses
     from robocal.files.cable.robot import read_cable
     from robocal.files.text import InputFile
-    from robocal.files.writing import refuse_existing, write_text
-    from robocal.jobs.cable.document import framed
-    from robocal.jobs.cable.lists import fitting, located, tensions_of
-    from robocal.jobs.cable.load import robot_input
+    from robocal.files.writing import refuse_existing
+    from robocal.jobs.cable.load import fitting, framed, located, robot_input, tensions_of
 
-    if o.output is not None:
-        refuse_existing(o.output.parent, (o.output.name,), o.force)
+    refuse_existing(o.output, (), o.force)
     file = read_cable(o.robot)
     rows = read_platform_poses(o.poses, file.robot)
-    pull, said = tensions_of(rows, o.tension, file, o.sag)
+    pull, said = tensions_of(rows, o.si(file.units).tension, file, o.sag)
     fitting(file, pull, o.sag)
     try:
         lengths, _ = inverse(file.robot, rows.values, pull, sag=o.sag)
@@ -56,10 +53,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     text = lengths_text(file.robot, rows.names, lengths, file.units, rows.tension)
     remarks = (*file.warnings, *rows.warnings, *said)
     inputs = (robot_input(file, o.robot), InputFile(Path(o.poses), rows.sha256))
-    place = None if o.output is None else write_text(o.output, text)
     found = {"lengths_m": dict(zip(rows.names, lengths, strict=True))}
-    document = framed(file.robot, found, remarks, inputs, command) | {"written": None if place is None else str(place)}
-    return Outcome(lengths, lambda: document, remarks=remarks, text=text, written=() if place is None else (place,))
+    document = framed(file.robot, found, remarks, inputs, command)
+    return Outcome(lengths, lambda: document, remarks=remarks, text=text).put(o.output)
 
 
 def sections(made: Outcome) -> Iterator[Section]:

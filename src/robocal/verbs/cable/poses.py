@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from robocal.cables.choice import METHOD
-from robocal.report.sections import Section, Text, Written, figure, quiet, table
+from robocal.report.sections import Section, Text, ends, figure, quiet, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Opt, Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "details", "run", "sections"]
@@ -28,112 +28,76 @@ class Options(Told):
     """
 
     robot: w.CableRobot
-    count: Annotated[int, Opt("Poses to list", name="--poses", short="-n", metavar="N", least=1, most=10_000)] = 200
-    margin: Annotated[float, Opt("How much of each free way is gone, up to 1", name="--mu", metavar="MU")] = 0.95
-    start: Annotated[
-        str,
-        Opt(
-            "X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units",
-            metavar="START",
-        ),
-    ] = "mean"
-    box: Annotated[
-        str | None,
-        Opt(
-            "The box Z of random poses, in place of one as large as the machine",
-            metavar="X0,Y0,Z0,X1,Y1,Z1",
-            unit="length",
-        ),
-    ] = None
-    scale: Annotated[float, Opt("Z, as a multiple of the machine", metavar="S")] = 1.1
-    turn: Annotated[float | None, Opt("Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")] = None
-    diameter: Annotated[float | None, Opt("Of every cable, not that of the robot file", metavar="D", unit="length")] = (
-        None
+    count: int = opt(200, "Poses to list", name="--poses", short="-n", metavar="N", least=1, most=10_000)
+    margin: float = opt(0.95, "How much of each free way is gone", name="--mu", metavar="MU", above=0, most=1)
+    start: str = opt(
+        "mean",
+        "X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units",
+        metavar="START",
     )
-    body: Annotated[str, Opt("The platform: hull or box of its anchors, none, or LX,LY,LZ", metavar="BODY")] = "hull"
-    relief: Annotated[
-        float | None,
-        Opt("A cable may touch its own eyelet so far from it", metavar="R", unit="length", otherwise="10 diameters"),
-    ] = None
+    box: str | None = opt(
+        None,
+        "The box Z of random poses, in place of one as large as the machine",
+        numbers="X0,Y0,Z0,X1,Y1,Z1",
+        unit="length",
+    )
+    scale: float = opt(1.1, "Z, as a multiple of the machine", metavar="S", least=0, most=1000)
+    turn: float | None = opt(None, "Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")
+    diameter: float | None = opt(
+        None, "Of every cable, not that of the robot file", metavar="D", unit="length", least=0, wrong="not a length"
+    )
+    body: str = opt("hull", "The platform: hull or box of its anchors, none, or LX,LY,LZ", metavar="BODY")
+    relief: float | None = opt(
+        None,
+        "A cable may touch its own eyelet so far from it",
+        metavar="R",
+        unit="length",
+        above=0,
+        wrong="not a length",
+        otherwise="10 diameters",
+    )
     payload: w.Payload = 0.0
     mass: w.PlatformMass = None
     limits: w.TensionLimits = None
     method: w.TensionMethod = METHOD
-    steps: Annotated[int, Opt("Waypoints on each way", metavar="K", least=1, most=1000)] = 10
-    wanted: Annotated[
-        int | None, Opt("Choose the N poses that are best for calibration", name="--choose", metavar="N")
-    ] = None
-    criterion: Annotated[str, Opt("For --choose: A (least rms), D, I, G, E, O1 to O5", metavar="C")] = "A"
-    sigma: Annotated[
-        float | None,
-        Opt(
-            "For --choose: standard deviation of a length", metavar="SIGMA", unit="length", otherwise="1 mm, converted"
-        ),
-    ] = None
-    pose_noise: Annotated[
-        str | None,
-        Opt(
-            "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
-            metavar="POSITION,ORIENTATION",
-        ),
-    ] = None
+    steps: int = opt(10, "Waypoints on each way", metavar="K", least=1, most=1000)
+    wanted: int | None = opt(None, "Choose the N poses that are best for calibration", name="--choose", metavar="N")
+    criterion: str = opt("A", "For --choose: A (least rms), D, I, G, E, O1 to O5", metavar="C")
+    sigma: float | None = opt(
+        None,
+        "For --choose: standard deviation of a length",
+        metavar="SIGMA",
+        unit="length",
+        above=0,
+        wrong=w.NOISE,
+        otherwise="1 mm, converted",
+    )
+    pose_noise: str | None = opt(
+        None,
+        "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
+        numbers="POSITION,ORIENTATION",
+    )
     seed: w.Seed = 0
-    output: Annotated[
-        Path | None, Opt("Write poses.csv, program.csv, list.json and report.html here", short="-o", metavar="DIR")
-    ] = None
+    output: Path | None = opt(
+        None, "Write poses.csv, program.csv, list.json and report.html here", short="-o", metavar="DIR"
+    )
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Lists poses and chooses some of them; a folder gets FILES. Raises InputError."""
-    import numpy as np
+    from robocal.files.writing import refuse_existing
+    from robocal.jobs.cable.poses import listed, texts
 
-    from robocal.cables.program import program
-    from robocal.files.cable.robot import read_cable
-    from robocal.files.writing import refuse_existing, write_files
-    from robocal.jobs.cable import poses as found
-    from robocal.jobs.cable.load import held_robot, mass_of, robot_input, said_of
-    from robocal.jobs.cable.poses_result import Listed
-    from robocal.jobs.cable.start import box_of, clearance_of, started
-    from robocal.jobs.watching import computable
-    from robocal.planning.cable import choose
-    from robocal.report.page import page
-
-    if o.output is not None:
-        refuse_existing(o.output, FILES, o.force)
-    found.sane(o.count, o.steps, o.margin, o.method)
-    tell = watch or (lambda event: None)
-    file = read_cable(o.robot)
-    able = replace(held_robot(file, o.limits), mass=mass_of(file, o.payload, o.mass))
-    clearance, warnings = clearance_of(file, able, o.diameter, o.body, o.relief)
-    noise = found.noise_of(file, o.sigma, o.pose_noise)
-    tell({"stage": "asking the start"})
-    with computable(o.robot):
-        begin = started(file, able, clearance, o.start)
-        z = box_of(file, able, begin.pose, o.box, o.scale, o.turn)
-        tell({"stage": "moving towards random poses"})
-        listing = found.listing_of(able, begin, z, clearance, o.count, o.margin, o.seed, o.steps)
-        tell({"stage": "distributing tensions"})
-        with said_of({"method": "--method"}):
-            made = program(able, listing, o.steps, o.method)
-        choice = None
-        if o.wanted is not None:
-            rng = np.random.default_rng([o.seed, 1])
-            with said_of({"criterion": "--criterion", "count": "--choose"}):
-                choice = choose(able, listing.poses, o.wanted, noise=noise, criterion=o.criterion, rng=rng, watch=tell)
-    names = tuple(f"p{i + 1:0{len(str(o.count))}d}" for i in range(o.count))
-    doubts = found.doubts(listing, noise, o.sigma, o.wanted, file)
-    out = Listed(
-        file.units, able, names, begin, z, clearance, listing, made, o.method, o.margin, o.seed, choice,
-        (*file.warnings, *warnings, *doubts), (robot_input(file, o.robot),), command,
-    )  # fmt: skip
+    refuse_existing(o.output, FILES, o.force)
+    out = listed(o, watch or (lambda event: None), command)
     note = _summary(out) if o.output is None else ""
-    outcome = Outcome(out, lambda: out.document, True, out.warnings, out.text, note)
-    if o.output is None:
-        return outcome.kept(())
-    tell({"stage": "report"})
-    shown = page(f"{able.name}: poses that can be reached", (*sections(outcome), *details(outcome)), kind="Cable robot")
-    return outcome.kept(write_files(o.output, {**found.texts(out), "report.html": shown}))
+    outcome = Outcome(out, lambda: out.document, True, out.warnings, out.text, note).kept(())
+    if watch is not None and o.output is not None:
+        watch({"stage": "report"})
+    told = (part for tell in (sections, details) for part in tell(outcome))
+    title = f"{out.robot.name}: poses that can be reached"
+    return outcome.paged(o.output, told, lambda: texts(out), FILES[4], title=title, kind="Cable robot")
 
 
 def details(made: Outcome) -> Iterator[Section]:
@@ -145,7 +109,7 @@ def details(made: Outcome) -> Iterator[Section]:
 
 def _summary(made: Any) -> str:
     """One line on the whole list."""
-    from robocal.jobs.cable.poses_result import STOPPED_BY
+    from robocal.jobs.cable.poses import STOPPED_BY
 
     stopped = ", ".join(f"{STOPPED_BY[name]} {count}" for name, count in made.limits.items() if count)
     return f"{len(made.names)} poses, {figure(100 * made.listing.reached)} % of the box Z reached; stopped by {stopped}"
@@ -153,7 +117,7 @@ def _summary(made: Any) -> str:
 
 def sections(made: Outcome) -> Iterator[Section]:
     """What stopped the motions, where they start, and what the choice is worth."""
-    from robocal.jobs.cable.poses_result import STOPPED_BY
+    from robocal.jobs.cable.poses import STOPPED_BY
 
     found = made.result
     n, robot, (k, l) = len(found.names), found.robot, found.start.nearest
@@ -167,13 +131,12 @@ def sections(made: Outcome) -> Iterator[Section]:
     yield Section.of("", table("stopped by", "motions", "share [%]", right=(1, 2), rows=rows))
     if found.choice is not None:
         yield _chosen(found.choice, n)
-    if made.written:
-        yield Section.of("", Written(made.written))
+    yield from ends(written=made.written)
 
 
 def _chosen(choice: Any, n: int) -> Section:
     """What the chosen poses are expected to tell, beside as many at random and all."""
-    from robocal.jobs.cable.poses_result import EXPECTED_OF
+    from robocal.jobs.cable.poses import EXPECTED_OF
 
     count = len(choice.chosen)
     rows = (

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from robocal.cables.choice import METHOD, POWER
 from robocal.report.sections import Section, Text, Written, figure, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Opt, Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "details", "run", "sections"]
@@ -32,68 +31,34 @@ class Options(Told):
     robot: w.CableRobot
     poses: w.PlatformPoses
     method: w.TensionMethod = METHOD
-    power: Annotated[float | None, Opt("Of --method p-norm, from 2 on", metavar="P", otherwise=f"{POWER:g}")] = None
+    power: float | None = opt(None, "Of --method p-norm, from 2 on", metavar="P", otherwise=f"{POWER:g}")
     mass: w.PlatformMass = None
     payload: w.Payload = 0.0
-    wrench: Annotated[
-        str | None,
-        Opt(
-            "Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm",
-            metavar="FX,FY,FZ,MX,MY,MZ",
-        ),
-    ] = None
+    wrench: str | None = opt(
+        None,
+        "Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm",
+        metavar="FX,FY,FZ,MX,MY,MZ",
+    )
     limits: w.TensionLimits = None
     length: w.MomentLength = None
-    output: Annotated[
-        Path | None, Opt(f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
-    ] = None
+    output: Path | None = opt(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Tensions with what they hold, margins and missing wrenches; a folder gets FILES. Raises InputError."""
-    from robocal.cables.statics import gravity_wrench
-    from robocal.cables.tension import capacity_margin, distribute
-    from robocal.errors import ModelError
-    from robocal.files.cable.lists import read_platform_poses
-    from robocal.files.cable.robot import read_cable
     from robocal.files.plain import json_text
-    from robocal.files.text import InputFile
-    from robocal.files.writing import refuse_existing, write_files
-    from robocal.jobs.cable.load import held_robot, lever_of, mass_of, robot_input, said_of, wrench_of
-    from robocal.jobs.cable.tension import bare, doubts, leaning, listed, structures
-    from robocal.jobs.cable.tension_result import Tensions
-    from robocal.report.page import page
+    from robocal.files.writing import refuse_existing
+    from robocal.jobs.cable.tension import held
 
-    if o.output is not None:
-        refuse_existing(o.output, FILES, o.force)
-    file = read_cable(o.robot)
-    able, weight = held_robot(file, o.limits), mass_of(file, o.payload, o.mass)
-    rows = read_platform_poses(o.poses, able)
-    lever = lever_of(file, o.length)
-    structure = structures(able, rows, o.poses)
-    extra = wrench_of(file, o.wrench) + (0.0 if rows.wrench is None else rows.wrench)
-    load = (gravity_wrench(rows.values, weight, able.com) + extra)[:, able.axes]
-    exponent = POWER if o.power is None else o.power
-    with said_of({"method": "--method", "power": "--power"}):
-        spread = distribute(structure, load, able.need("limits"), o.method, exponent)
-        if o.power is not None and o.method != "p-norm":
-            raise ModelError("a power is of the p-norm alone", key="power", found=o.power, expected="--method p-norm")
-    margin = capacity_margin(structure, load, able.need("limits"), lever)
-    missing = spread.missing(lever)
-    made = Tensions(
-        able, rows.names, rows.values, spread, margin, missing, exponent, lever, weight,
-        listed(able, rows, spread, margin, missing, file),
-        (*file.warnings, *rows.warnings, *leaning(able, rows), *bare(able, rows.names, spread, margin)),
-        doubts(able, rows.names, spread, missing),
-        (robot_input(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command,
+    refuse_existing(o.output, FILES, o.force)
+    made = held(o, POWER if o.power is None else o.power, command)
+    outcome = Outcome(made, lambda: made.document, not made.doubts, (*made.warnings, *made.doubts), made.text).kept(())
+    told = (part for tell in (sections, details) for part in tell(outcome))
+    return outcome.paged(
+        o.output, told, lambda: {FILES[0]: made.text, FILES[1]: json_text(made.document)}, FILES[2],
+        title=f"{made.robot.name}: tensions", kind="Cable robot",
     )  # fmt: skip
-    outcome = Outcome(made, lambda: made.document, not made.doubts, (*made.warnings, *made.doubts), made.text)
-    if o.output is None:
-        return outcome.kept(())
-    shown = page(f"{able.name}: tensions", (*sections(outcome), *details(outcome)), kind="Cable robot")
-    texts = dict(zip(FILES, (made.text, json_text(made.document), shown), strict=True))
-    return outcome.kept(write_files(o.output, texts))
 
 
 def details(made: Outcome) -> Iterator[Section]:

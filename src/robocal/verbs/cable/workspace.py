@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from robocal.report.sections import Remarks, Section, Text, Written, figure, table
+from robocal.report.sections import Section, Text, ends, figure, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Opt, Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "details", "run", "sections"]
@@ -30,103 +30,64 @@ class Options(Told):
     """
 
     robot: w.CableRobot
-    orientation: Annotated[
-        tuple[str, ...],
-        Opt(
-            "A rotation vector; repeat for several, all of which are to be held",
-            metavar="RX,RY,RZ",
-            unit="angle",
-            otherwise="upright",
-        ),
-    ] = ()
-    tilt: Annotated[
-        float | None,
-        Opt("Hold tilts too: half the angle and all of it, about 8 horizontal axes", metavar="ANGLE", unit="angle"),
-    ] = None
-    payload: Annotated[
-        str | None,
-        Opt("More mass at the centre of mass, one number or a range: say 0,20", metavar="LO,HI", unit="mass"),
-    ] = None
-    mass: Annotated[
-        str | None, Opt("Of the platform, one number or a range, instead of the file's", metavar="LO,HI", unit="mass")
-    ] = None
-    wrench: Annotated[
-        tuple[str, ...],
-        Opt(
-            "Acts beside the weight at the platform's origin, base axes: the robot file's unit of force, and Nm; repeat for "
-            "several, all of which are to be held, with 0,0,0,0,0,0 for none",
-            metavar="FX,FY,FZ,MX,MY,MZ",
-        ),
-    ] = ()
-    acceleration: Annotated[float, Opt("Of the centre of mass, in any direction", metavar="A", unit="m/s2")] = 0.0
-    reserve: Annotated[float, Opt("A disturbance in any direction that is held on top", metavar="F", unit="force")] = (
-        0.0
+    orientation: tuple[str, ...] = opt(
+        (),
+        "A rotation vector; repeat for several, all of which are to be held",
+        numbers="RX,RY,RZ",
+        unit="angle",
+        otherwise="upright",
     )
+    tilt: float | None = opt(
+        None, "Hold tilts too: half the angle and all of it, about 8 horizontal axes", metavar="ANGLE", unit="angle"
+    )
+    payload: str | None = opt(
+        None, "More mass at the centre of mass, one number or a range: say 0,20", metavar="LO,HI", unit="mass"
+    )
+    mass: str | None = opt(
+        None, "Of the platform, one number or a range, instead of the file's", metavar="LO,HI", unit="mass"
+    )
+    wrench: tuple[str, ...] = opt(
+        (),
+        "Acts beside the weight at the platform's origin, base axes: the robot file's unit of force, and Nm; repeat for "
+        "several, all of which are to be held, with 0,0,0,0,0,0 for none",
+        metavar="FX,FY,FZ,MX,MY,MZ",
+    )
+    acceleration: float = opt(0.0, "Of the centre of mass, in any direction", metavar="A", unit="m/s2", least=0)
+    reserve: float = opt(0.0, "A disturbance in any direction that is held on top", metavar="F", unit="force", least=0)
     limits: w.TensionLimits = None
     length: w.MomentLength = None
-    box: Annotated[
-        str | None,
-        Opt("Where to look", metavar="X0,Y0,Z0,X1,Y1,Z1", unit="length", otherwise="what the frame can reach"),
-    ] = None
-    cells: Annotated[int, Opt("Of the grid, along each axis", metavar="N", least=2, most=300)] = 41
-    rays: Annotated[int, Opt("To the exact boundary", metavar="N", least=20, most=200_000)] = 4000
-    start: Annotated[
-        str | None,
-        Opt(
-            "Where rays start",
-            metavar="X,Y,Z",
-            unit="length",
-            otherwise="the mean of the frame anchors, or the middle of what is held",
-        ),
-    ] = None
-    output: Annotated[
-        Path | None,
-        Opt(f"Write {', '.join((*FILES[:-1], *MESHES))} and {FILES[-1]} here", short="-o", metavar="DIR"),
-    ] = None
+    box: str | None = opt(
+        None, "Where to look", numbers="X0,Y0,Z0,X1,Y1,Z1", unit="length", otherwise="what the frame can reach"
+    )
+    cells: int = opt(41, "Of the grid, along each axis", metavar="N", least=2, most=300)
+    rays: int = opt(4000, "To the exact boundary", metavar="N", least=20, most=200_000)
+    start: str | None = opt(
+        None,
+        "Where rays start",
+        numbers="X,Y,Z",
+        unit="length",
+        otherwise="the mean of the frame anchors, or the middle of what is held",
+    )
+    output: Path | None = opt(
+        None, f"Write {', '.join((*FILES[:-1], *MESHES))} and {FILES[-1]} here", short="-o", metavar="DIR"
+    )
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """The workspace for what is demanded; a folder gets FILES, and MESHES of a spatial robot. Raises InputError."""
-    from robocal.cables.room import frame_box, regions
-    from robocal.cables.workspace import holds
-    from robocal.files.cable.robot import read_cable
-    from robocal.files.writing import refuse_existing, write_files
-    from robocal.jobs.cable import workspace as found
-    from robocal.jobs.cable.demand import demand_of
-    from robocal.jobs.cable.load import held_robot, robot_input
-    from robocal.jobs.cable.workspace_result import Workspace
-    from robocal.report.page import page
+    from robocal.files.writing import refuse_existing
+    from robocal.jobs.cable.workspace import texts, workspace
 
-    if o.output is not None:
-        refuse_existing(o.output, (*FILES, *MESHES), o.force)
-    file = read_cable(o.robot)
-    able = held_robot(file, o.limits)
-    demand = demand_of(
-        file, orientation=o.orientation, tilt=o.tilt, payload=o.payload, mass=o.mass, wrench=o.wrench,
-        acceleration=o.acceleration, reserve=o.reserve, length=o.length,
-    )  # fmt: skip
-    sides, how = frame_box(able, demand.rotations) if o.box is None else (found.box_of(o.box, able, file), "--box")
-    counts = tuple(o.cells if high > low else 1 for low, high in sides)
-    near = sides if o.box is not None else found.close(able, demand, sides, counts, watch)
-    made, room = found.filled(able, demand, near, counts, watch)
-    parts = regions(made) if made.inside.any() else None
-    begin = found.started(able, demand, made, parts, sides, o.start, file)
-    edge, cuts = found.boundary(able, demand, begin, sides, o.rays, found.steps(made, sides), watch)
-    remarks = () if parts is None or begin is None else found.remarks(made, parts, begin, edge)
-    result = Workspace(
-        able, demand, file.units, sides, how, made, room, parts, begin, edge, cuts, o.rays,
-        bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *remarks),
-        found.doubts(able, made, begin, file), (robot_input(file, o.robot),), command,
-    )  # fmt: skip
+    refuse_existing(o.output, (*FILES, *MESHES), o.force)
+    result = workspace(o, command, watch)
     said = (*result.warnings, *result.doubts)
-    outcome = Outcome(result, lambda: result.document, not result.doubts, said)
-    if o.output is None:
-        return outcome.kept(())
-    if watch is not None:
+    outcome = Outcome(result, lambda: result.document, not result.doubts, said).kept(())
+    if watch is not None and o.output is not None:
         watch({"stage": "write"})
-    shown = page(f"{able.name}: workspace", (*sections(outcome), *details(outcome)), kind="Cable robot")
-    return outcome.kept(write_files(o.output, {**found.texts(result), "report.html": shown}))
+    told = (part for tell in (sections, details) for part in tell(outcome))
+    title = f"{result.robot.name}: workspace"
+    return outcome.paged(o.output, told, lambda: texts(result), FILES[3], title=title, kind="Cable robot")
 
 
 def details(made: Outcome) -> Iterator[Section]:
@@ -146,7 +107,7 @@ def sections(made: Outcome) -> Iterator[Section]:
     def at(point: Sequence[float]) -> str:
         return ", ".join(f"{round(length.from_si(float(v)), 9) + 0.0:.4g}" for v in point)
 
-    def ends(sides: Any) -> str:
+    def span(sides: Any) -> str:
         return "   ".join(f"{a} {at([low])} to {at([high])}" for a, (low, high) in zip("xyz", sides, strict=True))
 
     yield Section.of("", Text.of((result.robot.name, "strong"), f"   {_demanded(found['demand'])}"))
@@ -158,22 +119,19 @@ def sections(made: Outcome) -> Iterator[Section]:
             start += f", {100 * rays['difference']:+.2f} %"
         rows.append(("rays", figure(rays[what]), start))
     yield Section.of("", table(what.split("_")[0], unit, "", right=(1,), rows=rows))
-    lines = [f"box: {ends(result.box)} {length.name}  ({result.how})"]
+    lines = [f"box: {span(result.box)} {length.name}  ({result.how})"]
     if found["extent_m"] is not None:
         cut = f"; cut off by the box at {', '.join(found['reaches_box'])}" if found["reaches_box"] else ""
         best = found["best"]
         lines += [
-            f"held: {ends(found['extent_m'])} {length.name}, centre {at(found['centre_m'])}{cut}",
+            f"held: {span(found['extent_m'])} {length.name}, centre {at(found['centre_m'])}{cut}",
             *_spares(found, force),
             f"greatest margin: {figure(force.from_si(best['margin_N']))} {force.name} at {at(best['position_m'])} {length.name}",
         ]
     held = "held" if home["held"] else "not held"
     lines.append(f"X_0, the mean of the frame anchors, {at(home['position_m'])} {length.name}: {held}")
     yield Section.of("", *map(Text.of, lines))
-    if made.remarks:
-        yield Section.of("Worth knowing", Remarks(made.remarks))
-    if made.written:
-        yield Section.of("", Written(made.written))
+    yield from ends(made.remarks, made.written)
 
 
 def _spares(found: dict[str, Any], force: Any) -> Iterator[str]:

@@ -9,8 +9,7 @@ from pathlib import Path
 from robocal.jobs.outcome import Outcome
 from robocal.jobs.watching import Watch
 from robocal.verbs import identify
-from robocal.verbs.stories.case import Case, Finding
-from robocal.verbs.stories.examples import copy_example
+from robocal.verbs.stories.case import Case, Finding, copy_example
 
 __all__ = ["CAMERA"]
 

@@ -16,8 +16,7 @@ from robocal.calibrate.identification import Identification
 from robocal.jobs.outcome import Outcome
 from robocal.jobs.watching import Watch
 from robocal.verbs import identify
-from robocal.verbs.stories.case import Case, Finding
-from robocal.verbs.stories.examples import copy_example
+from robocal.verbs.stories.case import Case, Finding, copy_example
 
 __all__ = ["RV2AJ", "TABLE_1", "true_arm"]
 
