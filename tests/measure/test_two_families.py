@@ -10,6 +10,7 @@ import scipy.optimize
 from cables.thesis_rig import SIX, specification, thesis_rig
 from measure.scenarios import build
 
+from robocal.calibrate.folds import leave_one_out
 from robocal.errors import ModelError
 from robocal.estimate import elimination
 from robocal.estimate.damping import steps
@@ -209,3 +210,23 @@ def test_tukey_is_never_first(rig):
     assert least_squares(p).cost[0] == pytest.approx(near.cost[0], rel=1e-6)
     trapped = least_squares(p, p.start)
     assert trapped.cost[0] > 1.5 * near.cost[0]
+
+
+def test_held_out_poses_are_found_without_moving_the_markers(rig):
+    """Leaving one configuration out: its pose is profiled from its own rows, everything else is what the others say."""
+    p = joint(rig)
+    x = least_squares(p).x
+    out = leave_one_out(p, x, np.arange(p.configurations), unit="px")
+    at = np.concatenate([r.configuration for r in p.residuals(x) if r.parts[0][2] == "px"])
+    for k in range(3):
+        weights = np.ones(p.configurations)
+        weights[k] = 0
+        alone = least_squares(p.with_weights(weights), x, cost_tolerance=1e-14).x
+        held = p.with_held(1).with_free(()).with_weights(1 - weights)
+        placed = least_squares(held, alone, cost_tolerance=1e-14).x
+        np.testing.assert_array_equal(placed[0, : p.places[0].start], alone[0, : p.places[0].start])
+        np.testing.assert_array_equal(placed[0, p.places[1]], alone[0, p.places[1]])
+        pixels = np.concatenate([r.length() for r in p.residuals(placed) if r.parts[0][2] == "px"])
+        ratio = out[at == k] / pixels[at == k]
+        np.testing.assert_allclose(ratio, ratio[0], rtol=1e-4)  # one factor for the numbers that the pose took
+        assert ratio[0] >= 1

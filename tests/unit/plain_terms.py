@@ -37,6 +37,9 @@ class Plain:
         other.size = len(column_of)
         return other
 
+    def hold(self, family):
+        raise NotImplementedError
+
     def accumulate(self, *_):
         return False
 

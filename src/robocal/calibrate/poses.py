@@ -21,7 +21,9 @@ Array = NDArray[np.float64]
 def own_poses(problem: Problem, x: Array, configurations: NDArray[np.bool_]) -> tuple[Array, Array, bool]:
     """x (B, P) with the poses of some configurations (B, U) fitted to their own rows, the factor of what these rows leave,
     (B, U), and whether every fit converged. Other poses stay."""
-    alone = problem.with_free(()).with_weights(configurations.astype(float))
+    # Targets that are blocks too belong to everybody, like any shared column: a held-out row must not move them.
+    kept = problem.with_held(1) if len(problem.families) > 1 else problem
+    alone = kept.with_free(()).with_weights(configurations.astype(float))
     solved = least_squares(alone, x)
     place, width = problem.places[0], problem.families[0].width
     out = np.array(x)

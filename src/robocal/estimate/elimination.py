@@ -53,7 +53,7 @@ def squares(problem: Problem, x: Array, lin: Linear | None = None) -> Squares:
 
 def reducible(problem: Problem) -> bool:
     """Whether local blocks are eliminated from the normal equations: with two families, and where a Jacobian would be large."""
-    return len(problem.families) > 1 or (problem.blocks > 0 and int(problem.numbers.sum()) * problem.n > DENSE)
+    return problem.sizes[1][1] > 0 or (problem.blocks > 0 and int(problem.numbers.sum()) * problem.n > DENSE)
 
 
 def _reduced(problem: Problem, x: Array) -> Squares:

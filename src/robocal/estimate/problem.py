@@ -190,6 +190,12 @@ class Problem:
         made[family] = made[family].with_prior(sigma, covariance)
         return replace(self, families=tuple(made))
 
+    def with_held(self, family: int) -> Problem:
+        """The same problem, where the blocks of a family stay where x has them: they take part in no step and have no prior."""
+        made = list(self.families)
+        made[family] = replace(made[family], axes=(), prior=None)
+        return replace(self, families=tuple(made), terms=tuple(t.hold(family) for t in self.terms))
+
     # --- evaluation ---------------------------------------------------------------------------------------------------------
 
     def retract(self, x: Array, step: Array, *local: Array) -> Array:

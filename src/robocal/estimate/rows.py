@@ -78,6 +78,9 @@ class Term(Protocol):
     def without(self, rows: Bools) -> Term:
         """The same term with these rows (m,) set aside."""
 
+    def hold(self, family: int) -> Term:
+        """The same rows, where the local blocks of a family (0 or 1) stay where x has them."""
+
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         """r (B, m, d), J (B, m, d, k), J of the local blocks (B, m, d, l), those of the first family before those of the second
         (none of a family that no row touches); `which` (B,) says which problems of the batch these are."""

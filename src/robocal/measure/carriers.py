@@ -44,6 +44,9 @@ class Carrier(Protocol):
     def bind(self, column_of: Ints) -> Carrier:
         """The same frame with Jacobian columns for the free table rows."""
 
+    def hold(self, family: int) -> Carrier:
+        """The same frame, where the blocks of a family (0 or 1) stay where x has them."""
+
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
         """T, J, J of the local block; J has only its three upper rows when turn is False."""
 
@@ -70,6 +73,9 @@ class Path:
         output[used] = np.arange(len(used))
         return replace(self, columns=column_of[used], entries=self.program.entries(output))
 
+    def hold(self, family: int) -> Path:
+        return self
+
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
         t, j = self.program.run(
             x, self.phi, self.entries, len(self.columns), turn=turn, first=first, rows=rows, trig=self.trig
@@ -92,10 +98,15 @@ class LocalPose:
 
     @property
     def local(self) -> Locals:
+        if not self.axes:
+            return None, None
         return (None, self.block) if self.family else (self.block, None)
 
     def bind(self, column_of: Ints) -> LocalPose:
         return self
+
+    def hold(self, family: int) -> LocalPose:
+        return replace(self, axes=()) if family == self.family else self
 
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
         from robocal.measure._kernels import frames_of
@@ -104,7 +115,7 @@ class LocalPose:
         t = np.empty((len(x), rows, 4, 4))
         frames_of(np.ascontiguousarray(x), self.at, self.block[first : first + rows], t)
         jl = np.empty((len(x), rows, high, len(self.axes)))
-        jl[:] = np.eye(6)[:high, self.axes]
+        jl[:] = np.eye(6)[:high, list(self.axes)]
         return t, np.empty((len(x), rows, high, 0)), jl
 
 
@@ -118,6 +129,9 @@ class KnownPose:
     moves: bool = True
 
     def bind(self, column_of: Ints) -> KnownPose:
+        return self
+
+    def hold(self, family: int) -> KnownPose:
         return self
 
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
@@ -149,6 +163,9 @@ class Gathered:
     def bind(self, column_of: Ints) -> Gathered:
         return Gathered(self.inner.bind(column_of), self.which)
 
+    def hold(self, family: int) -> Gathered:
+        return Gathered(self.inner.hold(family), self.which)
+
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
         own = self.which[first : first + rows]
         lo, hi = (int(own.min()), int(own.max()) + 1) if rows else (0, 0)
@@ -177,6 +194,9 @@ class Inverse:
 
     def bind(self, column_of: Ints) -> Inverse:
         return Inverse(self.inner.bind(column_of))
+
+    def hold(self, family: int) -> Inverse:
+        return Inverse(self.inner.hold(family))
 
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
         from robocal.measure._kernels import inverse_kernel
@@ -209,6 +229,9 @@ class Product:
 
     def bind(self, column_of: Ints) -> Product:
         return Product(self.a.bind(column_of), self.b.bind(column_of))
+
+    def hold(self, family: int) -> Product:
+        return Product(self.a.hold(family), self.b.hold(family))
 
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
         from robocal.measure._kernels import product_kernel

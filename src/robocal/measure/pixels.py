@@ -46,9 +46,6 @@ class PixelRows(Rows):
         super().__init__(builder.view(obs, target, index[first]), obs, index, UNSTATED, intrinsics, sight)
         self.edges = np.append(first, len(index))
         self.point = np.ascontiguousarray(obs.extra["point"][index])
-        one, two = (np.ascontiguousarray(block[first]) for block in self.local)
-        self.blocks = one, two
-        self.sight_pair = np.ascontiguousarray(self.pair[first])
 
     def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
         assert self.sight is not None
@@ -67,17 +64,29 @@ class PixelRows(Rows):
         from robocal.measure._kernels import accumulate_sights
 
         value = self.value if len(self.value) == 1 else self.value[which]
-        one, two = self.blocks
-        sights = max(1, CHUNK // (len(x) * 6 * max(1, len(self.columns) + 12)))
-        for first in range(0, len(self.edges) - 1, sights):
-            some = min(sights, len(self.edges) - 1 - first)
-            t, j, jl = self.carrier.pose(x, first, some)
-            accumulate_sights(
-                t, j, jl, first, out.gl.shape[2] if self.touches[0] else 0, np.ascontiguousarray(x[:, self.numbers]), self.own, self.edges,
-                self.point, value, self.scale, weight, self.configuration, self.columns, one, two, self.sight_pair + pair,
-                loss.kind, loss.tuning, loss.curved, out.cost, out.g, out.a, out.gl, out.al, out.asl, out.gm, out.am, out.asm, out.cross,
-            )  # fmt: skip
+        one, two, own = (np.ascontiguousarray(of[self.edges[:-1]]) for of in (*self.local, self.pair))
+        cut = out.gl.shape[2] if self.touches[0] else 0
+        for part, lo, hi in self._spans(weight):
+            some = slice(part, part + 1) if part >= 0 else slice(None)
+            mine, here = out.part(some), x[some]
+            sights = max(1, CHUNK // (len(here) * 6 * max(1, len(self.columns) + 12)))
+            for first in range(lo, hi, sights):
+                t, j, jl = self.carrier.pose(here, first, min(sights, hi - first))
+                accumulate_sights(
+                    t, j, jl, first, cut, np.ascontiguousarray(here[:, self.numbers]), self.own, self.edges, self.point,
+                    value[some] if len(value) > 1 else value, self.scale, weight[some] if len(weight) > 1 else weight, self.configuration,
+                    self.columns, one, two, own + pair, loss.kind, loss.tuning, loss.curved[some], mine.cost, mine.g, mine.a, mine.gl,
+                    mine.al, mine.asl, mine.gm, mine.am, mine.asm, mine.cross,
+                )  # fmt: skip
         return True
+
+    def _spans(self, weight: Array) -> list[tuple[int, int, int]]:
+        """Which sights have a weight, first and behind the last: of all problems together (-1), or of each where they differ."""
+        active = weight[:, self.configuration[self.edges[:-1]]] > 0
+        ends = [(int(some[0]), int(some[-1]) + 1) if len(some) else (0, 0) for some in map(np.flatnonzero, active)]
+        if all(end == ends[0] for end in ends):
+            return [(-1, *ends[0])]
+        return [(b, *end) for b, end in enumerate(ends)]
 
 
 def rays(obs: Observations, uv: Array) -> Array:

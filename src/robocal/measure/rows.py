@@ -56,15 +56,7 @@ class Rows(ABC):
         self.configuration = np.ascontiguousarray(obs.configuration[index])
         # Which row of the carriers each row looks through: its own, where a kind does not say otherwise.
         self.sight = sight
-        blocks = [block if block is None or sight is None else block[sight] for block in locals_of(self.carriers)]
-        self.touches = blocks[0] is not None, blocks[1] is not None
-        none = np.full(len(index), -1, dtype=np.int64)
-        one, two = (none if block is None else block for block in blocks)
-        self.local = one, two
-        self.pairs, self.pair = np.zeros((0, 2), dtype=np.int64), none
-        if all(self.touches):
-            self.pairs, pair = np.unique(np.column_stack(self.local), axis=0, return_inverse=True)
-            self.pair = np.ascontiguousarray(pair.ravel())
+        self._meet()
         self.value = np.ascontiguousarray(obs.value[..., index, :] if obs.value.ndim == 3 else obs.value[None, index])
         sigma = (
             np.broadcast_to(np.asarray(default, float), (len(index), len(default)))
@@ -78,6 +70,27 @@ class Rows(ABC):
         self.rounding = None if obs.rounding is None else obs.rounding[index]
         self.numbers = numbers
         self.own, self.own_columns = NONE, NONE  # which numbers are free, and their columns
+
+    def _meet(self) -> None:
+        """Which local blocks the rows touch."""
+        sight, count = self.sight, len(self.index)
+        blocks = [block if block is None or sight is None else block[sight] for block in locals_of(self.carriers)]
+        self.touches = blocks[0] is not None, blocks[1] is not None
+        none = np.full(count, -1, dtype=np.int64)
+        one, two = (none if block is None else block for block in blocks)
+        self.local = one, two
+        self.pairs, self.pair = np.zeros((0, 2), dtype=np.int64), none
+        if all(self.touches):
+            self.pairs, pair = np.unique(np.column_stack(self.local), axis=0, return_inverse=True)
+            self.pair = np.ascontiguousarray(pair.ravel())
+
+    def hold(self, family: int) -> Self:
+        """The same rows, where the local blocks of a family (0 or 1) stay where x has them."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        other.carriers = tuple(c.hold(family) for c in self.carriers)
+        other._meet()
+        return other
 
     @property
     def lever(self) -> Array | None:

@@ -29,7 +29,7 @@ class Steps:
         self.damp, self.step = np.zeros((batch, n)), np.zeros((batch, n))
         self.damp_local, self.local = (tuple(np.zeros((batch, *s)) for s in problem.sizes) for _ in range(2))
         self.length = np.zeros(batch)  # squared, of the last step
-        large = n > LARGE or len(problem.families) > 1
+        large = n > LARGE or problem.sizes[1][1] > 0
         self.system = structure(n, problem.sizes, problem.pairs) if large else None
 
     def propose(self, normal: Normal, value: Array, away: Bools, lam: Array, predicted: Array, reason: Ints) -> None:
