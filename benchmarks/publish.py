@@ -1,11 +1,10 @@
-"""What of the results the documentation shows by itself: the block of cables in docs/benchmarks.md."""
+"""What of the results the documentation shows by itself: the blocks of cables and of joint estimates in docs/benchmarks.md."""
 
 from pathlib import Path
 
 import table
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "benchmarks.md"
-BEGIN, END = "<!-- cables: begin -->\n", "<!-- cables: end -->"
 
 
 def number(value: float | None, unit: str = "") -> str:
@@ -57,22 +56,74 @@ def grid(rows: list[dict]) -> str:
     )
 
 
-def block(document: dict) -> str:
-    """The block, without its markers."""
-    made, on = document["sections"], document["measured"]["cables"]
-    parts = [
-        f"Last run: {on['date']}, {on['cpu']}, {on['cores']} cores, Python {on['python']}, one thread each; CPU time.",
-        tension(made["cable_tension"]),
-        poses(made["cable_poses"]),
-        grid(made["cable_grid"]),
+def joint(rows: list[dict]) -> str:
+    """One row per scene and contestant."""
+    body = [
+        [f"{r['scene']}, {r['corners']} corners", r["what"], number(r["cpu_s"], "s"), number(r["cpu_over_robocal"]), str(r["iterations"])]
+        + [number(r["off_cost"])]
+        for r in rows
+    ]  # fmt: skip
+    return table.markdown(
+        ["views x markers", "", "CPU time", "over robocal", "iterations", "cost above the lowest"], body
+    )
+
+
+def robust(rows: list[dict]) -> str:
+    """One row per loss and contestant."""
+    body = [
+        [r["scene"], r["what"], number(r["cpu_s"], "s"), number(r["cpu_over_plain"]), str(r["iterations"])]
+        for r in rows
     ]
-    return "\n\n".join(parts) + "\n"
+    return table.markdown(["3 % gross corners, loss", "", "CPU time", "over none", "iterations"], body)
+
+
+def evidence(rows: list[dict]) -> str:
+    """One row per piece of evidence."""
+    body = [
+        [r["what"], r["scene"], number(r["cpu_s"], "s"), number(r["more_MB"], "MB"), number(r["peak_MB"], "MB")]
+        for r in rows
+    ]
+    return table.markdown(
+        ["robocal", "views x markers", "CPU time", "memory more than before", "largest of the process"], body
+    )
+
+
+def head(document: dict, section: str) -> str:
+    """When and where a section was measured."""
+    on = document["measured"][section]
+    return (
+        f"Last run: {on['date']}, {on['cpu']}, {on['cores']} cores, Python {on['python']}, one thread each; CPU time."
+    )
+
+
+def cables(document: dict) -> list[str]:
+    """The parts of the block of cables."""
+    made = document["sections"]
+    return [tension(made["cable_tension"]), poses(made["cable_poses"]), grid(made["cable_grid"])]
+
+
+def joints(document: dict) -> list[str]:
+    """The parts of the block of joint estimates."""
+    made = document["sections"]
+    return [
+        joint(made["joint"]),
+        robust(made["joint_robust"]),
+        evidence(made["joint_evidence"]),
+        joint(made["joint_growth"]),
+    ]
+
+
+BLOCKS = {"cables": cables, "joint": joints}
 
 
 def publish(document: dict, page: Path = PAGE) -> None:
-    """Put the block between its markers, if the results have it."""
-    if "cables" not in document.get("measured", {}):
-        return
+    """Put every block that the results have between its markers."""
     text = page.read_text(encoding="utf-8")
-    before, rest = text.split(BEGIN)
-    page.write_text(before + BEGIN + block(document) + END + rest.split(END)[1], encoding="utf-8")
+    for name, parts in BLOCKS.items():
+        begin, end = f"<!-- {name}: begin -->\n", f"<!-- {name}: end -->"
+        if name not in document.get("measured", {}) or begin not in text:
+            continue
+        before, rest = text.split(begin)
+        block = "\n\n".join([head(document, name), *parts(document)]) + "\n"
+        text = before + begin + block + end + rest.split(end)[1]
+    page.write_text(text, encoding="utf-8")

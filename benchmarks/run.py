@@ -130,7 +130,14 @@ def cables() -> dict[str, list[dict]]:
     return section.sections()
 
 
-SECTIONS = {"cross_validation": cross_validation, "robocal": robocal, "cables": cables}
+def joint() -> dict[str, list[dict]]:
+    """Poses, markers, cables and a camera in one estimate, beside Ceres in C++."""
+    import joint_sections as section
+
+    return section.sections()
+
+
+SECTIONS = {"cross_validation": cross_validation, "robocal": robocal, "cables": cables, "joint": joint}
 
 
 def sections(names) -> dict:

@@ -121,7 +121,8 @@ def test_the_documentation_shows_the_results(bench, tmp_path):
     document = json.loads((BENCHMARKS / "results.json").read_text())
     page = tmp_path / "benchmarks.md"
     text = publish.PAGE.read_text(encoding="utf-8")
-    head, rest = text.split(publish.BEGIN)
-    page.write_text(head + publish.BEGIN + "old\n" + publish.END + rest.split(publish.END)[1], encoding="utf-8")
+    begin, end = "<!-- cables: begin -->\n", "<!-- cables: end -->"
+    head, rest = text.split(begin)
+    page.write_text(head + begin + "old\n" + end + rest.split(end)[1], encoding="utf-8")
     publish.publish(document, page)
     assert page.read_text(encoding="utf-8") == text

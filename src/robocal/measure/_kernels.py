@@ -155,33 +155,29 @@ def project_point(x, y, z, f, uv, jp, ji):
 def congruence(h, c, both, half, out, g, gout):
     """out <- [G 0; 0 1]^T h [G 0; 0 1], gout <- [G 0; 0 1]^T g: from six motions of a frame and c numbers of an instrument to what
     moves the frame, G = both (6, q); h (6 + c, 6 + c) and out (q + c, q + c) lower triangles, half (6, q) is work space."""
+    # Sums over the six motions are written out: one pass over contiguous columns each.
     q = both.shape[1]
+    m0, m1, m2, m3, m4, m5 = both[0], both[1], both[2], both[3], both[4], both[5]
     for i in range(6):
+        a0, a1, a2 = h[i, 0], h[max(i, 1), min(i, 1)], h[max(i, 2), min(i, 2)]
+        a3, a4, a5 = h[max(i, 3), min(i, 3)], h[max(i, 4), min(i, 4)], h[5, i]
+        row = half[i]
         for k in range(q):
-            half[i, k] = 0.0
-        for j in range(6):
-            f = h[max(i, j), min(i, j)]
-            for k in range(q):
-                half[i, k] += f * both[j, k]
+            row[k] = a0 * m0[k] + a1 * m1[k] + a2 * m2[k] + a3 * m3[k] + a4 * m4[k] + a5 * m5[k]
+    n0, n1, n2, n3, n4, n5 = half[0], half[1], half[2], half[3], half[4], half[5]
     for p in range(q):
+        a0, a1, a2, a3, a4, a5 = m0[p], m1[p], m2[p], m3[p], m4[p], m5[p]
+        row = out[p]
         for k in range(p + 1):
-            out[p, k] = 0.0
-        s = 0.0
-        for i in range(6):
-            f = both[i, p]
-            s += f * g[i]
-            for k in range(p + 1):
-                out[p, k] += f * half[i, k]
-        gout[p] = s
+            row[k] = a0 * n0[k] + a1 * n1[k] + a2 * n2[k] + a3 * n3[k] + a4 * n4[k] + a5 * n5[k]
+        gout[p] = a0 * g[0] + a1 * g[1] + a2 * g[2] + a3 * g[3] + a4 * g[4] + a5 * g[5]
     for p in range(c):
+        a0, a1, a2, a3, a4, a5 = h[6 + p, 0], h[6 + p, 1], h[6 + p, 2], h[6 + p, 3], h[6 + p, 4], h[6 + p, 5]
+        row = out[q + p]
         for k in range(q):
-            out[q + p, k] = 0.0
-        for i in range(6):
-            f = h[6 + p, i]
-            for k in range(q):
-                out[q + p, k] += f * both[i, k]
+            row[k] = a0 * m0[k] + a1 * m1[k] + a2 * m2[k] + a3 * m3[k] + a4 * m4[k] + a5 * m5[k]
         for k in range(p + 1):
-            out[q + p, q + k] = h[6 + p, 6 + k]
+            row[q + k] = h[6 + p, 6 + k]
         gout[q + p] = g[6 + p]
 
 
