@@ -164,8 +164,7 @@ class Problem:
         return replace(self, free=tuple(n for n in self.table.names if n in wanted))
 
     def with_weights(self, weights: Array | None) -> Problem:
-        """The same rows with one weight per configuration, (U,) or (B, U); leave-one-out and bootstrap are
-        weights."""
+        """The same rows with one weight per configuration, (U,) or (B, U); leave-one-out and bootstrap are weights."""
         return replace(
             self, weights=None if weights is None else np.ascontiguousarray(np.atleast_2d(weights), dtype=float)
         )

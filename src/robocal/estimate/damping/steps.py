@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Normal
-from robocal.estimate.schur.system import structure
 
 __all__ = ["Steps"]
 
@@ -30,7 +29,11 @@ class Steps:
         self.damp_local, self.local = (tuple(np.zeros((batch, *s)) for s in problem.sizes) for _ in range(2))
         self.length = np.zeros(batch)  # squared, of the last step
         large = n > LARGE or problem.sizes[1][1] > 0
-        self.system = structure(n, problem.sizes, problem.pairs) if large else None
+        self.system = None
+        if large:
+            from robocal.estimate.schur.system import structure
+
+            self.system = structure(n, problem.sizes, problem.pairs)
 
     def propose(self, normal: Normal, value: Array, away: Bools, lam: Array, predicted: Array, reason: Ints) -> None:
         """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,); see
