@@ -40,6 +40,7 @@ def test_the_job_is_what_the_model_says(bench, monkeypatch):
     assert max(np.abs(r.value).max() for r in made.residuals(found.x)) < 1e-6
 
 
+@pytest.mark.slow
 def test_markers_as_blocks_as_columns_and_by_scipy(bench):
     job = small(bench)
     blocks, columns = (bench.joint_worker.problem_of(job, way) for way in ("families", "columns"))
