@@ -99,6 +99,7 @@ def shorten(rows, r, share):
             rows[c, p] -= q * r[c]
 
 
+FEW = 8  # columns below which their products are summed row by row
 WIDE = 96  # numbers of a column that are multiplied at once: they stay in the first-level cache
 LANES = 4  # columns at once: their sums stay in registers
 
@@ -197,7 +198,6 @@ def accumulate(r, jac, scale, weight, configuration, columns, loss, tuning, curv
                 continue
             if pull.shape[1] > 0:
                 pull[b, i] = w
-            root = math.sqrt(w)
             for c in range(d):
                 f = scale[first + i, c]
                 wr = w * r[b, i, c]
@@ -209,9 +209,18 @@ def accumulate(r, jac, scale, weight, configuration, columns, loss, tuning, curv
                 share = kept(loss, tuning, s)
                 if share < 1.0:
                     shorten(jac[b, i], r[b, i], share)
+            if k < FEW:
+                for c in range(d):
+                    row = jac[b, i, c]
+                    for p in range(k):
+                        t = w * row[p]
+                        for q in range(p + 1):
+                            small_a[p, q] += t * row[q]
+                continue
             if waiting + d > wide:
                 products(heap, waiting, small_a)
                 waiting = 0
+            root = math.sqrt(w)
             for c in range(d):
                 row = jac[b, i, c]
                 for p in range(k):

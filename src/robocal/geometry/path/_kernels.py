@@ -82,8 +82,13 @@ def path_kernel(
     skip = np.zeros(n, np.bool_)  # the identity: nothing to multiply
     shift = np.zeros(n, np.bool_)  # a frame that does not turn
     wanted = np.zeros(n, np.bool_)
-    for i in range(entries.shape[0]):
-        wanted[entries[i, 0]] = True
+    count = entries.shape[0]
+    axis = np.empty(count, np.int64)  # which motion an entry is: the element's kind, or the component of a frame
+    share = np.empty(count)  # what an entry's motion is multiplied by, but for the row
+    for i in range(count):
+        e = entries[i, 0]
+        wanted[e] = True
+        axis[i] = entries[i, 1] if elements[e, 0] == 7 else elements[e, 0]
     plain = np.zeros(n, np.int64)  # +1 or -1 for an ordinary turning joint
     drive = np.zeros(n, np.int64)  # and the column that drives it
     before = np.zeros((n, 9))
@@ -137,6 +142,10 @@ def path_kernel(
                 sine[e] = math.sin(value)
             else:
                 _screw(screws[e], value, fixed_r[e], fixed_p[e])
+        for i in range(count):
+            share[i] = entry_factor[i]
+            if entries[i, 4] >= 0:
+                share[i] *= theta[b, entries[i, 4]]
         for m in range(rows):
             r0, r1, r2, r3, r4, r5, r6, r7, r8 = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
             px, py, pz = 0.0, 0.0, 0.0
@@ -225,14 +234,12 @@ def path_kernel(
             element = -1
             part = -1
             vx, vy, vz, wx, wy, wz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            for i in range(entries.shape[0]):
+            for i in range(count):
                 e = entries[i, 0]
-                if e != element or entries[i, 1] != part:
+                kind = axis[i]
+                if e != element or kind != part:
                     element = e
-                    part = entries[i, 1]
-                    kind = elements[e, 0]
-                    if kind == 7:
-                        kind = part
+                    part = kind
                     q = before[e]
                     if kind < 3:
                         vx, vy, vz = q[kind], q[3 + kind], q[6 + kind]
@@ -254,11 +261,9 @@ def path_kernel(
                         vy += wz * lx - wx * lz
                         vz += wx * ly - wy * lx
                 col = entries[i, 2]
-                f = entry_factor[i]
+                f = share[i]
                 if entries[i, 3] >= 0:
                     f *= phi[bp, first + m, entries[i, 3]]
-                if entries[i, 4] >= 0:
-                    f *= theta[b, entries[i, 4]]
                 out[0, col] += f * vx
                 out[1, col] += f * vy
                 out[2, col] += f * vz
