@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._jit import as_kernel_array
-from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
+from robocal.cables.geometry import SYMBOLS, CableRobot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
@@ -47,18 +47,42 @@ class LengthRows(Rows):
         self.radius, self.axis = as_kernel_array((pulleys or eyelets).radius, (pulleys or eyelets).axis)
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        from robocal.measure.cable._kernels import evaluate_lengths
+
         assert self.sight is not None
-        own, cable = self.sight[first : first + rows], self.cable[first : first + rows]
+        part = slice(first, first + rows)
+        own, value = self.sight[part], as_kernel_array(self.measured(which, first, rows))
         lo, hi = (int(own.min()), int(own.max()) + 1) if rows else (0, 0)
-        t, j, jl = (part.take(own - lo, axis=1) for part in self.carrier.pose(x, lo, hi - lo))
-        numbers = x[:, self.numbers].reshape(len(x), -1, len(SYMBOLS))[:, cable]
-        pulley = None if self.pulleys is None else Pulleys(self.radius[cable], self.axis[cable])
-        length, by_pose, by_cable = lengths(t, numbers, pulley)
-        row = by_pose[:, :, None, :]
+        t, j, jl = self.carrier.pose(x, lo, hi - lo)
+        k = j.shape[3]
+        r, jac = np.empty((len(x), rows, 1)), np.zeros((len(x), rows, 1, k + len(self.own)))
+        jloc = np.empty((len(x), rows, 1, jl.shape[3]))
+        evaluate_lengths(
+            t,
+            j,
+            jl,
+            self._numbers(x),
+            self.radius,
+            self.axis,
+            own - lo,
+            self.cable[part],
+            *self._free,
+            value,
+            r,
+            jac,
+            jloc,
+        )
+        return r, jac, jloc
+
+    def _numbers(self, x: Array) -> Array:
+        """The numbers of every cable, (B, C, 7)."""
+        return np.ascontiguousarray(x[:, self.numbers].reshape(len(x), -1, len(SYMBOLS)))
+
+    @property
+    def _free(self) -> tuple[Ints, Ints]:
+        """Where the free numbers of each cable begin (C + 1,), and which of the seven each is (c,)."""
         owner, symbol = np.divmod(self.own, len(SYMBOLS))
-        mine = by_cable[:, :, symbol] * (cable[:, None] == owner)
-        jac = np.concatenate([row @ j, mine[:, :, None]], axis=-1)
-        return length[..., None] - self.measured(which, first, rows), jac, row @ jl
+        return np.searchsorted(owner, np.arange(len(self.radius) + 1)), symbol
 
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         from robocal.measure.cable._kernels import accumulate_lengths
@@ -67,15 +91,13 @@ class LengthRows(Rows):
             return False
         assert self.sight is not None
         poses = int(self.sight.max(initial=-1)) + 1
-        owner, symbol = np.divmod(self.own, len(SYMBOLS))
-        edges = np.searchsorted(owner, np.arange(len(self.radius) + 1))
         many = max(1, CHUNK // (64 * max(poses, 1)))
         for lo in range(0, len(x), many):
             part = slice(lo, lo + many)
             t, j, jl = self.carrier.pose(x[part], 0, poses)
             accumulate_lengths(
-                t, j, jl, np.ascontiguousarray(x[part, self.numbers].reshape(len(t), -1, len(SYMBOLS))), self.radius, self.axis,
-                self.sight, self.cable, edges, symbol, self.value if len(self.value) == 1 else self.value[which[part]], self.scale,
+                t, j, jl, self._numbers(x[part]), self.radius, self.axis, self.sight, self.cable, *self._free,
+                self.value if len(self.value) == 1 else self.value[which[part]], self.scale,
                 weight if len(weight) == 1 else weight[part], self.configuration, self.columns, self.local[0], loss.kind, loss.tuning,
                 loss.curved[part], out.cost[part], out.g[part], out.a[part], out.gl[part], out.al[part], out.asl[part],
             )  # fmt: skip

@@ -36,6 +36,49 @@ def length_of(dx, dy, dz, radius, axis, u):
 
 
 @kernel
+def slope_of(f, n, full, radius, axis, size, u, by, number):
+    """Length of the cable with numbers n (7,) to a platform at f (4, 4), less its zero, and `size` times its slopes: by the pose, by
+    (6,), and by the numbers, number (7,), where they are wanted (full); u (3,) is work space."""
+    lx = f[0, 0] * n[3] + f[0, 1] * n[4] + f[0, 2] * n[5]
+    ly = f[1, 0] * n[3] + f[1, 1] * n[4] + f[1, 2] * n[5]
+    lz = f[2, 0] * n[3] + f[2, 1] * n[4] + f[2, 2] * n[5]
+    length = length_of(f[0, 3] + lx - n[0], f[1, 3] + ly - n[1], f[2, 3] + lz - n[2], radius, axis, u) - n[6]
+    by[0], by[1], by[2] = size * u[0], size * u[1], size * u[2]
+    by[3], by[4], by[5] = ly * by[2] - lz * by[1], lz * by[0] - lx * by[2], lx * by[1] - ly * by[0]
+    if full:
+        for o in range(3):
+            number[o] = -by[o]
+            number[3 + o] = f[0, o] * by[0] + f[1, o] * by[1] + f[2, o] * by[2]
+        number[6] = -size
+    return length
+
+
+@kernel
+def evaluate_lengths(t, jac, jloc, numbers, radius, axis, sight, cable, edges, symbol, value, r, out, out_local):
+    """Residuals r (B, m, 1) and Jacobians out (B, m, 1, k + c), zero before, and out_local (B, m, 1, l); the rest is as in
+    `accumulate_lengths`."""
+    batch, k, nl = t.shape[0], jac.shape[3], jloc.shape[3]
+    u, by, number = np.empty(3), np.empty(6), np.empty(7)
+    for b in range(batch):
+        vb = b if value.shape[0] > 1 else 0
+        for i in range(sight.shape[0]):
+            c, s = cable[i], sight[i]
+            wanted = edges[c + 1] > edges[c]
+            r[b, i, 0] = (
+                slope_of(t[b, s], numbers[b, c], wanted, radius[c], axis[c], 1.0, u, by, number) - value[vb, i, 0]
+            )
+            for p in range(k):
+                for o in range(6):
+                    out[b, i, 0, p] += by[o] * jac[b, s, o, p]
+            for e in range(edges[c], edges[c + 1]):
+                out[b, i, 0, k + e] = number[symbol[e]]
+            for p in range(nl):
+                out_local[b, i, 0, p] = 0.0
+                for o in range(6):
+                    out_local[b, i, 0, p] += by[o] * jloc[b, s, o, p]
+
+
+@kernel
 def accumulate_lengths(
     t, jac, jloc, numbers, radius, axis, sight, cable, edges, symbol, value, scale, weight, configuration, columns, local, loss,
     tuning, curved, cost, g, a, gl, al, asl,
@@ -61,32 +104,21 @@ def accumulate_lengths(
             if w == 0.0 or size == 0.0:
                 continue
             c, s = cable[i], sight[i]
-            n, f = numbers[b, c], t[b, s]
-            lx = f[0, 0] * n[3] + f[0, 1] * n[4] + f[0, 2] * n[5]
-            ly = f[1, 0] * n[3] + f[1, 1] * n[4] + f[1, 2] * n[5]
-            lz = f[2, 0] * n[3] + f[2, 1] * n[4] + f[2, 2] * n[5]
-            full = length_of(f[0, 3] + lx - n[0], f[1, 3] + ly - n[1], f[2, 3] + lz - n[2], radius[c], axis[c], u)
-            r = size * (full - n[6] - value[vb, i, 0])
+            f, wanted = t[b, s], edges[c + 1] > edges[c]
+            r = size * (slope_of(f, numbers[b, c], wanted, radius[c], axis[c], size, u, by, number) - value[vb, i, 0])
             rho, slope = robust(loss, tuning, r * r)
             cost[b] += 0.5 * w * rho
             w *= slope
             if w == 0.0:
                 continue
-            by[0], by[1], by[2] = size * u[0], size * u[1], size * u[2]
-            by[3], by[4], by[5] = ly * by[2] - lz * by[1], lz * by[0] - lx * by[2], lx * by[1] - ly * by[0]
             wide = k
             for p in range(k):
                 row[p] = 0.0
                 for o in range(6):
                     row[p] += by[o] * jac[b, s, o, p]
-            if edges[c + 1] > edges[c]:
-                for o in range(3):
-                    number[o] = -by[o]
-                    number[3 + o] = f[0, o] * by[0] + f[1, o] * by[1] + f[2, o] * by[2]
-                number[6] = -size
-                for e in range(edges[c], edges[c + 1]):
-                    row[wide], feeds[wide] = number[symbol[e]], columns[k + e]
-                    wide += 1
+            for e in range(edges[c], edges[c + 1]):
+                row[wide], feeds[wide] = number[symbol[e]], columns[k + e]
+                wide += 1
             wr = w * r
             if curved[b]:
                 w *= kept(loss, tuning, r * r) ** 2

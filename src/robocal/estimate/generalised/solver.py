@@ -1,0 +1,185 @@
+"""Generalised least squares in place of local blocks.
+
+A pose that was measured with a covariance C and then enters h lengths is a local block under a prior. To first order it is an
+error that those lengths share, r + J_p e with e ~ N(m - p, C), and leaves them the information
+
+    W = (D^-1 + J_p C J_p^T)^-1,   D = diag(1 / sigma^2)
+
+A pass fits the shared columns to all configurations with W taken at one linearisation point; the blocks then follow one by one,
+and the next pass begins where they went. What the last pass moved is what the one before it was wrong by, which says whether the
+result is that of the free blocks. Reference: Fuller, Measurement error models (1987), section 3.2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import ModelError
+from robocal.estimate.generalised.rows import Correlated
+from robocal.estimate.least_squares import Solution, least_squares
+from robocal.estimate.problem import Problem
+from robocal.estimate.rows import Term
+
+__all__ = ["ENOUGH", "Generalised", "generalised", "generalised_least_squares"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+ENOUGH = 0.01  # of sigma
+PASSES = 3
+
+
+@dataclass(frozen=True)
+class Generalised:
+    """Where generalised least squares ended: x (B, P) with the blocks where they follow, `covariance` (B, n, n) of the free
+    columns, `moved` (B,) the largest move of the last pass in sigma, `exact` (B,) whether that is at most `ENOUGH`; x of the others
+    is that of the free blocks."""
+
+    x: Array
+    covariance: Array
+    moved: Array
+    exact: Bools
+    passes: int
+
+
+@dataclass(frozen=True)
+class _Shared:
+    """The numbers of configurations that have equally many, `order` (U, h), of the block `block` (U,), with S = root root^T."""
+
+    order: Ints
+    block: Ints
+    info: Array
+    root: Array
+
+
+def generalised(problem: Problem, x: Array | None = None) -> Problem:
+    """The problem without its local blocks, which stay where x (B, P) has them: rows that touched one are correlated, linearised
+    in the blocks there.
+
+    Raises ModelError where blocks are of two families, have no prior that with the rows tells where they are, or are touched by
+    several sensors, and for a robust loss.
+    """
+    x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
+    term = _touching(problem)
+    _, _, offset, shared = _linearised(problem, term, x)
+    held = problem.with_held(0)
+    here = problem.terms.index(term)
+    free, alone = held.terms[here], term.local[0] >= 0
+    parts: list[Term] = [free.without(alone)] if (term.used & ~alone).any() else []
+    for s in shared:
+        every = np.ones(len(s.order), dtype=np.bool_)
+        parts.append(Correlated(free, s.order, np.ascontiguousarray(offset[:, s.order]), s.info, every))
+    return replace(held, terms=(*held.terms[:here], *parts, *held.terms[here + 1 :]))
+
+
+def generalised_least_squares(problem: Problem, x: Array | None = None, *, passes: int = PASSES) -> Generalised:
+    """Fits the shared columns by generalised least squares from x (B, P), the table's values by default, until a pass moves
+    nothing by more than `ENOUGH` sigma; where `passes` are not enough, the free blocks are fitted, and `exact` says so.
+
+    Raises ModelError as `generalised` does.
+    """
+    x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
+    moved, before, count = np.full(len(x), np.inf), None, 0
+    while count < max(1, passes) and not (moved <= ENOUGH).all():
+        found = least_squares(generalised(problem, x), x)
+        covariance = _covariance(problem, found)
+        if before is not None:
+            sigma = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+            moved = np.abs((found.x - before)[:, problem.index] / sigma).max(axis=1, initial=0.0)
+        before, count = found.x, count + 1
+        x = follow(problem, found.x)
+    exact = np.asarray((moved <= ENOUGH) | (not problem.n))
+    if not exact.all():
+        free = least_squares(problem, x)
+        x = np.where(exact[:, None], x, free.x)
+    return Generalised(x, covariance, moved, exact, count)
+
+
+def follow(problem: Problem, x: Array) -> Array:
+    """x (B, P) with every block where its prior and its rows want it, one linear step from where it is."""
+    from robocal.estimate.generalised._kernels import place
+
+    term = _touching(problem)
+    r, jloc, _, shared = _linearised(problem, term, x)
+    family = problem.families[0]
+    off, hold = family.prior.rows(problem.values_of(0, x)) if family.prior else (np.zeros(0), np.zeros(0))
+    step = np.zeros((len(x), family.count, family.size))
+    pull = np.ascontiguousarray(np.einsum("bloi,blo->bli", hold, off))
+    for s in shared:
+        place(r, jloc, np.ascontiguousarray(term.scale.ravel()), s.order, s.block, hold, pull, s.root, step)
+    return problem.retract(x, np.zeros((len(x), problem.n)), step)
+
+
+def _touching(problem: Problem) -> Term:
+    """The one term that touches blocks."""
+    terms = [t for t in problem.terms if any(t.touches)]
+    if problem.loss != "none":
+        raise ModelError("generalised least squares knows no robust loss", found=problem.loss, expected="none")
+    if len(problem.families) != 1 or len(terms) != 1:
+        raise ModelError(
+            "generalised least squares needs one family of local blocks, touched by one sensor",
+            found=f"{len(problem.families)} families, {len(terms)} sensors",
+            expected="maximum likelihood with free blocks",
+        )
+    if problem.families[0].prior is None:
+        raise ModelError("generalised least squares needs a prior of the local blocks", expected="with_local_prior")
+    return terms[0]
+
+
+def _linearised(problem: Problem, term: Term, x: Array) -> tuple[Array, Array, Array, list[_Shared]]:
+    """Residuals (B, N), Jacobians by the blocks (B, N, l), J_p (m - p) (B, N), and what is shared, at x (B, P)."""
+    from robocal.estimate.generalised._kernels import marginal
+
+    d = term.scale.shape[1]
+    none = term.bind(np.full(x.shape[1], -1, dtype=np.int64))
+    r, _, jloc = none.evaluate(x, np.arange(len(x)), 0, len(term.scale))
+    jloc = np.ascontiguousarray(jloc.reshape(len(x), len(term.scale) * d, -1))
+    prior = problem.families[0].prior
+    assert prior is not None
+    away, hold = prior.rows(problem.values_of(0, x))
+    hold = np.ascontiguousarray(hold)
+    back = -(np.linalg.pinv(hold) @ away[..., None])[..., 0] if away.any() else -away  # to the prior's mean, (B, L, l)
+    block = np.repeat(term.local[0], d)
+    offset = np.einsum("bnl,bnl->bn", jloc, back[:, np.maximum(block, 0)])
+    counted = term.scale.ravel() > 0
+    shared = []
+    scale = np.ascontiguousarray(term.scale.ravel())
+    for blocks, order in _orders(np.repeat(term.configuration, d), block, counted):
+        info = np.empty((len(x), *order.shape, order.shape[1]))
+        root = np.empty((len(x), len(order), jloc.shape[2], jloc.shape[2]))
+        at = marginal(jloc, scale, order, blocks, hold, info, root)
+        if at >= 0:
+            raise ModelError(
+                "a local block is told neither by its prior nor by its rows", found=int(blocks[at]), expected="a prior"
+            )
+        shared.append(_Shared(order, blocks, info, root))
+    return np.ascontiguousarray(r.reshape(len(x), -1)), jloc, offset, shared
+
+
+def _orders(configuration: Ints, block: Ints, counted: Bools) -> list[tuple[Ints, Ints]]:
+    """The blocks and the numbers (U, h) that touch each, for every count h that there is; what is set aside is left out."""
+    some = np.flatnonzero(counted & (block >= 0))
+    some = some[np.argsort(block[some], kind="stable")]
+    if len(np.unique(np.column_stack([block, configuration])[some], axis=0)) != len(np.unique(block[some])):
+        raise ModelError(
+            "a local block belongs to several configurations", expected="maximum likelihood with free blocks"
+        )
+    blocks, first, count = np.unique(block[some], return_index=True, return_counts=True)
+    out = []
+    for h in np.unique(count):
+        mine = count == h
+        out.append((blocks[mine], some[first[mine][:, None] + np.arange(h)]))
+    return out
+
+
+def _covariance(problem: Problem, found: Solution) -> Array:
+    """Inverses of the Gauss-Newton matrices (B, n, n); infinite where one is not positive definite."""
+    a = np.tril(found.normal.a)
+    a = (a + np.swapaxes(np.tril(a, -1), 1, 2)) * np.outer(problem.scales, problem.scales)
+    try:
+        return np.asarray(np.linalg.inv(a) * np.outer(problem.scales, problem.scales))
+    except np.linalg.LinAlgError:
+        return np.full_like(a, np.inf)
