@@ -99,7 +99,6 @@ def shorten(rows, r, share):
             rows[c, p] -= q * r[c]
 
 
-FEW = 8  # columns below which their products are summed row by row
 WIDE = 96  # numbers of a column that are multiplied at once: they stay in the first-level cache
 LANES = 4  # columns at once: their sums stay in registers
 
@@ -177,7 +176,10 @@ def accumulate(r, jac, scale, weight, configuration, columns, loss, tuning, curv
     small_a = np.zeros((lanes, lanes))
     small_g = np.zeros(k)
     wide = max(WIDE, d)
-    heap = np.zeros((lanes, wide))  # columns of the rows that wait to be multiplied
+    heap = np.empty((lanes, wide))  # columns of the rows that wait to be multiplied
+    for p in range(k, lanes):
+        for i in range(wide):
+            heap[p, i] = 0.0
     for b in range(batch):
         wb = b if weight.shape[0] > 1 else 0
         small_a[:] = 0.0
@@ -209,14 +211,6 @@ def accumulate(r, jac, scale, weight, configuration, columns, loss, tuning, curv
                 share = kept(loss, tuning, s)
                 if share < 1.0:
                     shorten(jac[b, i], r[b, i], share)
-            if k < FEW:
-                for c in range(d):
-                    row = jac[b, i, c]
-                    for p in range(k):
-                        t = w * row[p]
-                        for q in range(p + 1):
-                            small_a[p, q] += t * row[q]
-                continue
             if waiting + d > wide:
                 products(heap, waiting, small_a)
                 waiting = 0

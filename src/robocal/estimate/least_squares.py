@@ -78,7 +78,7 @@ _WORDS = {
 
 
 # Plain integers: looking an enum up costs more than a small solve.
-_RUNNING, _NOT_FINITE = int(Reason.RUNNING), int(Reason.NOT_FINITE)
+_RUNNING = int(Reason.RUNNING)
 
 
 @dataclass(frozen=True)
@@ -145,47 +145,52 @@ def _damped(
 
     batch = len(x)
     normal = problem.normal(x)
-    reason = np.where(np.isfinite(normal.cost), _RUNNING, _NOT_FINITE)
-    lam, grow = np.full(batch, damping), np.full(batch, GROW)
-    iterations = np.zeros(batch, dtype=np.int64)
+    reason, iterations, numbers = np.zeros(batch, dtype=np.int64), np.zeros(batch, dtype=np.int64), np.zeros((5, batch))
+    lam, grow, predicted, best, failed = (
+        numbers  # failed: how long the last step was that did not lower the cost, in expected errors
+    )
+    lam += damping
+    grow += GROW
     first = normal.cost.copy()
     history = [first]
-    steps, predicted = Steps(problem, batch, np.array(tolerances), damping > 0.0), np.zeros(batch)
-    lower, upper = problem.bounds
+    steps = Steps(problem, batch, np.array(tolerances), damping > 0.0)
     bounded, robust = problem.bounded, problem.loss != "none" and damping > 0
-    nothing = np.empty((batch, 0))
-    away, best = np.zeros(batch, dtype=np.bool_), np.zeros(batch)
-    failed = np.zeros(batch)  # how long the last step was that did not lower the cost, in expected errors
+    value, away = np.empty((batch, 0)), np.zeros(batch, dtype=np.bool_)
     home: _Home | None = None
     bent = np.zeros(batch, dtype=np.bool_)  # near the end the curvature of a loss counts: weights alone would creep on
+    fails = False  # whether any step ever did
     while len(history) <= most:
-        value = np.ascontiguousarray(x[:, problem.index]) if bounded else nothing
-        steps.propose(normal, value, away, lam, predicted, reason)
+        if bounded:
+            value = np.ascontiguousarray(x[:, problem.index])
+        going = steps.propose(normal, value, away, lam, predicted, reason)
         if home is not None and (reason == LOST).any():
             lost = np.flatnonzero(reason == LOST)
             home.back(lost, x, normal)
             away[lost], reason[lost] = False, _RUNNING
             lam[lost], grow[lost] = np.maximum(lam[lost], 1e-9) * GROW, 2 * GROW
             continue
-        at = (reason == _RUNNING).nonzero()[0]
-        if not len(at):
+        if not going:
             break
-        everyone = len(at) == batch
+        at = None if going == batch else (reason == _RUNNING).nonzero()[0]
         moved = (steps.step, *steps.local[: len(problem.families)])
-        new = problem.retract(x if everyone else x[at], *(moved if everyone else (m[at] for m in moved)))
+        new = problem.retract(x, *moved) if at is None else problem.retract(x[at], *(m[at] for m in moved))
         if bounded:
-            new[:, problem.index] = np.clip(new[:, problem.index], lower, upper)
-        result = problem.normal(new, at, bent[at] if robust else None)
-        move = np.empty(len(at), dtype=np.int64)
-        settle(
+            new[:, problem.index] = np.clip(new[:, problem.index], *problem.bounds)
+        result = problem.normal(new, at, (bent if at is None else bent[at]) if robust else None)
+        move = np.empty(going, dtype=np.int64)
+        taken = settle(
             normal.cost, result.cost, first, predicted, damping > 0.0, lam, grow, best, away, iterations, reason, move
         )
         if robust:
-            bent[at] = (move == TAKE) & (normal.cost[at] - result.cost < NEAR * normal.cost[at])
-        if everyone and (move == TAKE).all():
+            some = slice(None) if at is None else at
+            bent[some] = (move == TAKE) & (normal.cost[some] - result.cost < NEAR * normal.cost[some])
+        if taken == batch:
             x, normal = new, result
-            failed[:] = 0.0
+            if fails:
+                failed[:] = 0.0
         else:
+            fails = True
+            at = np.arange(batch) if at is None else at
             failed[at[move == TAKE]] = 0.0
             first_fails = at[(move == STAY) | (move == OUT)]
             failed[first_fails] = np.abs(steps.step[first_fails] / problem.scales).max(axis=1, initial=0.0)
@@ -197,15 +202,19 @@ def _damped(
             go = np.flatnonzero((move == TAKE) | (move == OUT))
             x[at[go]] = new[go]
             normal.put(at[go], result.take(go))
-        history.append(np.where(away, best, normal.cost))
+        history.append(normal.cost.copy() if home is None else np.where(away, best, normal.cost))
         if watch:
-            watch({"stage": "iterate", "iteration": len(history) - 1, "cost": float(history[-1][0]), "active": len(at)})
-    reason[reason == _RUNNING] = int(Reason.ITERATIONS)
-    # A step that is nothing because the damping that a long one called for made it so is no minimum.
-    reason[(reason == int(Reason.STEP)) & (failed > LONG)] = int(Reason.STALLED)
+            watch({"stage": "iterate", "iteration": len(history) - 1, "cost": float(history[-1][0]), "active": going})
+    else:
+        reason[reason == _RUNNING] = int(Reason.ITERATIONS)
+    if fails:
+        # A step that is nothing because the damping that a long one called for made it so is no minimum.
+        reason[(reason == int(Reason.STEP)) & (failed > LONG)] = int(Reason.STALLED)
     if home is not None and away.any():
         home.back(np.flatnonzero(away), x, normal)
-    return Solution(x, normal.cost, iterations, reason, np.array(history), problem.normal(x) if bent.any() else normal)
+    return Solution(
+        x, normal.cost, iterations, reason, np.array(history), problem.normal(x) if robust and bent.any() else normal
+    )
 
 
 class _Home:

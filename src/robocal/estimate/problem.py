@@ -4,16 +4,14 @@
 
 x (B, P) stacks B parameter vectors of a table, followed by local blocks (one pose or one point each) of at most two families
 (`families.py`). The solver moves in the tangent space: n free columns, L blocks of l and M of q; R and R_b are roots of stated
-priors. Terms
-give residuals and Jacobians for many rows at once; whitening, robust weights, priors, bounds and elimination happen here,
-once. `normal` feeds the iteration,
-`linearize` feeds rank, EKF and reports; a law test keeps them equal. Reference: Triggs et al., Bundle adjustment, a
-modern synthesis (2000), sections 4 to 6.
+priors. Terms give residuals and Jacobians for many rows at once; whitening, robust weights, priors, bounds and elimination happen
+here, once. `normal` feeds the iteration, `linearize` feeds rank, EKF and reports; a law test keeps them equal. Reference: Triggs
+et al., Bundle adjustment, a modern synthesis (2000), sections 4 to 6.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -87,6 +85,10 @@ class Problem:
     @property
     def start(self) -> Array:
         """x at the table's values, shape (1, P)."""
+        return self._start.copy()
+
+    @cached_property
+    def _start(self) -> Array:
         return np.concatenate([self.table.values, *(f.start.ravel() for f in self.families)])[None]
 
     @cached_property
@@ -124,6 +126,10 @@ class Problem:
     def bounded(self) -> bool:
         """Whether any free column has a bound."""
         return bool(np.isfinite(self.bounds[0]).any() or np.isfinite(self.bounds[1]).any())
+
+    @cached_property
+    def _stated(self) -> bool:
+        return bool(self.stated.any())
 
     @cached_property
     def stated(self) -> Bools:
@@ -200,14 +206,8 @@ class Problem:
     def retract(self, x: Array, step: Array, *local: Array) -> Array:
         """x moved by a tangent step: x (B, P), step (B, n), and of each family (B, L, l) where its blocks move too; rotation
         vectors move on the group."""
-        from robocal.geometry._kernels import turn_vectors
-
-        at, columns, rows, adds = self._turns
         out = np.array(x)
-        if len(rows):
-            out[:, rows] += step[:, adds]
-        if len(at):
-            turn_vectors(out, at, np.ascontiguousarray(step), columns)
+        self._add_step(out, np.ascontiguousarray(step), *self._turns)
         for family, place, moved in zip(self.families, self.places, local, strict=False):
             out[:, place] = family.moved(out[:, place], moved)
         return out
@@ -228,16 +228,15 @@ class Problem:
     def normal(self, x: Array, which: Ints | None = None, curved: Bools | None = None) -> Normal:
         """Cost, gradient and Gauss-Newton matrix at x (B, P); `which` (B,) tells the problems of the batch when only
         some are asked, `curved` (B,) those in which the curvature of the loss counts in the matrix (none)."""
-        from robocal.estimate._kernels import accumulate, accumulate_blocks, add_block_priors
-
         batch, n = len(x), self.n
+        accumulate, accumulate_blocks, add_block_priors = self._kernels
         which = np.arange(batch) if which is None else which
         out = Normal.zeros(batch, n, *self.sizes, len(self.pairs))
         straight = np.zeros(batch, dtype=np.bool_) if curved is None or self.loss == "none" else curved
-        tuning, cut, pairs = self.tuning or TUNING[self.loss], self.sizes[0][1], 0
+        tuning, cut, pairs, weight = self.tuning or TUNING[self.loss], self.sizes[0][1], 0, self._weight(which)
         for term in self.bound_terms:
             loss = Loss(LOSSES[self.loss if term.reading else "none"], tuning, straight)
-            if term.accumulate(x, which, self._weight(which), loss, pairs, out):
+            if term.accumulate(x, which, weight, loss, pairs, out):
                 pairs += len(term.pairs)
                 continue
             touches = any(term.touches)
@@ -257,7 +256,7 @@ class Problem:
                         bent, first, mine.gl, mine.al, mine.asl, mine.gm, mine.am, mine.asm, mine.cross[:, part],
                     )  # fmt: skip
             pairs = part.stop
-        if self.stated.any():
+        if self._stated:
             add_shared(self.prior_root, self.difference(x), self._turns[1], out)
         for i, family in enumerate(self.families):
             if family.prior is not None:
@@ -268,6 +267,18 @@ class Problem:
                     np.ascontiguousarray(x[:, place]), family.start, family.prior.root, axes, out.cost, g, a
                 )
         return out
+
+    @cached_property
+    def _add_step(self) -> Callable[..., None]:
+        from robocal.geometry._kernels import add_step
+
+        return add_step
+
+    @cached_property
+    def _kernels(self) -> tuple[Callable[..., None], ...]:  # an import costs as much as a small kernel
+        from robocal.estimate._kernels import accumulate, accumulate_blocks, add_block_priors
+
+        return accumulate, accumulate_blocks, add_block_priors
 
     @cached_property
     def pairs(self) -> Ints:
@@ -325,19 +336,17 @@ class Problem:
             parts = [term.evaluate(x, every, first, min(rows, m - first))[0] for first in range(0, max(m, 1), rows)]
             r = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
             value = r[0] if len(x) == 1 else r
-            out.append(
-                Residuals(
-                    value,
-                    term.scale,
-                    term.configuration,
-                    term.group,
-                    term.kind,
-                    term.parts,
-                    term.used,
-                    term.lever,
-                    term.reading,
-                )
+            known = (
+                term.scale,
+                term.configuration,
+                term.group,
+                term.kind,
+                term.parts,
+                term.used,
+                term.lever,
+                term.reading,
             )
+            out.append(Residuals(value, *known))
         return out
 
     def linearize(self, x: Array, configurations: Ints | None = None) -> Linear:

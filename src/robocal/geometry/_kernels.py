@@ -93,3 +93,14 @@ def turn_vectors(values, at, step, columns):
                 for c in range(3):
                     both[r, c] = left[r, 0] * right[0, c] + left[r, 1] * right[1, c] + left[r, 2] * right[2, c]
             vector_from_rotation(both, values[b, p : p + 3])
+
+
+@kernel
+def add_step(values, step, at, columns, rows, adds):
+    """Moves values (B, P) by a tangent step (B, n), in place: numbers rows (k,) by the columns adds (k,), rotation vectors as
+    `turn_vectors` does."""
+    for b in range(values.shape[0]):
+        for i in range(rows.shape[0]):
+            values[b, rows[i]] += step[b, adds[i]]
+    if at.shape[0] > 0:
+        turn_vectors(values, at, step, columns)

@@ -97,7 +97,7 @@ class Rows(ABC):
         """What turns all columns of a row into one error in the unit of the first part; most kinds need nothing."""
         return None
 
-    @property
+    @cached_property
     def reading(self) -> bool:
         """Whether the rows read the machine; a known distance between two sockets stands whatever it does."""
         return any(c.moves for c in self.carriers)

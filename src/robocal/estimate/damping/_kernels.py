@@ -200,7 +200,8 @@ def propose(
     cost, g, a, gl, al, asl, value, lower, upper, scales, tolerances, damped, away, length, lam, damp, damp_local, step,
     step_local, predicted, reason,
 ):  # fmt: skip
-    """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,).
+    """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,). Returns how
+    many go on.
 
     value (B, n) are the parameters where bounds apply (B, 0 without bounds); tolerances (3,): cost, gradient, step.
     predicted (B,) is the decrease of half the sum of squares that the undamped model promises; length (B,) the square of
@@ -210,10 +211,15 @@ def propose(
     nloc = gl.shape[1]
     s = np.empty((n, n))
     v = np.empty(n)
-    one = np.ones(1)
+    one = np.empty(1)
+    one[0] = 1.0
     held = np.zeros(n, np.bool_)
+    running = 0
     for b in range(batch):
-        if reason[b] != 0:
+        if reason[b] != RUNNING:
+            continue
+        if not math.isfinite(cost[b]):
+            reason[b] = NOT_FINITE
             continue
         worst = scale_columns(cost[b], g[b], a[b], value[b], lower, upper, scales, damp[b], held)
         worst = scale_blocks(gl[b], al[b], damp_local[b], worst)
@@ -238,9 +244,12 @@ def propose(
         reason[b], lam[b], length[b], predicted[b] = judge(
             far, gain, small, failed, cost[b], tolerances, away[b], before, length[b], lam[b], predicted[b]
         )
+        if reason[b] == RUNNING:
+            running += 1
+    return running
 
 
-RUNNING, STALLED = 0, 7
+RUNNING, NOT_FINITE, STALLED = 0, 6, 7
 STAY, TAKE, OUT, HOME = 0, 1, 2, 3
 GROW = 10.0  # of the damping, after the first step that fails
 
@@ -248,12 +257,13 @@ GROW = 10.0  # of the damping, after the first step that fails
 @kernel
 def settle(cost, trial, first, predicted, damped, lam, grow, best, away, iterations, reason, move):
     """Says what becomes of the trial of every running problem, in `move`, and moves its damping; cost (B,) and trial
-    and move (running,) in the same order; first (B,) is the cost at the start.
+    and move (running,) in the same order; first (B,) is the cost at the start. Returns how many trials are taken.
 
     Where the model foretells the decrease the damping falls fast, where it fails it grows ever faster. The first step
     that fails is followed once (OUT), see `least_squares`; best (B,) is the cost to come back with.
     """
     i = 0
+    taken = 0
     for b in range(cost.shape[0]):
         if reason[b] != RUNNING:
             continue
@@ -262,6 +272,7 @@ def settle(cost, trial, first, predicted, damped, lam, grow, best, away, iterati
         decrease = (best[b] if away[b] else cost[b]) - trial[i]
         if finite and (decrease > (0.25 * predicted[b] if away[b] else 0.0) or not damped):
             move[i] = TAKE
+            taken += 1
             # What the model foretold was the first of two steps.
             ratio = decrease / predicted[b]
             if ratio > 0.9:
@@ -284,3 +295,4 @@ def settle(cost, trial, first, predicted, damped, lam, grow, best, away, iterati
             if lam[b] > 1e14 or not damped:
                 reason[b] = STALLED
         i += 1
+    return taken

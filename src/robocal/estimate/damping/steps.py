@@ -17,17 +17,31 @@ LARGE = 96  # free columns from which LAPACK is worth its call
 ONE = np.ones(1)
 
 
+def _blocks(problem: Problem, batch: int) -> tuple[Array, Array]:
+    if not problem.families:
+        return _nothing(batch), _nothing(batch)
+    one, two = (np.zeros((batch, *size)) for size in problem.sizes)
+    return one, two
+
+
+def _nothing(batch: int) -> Array:
+    return np.empty((batch, 0, 0))
+
+
 class Steps:
-    """The damping and the last step of every problem of a batch: step (B, n), and of the blocks of both families (B, L, l)."""
+    """The damping and the last step of every problem of a batch: step (B, n), and of the blocks of both families (B, L, l);
+    length (B,) is the square of the step that led a problem away."""
 
     def __init__(self, problem: Problem, batch: int, tolerances: Array, damped: bool) -> None:
+        from robocal.estimate.damping._kernels import NOT_FINITE, propose
+
         n = problem.n
+        self._propose, self._not_finite = propose, NOT_FINITE
         self.tolerances, self.damped = tolerances, damped
         self.lower, self.upper = problem.bounds
         self.scales = problem.scales
-        self.damp, self.step = np.zeros((batch, n)), np.zeros((batch, n))
-        self.damp_local, self.local = (tuple(np.zeros((batch, *s)) for s in problem.sizes) for _ in range(2))
-        self.length = np.zeros(batch)  # squared, of the last step
+        self.damp, self.step, self.length = np.zeros((batch, n)), np.zeros((batch, n)), np.zeros(batch)
+        self.damp_local, self.local = (_blocks(problem, batch), _blocks(problem, batch))
         large = n > LARGE or problem.sizes[1][1] > 0
         self.system = None
         if large:
@@ -35,20 +49,20 @@ class Steps:
 
             self.system = structure(n, problem.sizes, problem.pairs)
 
-    def propose(self, normal: Normal, value: Array, away: Bools, lam: Array, predicted: Array, reason: Ints) -> None:
+    def propose(self, normal: Normal, value: Array, away: Bools, lam: Array, predicted: Array, reason: Ints) -> int:
         """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,); see
-        `_kernels.propose`."""
-        from robocal.estimate.damping._kernels import propose
-
+        `_kernels.propose`. Returns how many go on."""
         if self.system is None:
-            propose(
+            going: int = self._propose(
                 normal.cost, normal.g, normal.a, normal.gl, normal.al, normal.asl, value, self.lower, self.upper, self.scales,
                 self.tolerances, self.damped, away, self.length, lam, self.damp, self.damp_local[0], self.step, self.local[0],
                 predicted, reason,
             )  # fmt: skip
-            return
+            return going
+        reason[(reason == 0) & ~np.isfinite(normal.cost)] = self._not_finite
         for b in np.flatnonzero(reason == 0).tolist():
             self._one(b, normal, value[b], away, lam, predicted, reason)
+        return int((reason == 0).sum())
 
     def _one(
         self, b: int, normal: Normal, value: Array, away: Bools, lam: Array, predicted: Array, reason: Ints

@@ -75,7 +75,7 @@ def path_kernel(
     column = terms[:, 1]
     rate = np.empty(terms.shape[0])  # what a term's column is multiplied by
     level = np.empty(n)  # what does not vary with the row
-    cosine = np.ones(n)
+    cosine = np.zeros(n)
     sine = np.zeros(n)
     fixed_r = np.zeros((n, 9))
     fixed_p = np.zeros((n, 3))

@@ -9,9 +9,10 @@ are coefficients like any other. The Jacobian of a coefficient is phi times the 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,17 +130,20 @@ class Program:
 
         `trig` is `self.cosines(phi)`, for callers that come back with the same phi.
         """
-        from robocal.geometry.path._kernels import path_kernel
-
         m = phi.shape[1] - first if rows is None else rows
         pose = np.empty((theta.shape[0], m, 4, 4))
         jac = np.empty((theta.shape[0], m, 6 if turn else 3, width))
         e, f = entries if entries is not None else _NO_ENTRIES
-        path_kernel(
-            self.elements, self.constants, self.screws, self.start, self.terms, self.factor, theta, phi,
-            self.cosines(phi) if trig is None else trig, self.turning[1], e, f, first, pose, jac,
-        )  # fmt: skip
+        kernel, parts = self._compiled
+        kernel(*parts, theta, phi, self.cosines(phi) if trig is None else trig, self.turning[1], e, f, first, pose, jac)
         return pose, jac
+
+    @cached_property
+    def _compiled(self) -> tuple[Callable[..., None], tuple[NDArray[Any], ...]]:
+        """The kernel and the arrays of the program that it reads."""
+        from robocal.geometry.path._kernels import path_kernel
+
+        return path_kernel, (self.elements, self.constants, self.screws, self.start, self.terms, self.factor)
 
 
 _NO_ENTRIES = (np.empty((0, 5), dtype=np.int64), np.empty(0))
