@@ -62,12 +62,15 @@ _cache_dir_lock = threading.Lock()
 @overload
 def kernel(fn: Callable[P, R], /) -> Callable[P, R]: ...
 @overload
-def kernel(*, parallel: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]: ...
-def kernel(fn: Callable[..., Any] | None = None, /, *, parallel: bool = False) -> Any:
-    """Compile `fn` at its first call, or fetch it from the cache; with `parallel`, loops over `prange` run on all cores."""
+def kernel(*, parallel: bool = False, inline: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]: ...
+def kernel(fn: Callable[..., Any] | None = None, /, *, parallel: bool = False, inline: bool = False) -> Any:
+    """Compile `fn` at its first call, or fetch it from the cache; with `parallel`, loops over `prange` run on all cores; with
+    `inline`, kernels that call it take its body and compile it once, with their own."""
     if fn is None:
-        return functools.partial(kernel, parallel=parallel)
-    compiled = numba.njit(nogil=True, error_model="numpy", fastmath=_FASTMATH, parallel=parallel)(fn)
+        return functools.partial(kernel, parallel=parallel, inline=inline)
+    compiled = numba.njit(
+        nogil=True, error_model="numpy", fastmath=_FASTMATH, parallel=parallel, inline="always" if inline else "never"
+    )(fn)
     if isinstance(compiled, Dispatcher):  # not so under NUMBA_DISABLE_JIT=1
         cache = _cache_of(fn)
         if cache is not None:

@@ -66,7 +66,7 @@ def robust(kind, tuning, s):
     return c2 / 3.0 * (1.0 - u * u * u), u * u
 
 
-@kernel
+@kernel(inline=True)
 def kept(kind, tuning, s):
     """Which share of the columns along the residual a loss keeps when its curvature counts, sqrt(1 + 2 s rho'' / rho'), not below
     zero: rho'' bends the cost less than rho' says. Reference: Triggs et al. (2000), section 4.3."""
@@ -80,7 +80,7 @@ def kept(kind, tuning, s):
     return math.sqrt(max((1.0 - 5.0 * u) / (1.0 - u), 0.0)) if u < 1.0 else 0.0
 
 
-@kernel
+@kernel(inline=True)
 def shorten(rows, r, share):
     """Takes 1 - share of the columns along the residual r (d,) from whitened rows (d, k) of one observation."""
     d, k = rows.shape
@@ -145,7 +145,7 @@ def add_block(at, w, lrow, row, columns, al, asl):
             asl[at, columns[q], p] += t * row[q]
 
 
-@kernel
+@kernel(inline=True)
 def add_shared_columns(columns, small_g, small_a, g, a):
     """Adds what one term's columns say, k of them, to the free columns that they feed; lower triangle."""
     for p in range(columns.shape[0]):

@@ -47,7 +47,7 @@ def subtract_square(y, s):
                     out[j] -= a * y[k, j]
 
 
-@kernel
+@kernel(inline=True)
 def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, step_local):
     """(A + lam diag(damp)) step = -g of one problem, local blocks eliminated by Schur complement; False when not positive.
 
@@ -121,7 +121,7 @@ EPS = float(np.finfo(np.float64).eps)  # not asked for in a kernel: numba's answ
 ROUNDING = 1e-15  # a smaller decrease cannot be told from rounding
 
 
-@kernel
+@kernel(inline=True)
 def scale_columns(cost, g, a, value, lower, upper, scales, damp, held):
     """The damping of the free columns, which of them are held at a bound, and the largest cosine between the residual and one of
     the others, times the residual's length."""
@@ -144,7 +144,7 @@ def scale_columns(cost, g, a, value, lower, upper, scales, damp, held):
     return worst
 
 
-@kernel
+@kernel(inline=True)
 def scale_blocks(gl, al, damp, worst):
     """The same of the blocks of a family."""
     nloc, nl = gl.shape
@@ -161,7 +161,7 @@ def scale_blocks(gl, al, damp, worst):
     return worst
 
 
-@kernel
+@kernel(inline=True)
 def promised(step, g, lam, damp, scales, tolerance):
     """Of a step: its squared length in the solver's metric, twice the decrease that the damped model promises, and whether it is
     below the resolution of x; scales (n,), or one for all."""
@@ -174,7 +174,7 @@ def promised(step, g, lam, damp, scales, tolerance):
     return far, gain, small
 
 
-@kernel
+@kernel(inline=True)
 def judge(far, gain, small, failed, cost, tolerances, away, before, length, lam, predicted):
     """Why to stop with a step, or 0; the damping to go on with, the step's length, and the decrease that is promised.
 
