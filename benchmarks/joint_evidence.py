@@ -1,6 +1,9 @@
-"""What the evidence of a joint estimate costs robocal: rank, combinations and covariance, leaving views out, memory. One process.
+"""What the evidence of a joint estimate costs robocal: rank, combinations and covariance, leaving views out, memory; and one fit of
+the lengths alone, poses under priors, in a batch of `BATCH` draws. One process.
 
-Argument: the job's file, and what: statistics, leave-one-out or solve. Prints one line of JSON.
+Argument: the job's file, and what: statistics, leave-one-out, solve, or of a batch likelihood, generalised (until a pass moves
+nothing) or one-pass (one linearisation for all draws). Prints one line of JSON; `off_sigma` is the largest difference of a draw from
+maximum likelihood of that draw alone.
 """
 
 import json
@@ -12,10 +15,17 @@ import numpy as np
 from joint_worker import problem_of
 from protocol import load
 
+from robocal.cables.geometry import cable_robot
 from robocal.calibrate.folds import leave_one_out
+from robocal.estimate.generalised.solver import generalised, generalised_least_squares
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import uncertainty
+from robocal.measure.base import problem
+from robocal.measure.data import Configurations, DataSet, Observations
+
+BATCH, ALONE = 200, 5
+PRIOR = [0.02] * 3 + [0.01] * 3  # of a pose: what the job draws its starts from
 
 
 def peak() -> float:
@@ -23,8 +33,45 @@ def peak() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
+def draws(job, readings):
+    """The lengths of all poses read several times over, (B, poses, 8), and poses known to the prior."""
+    poses = len(job.views)
+    robot = cable_robot("eight cables", job.anchors, job.platform, free=("ax", "ay", "az", "l0"))
+    lengths = Observations(
+        "lengths", np.repeat(np.arange(poses), 8), readings.reshape(len(readings), -1, 1), np.full((8 * poses, 1), job.sigma),
+        extra={"cable": np.tile(np.arange(8), poses)},
+    )  # fmt: skip
+    where = Configurations(tuple(map(str, range(poses))), start=job.views)
+    return problem(robot, DataSet(where, (lengths,))).with_local_prior(sigma=PRIOR)
+
+
+def likelihood(job, what):
+    """CPU seconds of one draw of the batch, and how far the first few are from themselves alone."""
+    rng = np.random.default_rng(0)
+    readings = np.reshape(job.length, (1, -1, 8)) + rng.normal(scale=job.sigma, size=(BATCH, len(job.views), 8))
+    made = draws(job, readings)
+    start = np.repeat(made.start, BATCH, axis=0)
+    common = generalised(made)
+    work = {
+        "likelihood": lambda: least_squares(made, start),
+        "generalised": lambda: generalised_least_squares(made, start),
+        "one-pass": lambda: least_squares(common, start),
+    }[what]
+    work()
+    began = time.process_time()
+    x = work().x
+    cpu = (time.process_time() - began) / BATCH
+    alone = [least_squares(draws(job, readings[b : b + 1])).x[0] for b in range(ALONE)]
+    sigma = np.sqrt(np.diag(generalised_least_squares(made, start).covariance[0]))
+    off = (x[:ALONE] - np.array(alone))[:, made.index] / sigma
+    return {"cpu_s": cpu, "off_sigma": float(np.abs(off).max())}
+
+
 def main():
     job, what = load(sys.argv[1]), sys.argv[2]
+    if what in ("likelihood", "generalised", "one-pass"):
+        print(json.dumps(likelihood(job, what)))
+        return
     made = problem_of(job)
     x = least_squares(made, max_iterations=1 if what == "solve" else 100).x
     work = {

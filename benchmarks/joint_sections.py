@@ -23,7 +23,14 @@ def ceres(first: str, solver: str) -> Contestant:
     return Contestant(f"Ceres C++, {first} first, {solver}", None, "peers/worker_ceres.py", (first, solver))
 
 
-SMALL = (OWN, COLUMNS, *(ceres(f, s) for f in ("markers", "poses") for s in ("dense", "sparse")))
+PEERS = (
+    *(
+        Contestant(f"pyceres, compiled, {s}", "pyceres", "peers/worker_joint_pyceres.py", (s,))
+        for s in ("dense", "sparse")
+    ),
+    Contestant("scipy trf, compiled", "scipy", "peers/worker_joint_scipy.py"),
+)
+SMALL = (OWN, COLUMNS, *(ceres(f, s) for f in ("markers", "poses") for s in ("dense", "sparse")), *PEERS)
 LARGE = (OWN, ceres("markers", "sparse"), ceres("poses", "sparse"), ceres("poses", "dense"), ceres("markers", "dense"))
 # views, grid of markers, sides of the floor over the small one's
 SCENES = {"100 x 85": (100, (17, 5), 1.0), "1000 x 108": (1000, (12, 9), 1.0), "300 x 754": (300, (29, 26), 2.2)}
@@ -62,10 +69,14 @@ def robust() -> list[dict]:
     return [row | {"cpu_over_plain": row["cpu_s"] / plain[row["what"]]} for row in rows]
 
 
-def evidence() -> list[dict]:
+EVIDENCE = (("statistics", "100 x 85"), ("leave-one-out", "100 x 85"), ("solve", "300 x 754"))
+LIKELIHOOD = tuple((what, "100 x 85") for what in ("likelihood", "generalised", "one-pass"))
+
+
+def evidence(asked=EVIDENCE) -> list[dict]:
     """What robocal's statistics cost on the small scene, and the memory of the wide one, each in a process of its own."""
     out = []
-    for what, scene in (("statistics", "100 x 85"), ("leave-one-out", "100 x 85"), ("solve", "300 x 754")):
+    for what, scene in asked:
         views, grid, room = SCENES[scene]
         path = joint.save(f"joint-{scene}", joint.make(views, grid, room=room))
         env = os.environ | THREADS | {"PYTHONPATH": str(joint.HERE)}
@@ -83,5 +94,6 @@ def sections() -> dict[str, list[dict]]:
         "joint": rows_of(SMALL, small, 7) + rows_of(LARGE, scenes, 3),
         "joint_robust": robust(),
         "joint_evidence": evidence(),
+        "joint_likelihood": evidence(LIKELIHOOD),
         "joint_growth": rows_of((OWN,), jobs_of(GROWTH), 2),
     }

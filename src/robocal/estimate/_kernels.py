@@ -275,17 +275,19 @@ def add_block_priors(x, start, root, axes, cost, g, a):
     count, width = start.shape
     size = axes.shape[0]
     e, r = np.empty(width), np.empty(size)
-    now, then, turn, w = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    now, turn, w = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     inverse, slope, rows = np.empty((3, 3)), np.zeros((width, width)), np.empty((size, size))
+    before = np.empty((count, 3, 3))
     for t in range(count):
         if width == 6:
-            rotation_from_vector(start[t, 3], start[t, 4], start[t, 5], then)
-        for b in range(x.shape[0]):
+            rotation_from_vector(start[t, 3], start[t, 4], start[t, 5], before[t])
+    for b in range(x.shape[0]):
+        for t in range(count):
             for i in range(width):
                 e[i] = x[b, t * width + i] - start[t, i]
                 slope[i, i] = 1.0
             if width == 6:
-                at = t * width + 3
+                at, then = t * width + 3, before[t]
                 rotation_from_vector(x[b, at], x[b, at + 1], x[b, at + 2], now)
                 for i in range(3):
                     for j in range(3):
@@ -298,20 +300,22 @@ def add_block_priors(x, start, root, axes, cost, g, a):
                         slope[3 + i, 3 + j] = inverse[i, j]
             for i in range(size):
                 s = 0.0
+                rows[i] = 0.0
                 for j in range(size):
-                    s += root[t, i, j] * e[axes[j]]
+                    f = root[t, i, j]
+                    if f != 0.0:
+                        s += f * e[axes[j]]
+                        for k in range(size):
+                            rows[i, k] += f * slope[axes[j], axes[k]]
                 r[i] = s
                 cost[b] += 0.5 * s * s
-                for k in range(size):
-                    s = 0.0
-                    for j in range(size):
-                        s += root[t, i, j] * slope[axes[j], axes[k]]
-                    rows[i, k] = s
             for i in range(size):
                 for k in range(size):
-                    g[b, t, k] += rows[i, k] * r[i]
-                    for j in range(size):
-                        a[b, t, k, j] += rows[i, k] * rows[i, j]
+                    f = rows[i, k]
+                    if f != 0.0:
+                        g[b, t, k] += f * r[i]
+                        for j in range(size):
+                            a[b, t, k, j] += f * rows[i, j]
 
 
 @kernel

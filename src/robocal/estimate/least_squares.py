@@ -37,6 +37,7 @@ METHODS = ("lm", "gauss-newton", "pinv", "lse")
 EPS = float(np.finfo(float).eps)
 NEAR = 0.02  # of the cost: what the last step lowered it by when curvature begins to count
 ROUGH = 1e-3  # of the cost: where Huber's loss hands over to Tukey's
+AT_ONCE = 1 << 18  # numbers of normal equations that are kept while a batch moves: more would leave the cache
 LONG = 1e-3  # of the expected error: a step that fails for rounding is shorter
 
 
@@ -128,23 +129,50 @@ def least_squares(
         raise ModelError(
             "unknown method", found=method, expected=", ".join(METHODS), suggestion=nearest(method, METHODS)
         )
-    return _damped(
-        problem,
-        np.array(start),
-        max_iterations,
-        (cost_tolerance, gradient_tolerance, step_tolerance),
-        damping if method == "lm" else 0.0,
-        watch,
+    many, tolerances = _at_once(problem, len(start)), (cost_tolerance, gradient_tolerance, step_tolerance)
+    parts = [
+        _damped(problem, np.array(start[lo : lo + many]), lo, max_iterations, tolerances, damping if method == "lm" else 0.0, watch)
+        for lo in range(0, max(len(start), 1), many)
+    ]  # fmt: skip
+    return parts[0] if len(parts) == 1 else _joined(parts)
+
+
+def _at_once(problem: Problem, batch: int) -> int:
+    """How many problems of a batch move together."""
+    if batch == 1:
+        return 1
+    n, ((many, size), (more, wide)) = problem.n, problem.sizes
+    each = n * n + many * size * (size + n) + more * wide * (wide + n) + len(problem.pairs) * size * wide
+    return max(1, AT_ONCE // max(each, 1))
+
+
+def _joined(parts: list[Solution]) -> Solution:
+    """The solutions of parts of a batch as one; the history of one that ended early stays where it ended."""
+    longest = max(len(s.history) for s in parts)
+    history = [np.pad(s.history, ((0, longest - len(s.history)), (0, 0)), mode="edge") for s in parts]
+    x, cost, iterations, reason = (
+        np.concatenate([getattr(s, name) for s in parts]) for name in ("x", "cost", "iterations", "reason")
+    )
+    return Solution(
+        x, cost, iterations, reason, np.concatenate(history, axis=1), Normal.joined([s.normal for s in parts])
     )
 
 
 def _damped(
-    problem: Problem, x: Array, most: int, tolerances: tuple[float, float, float], damping: float, watch: Watch | None
+    problem: Problem,
+    x: Array,
+    base: int,
+    most: int,
+    tolerances: tuple[float, float, float],
+    damping: float,
+    watch: Watch | None,
 ) -> Solution:
+    """From x (B, P), which are the problems base, base + 1, ... of the batch."""
     from robocal.estimate.damping._kernels import GROW, HOME, LOST, OUT, STAY, TAKE, settle
 
     batch = len(x)
-    normal = problem.normal(x)
+    everyone = np.arange(base, base + batch)
+    normal = problem.normal(x, everyone)
     reason, iterations, numbers = np.zeros(batch, dtype=np.int64), np.zeros(batch, dtype=np.int64), np.zeros((5, batch))
     lam, grow, predicted, best, failed = (
         numbers  # failed: how long the last step was that did not lower the cost, in expected errors
@@ -176,7 +204,9 @@ def _damped(
         new = problem.retract(x, *moved) if at is None else problem.retract(x[at], *(m[at] for m in moved))
         if bounded:
             new[:, problem.index] = np.clip(new[:, problem.index], *problem.bounds)
-        result = problem.normal(new, at, (bent if at is None else bent[at]) if robust else None)
+        result = problem.normal(
+            new, everyone if at is None else everyone[at], (bent if at is None else bent[at]) if robust else None
+        )
         move = np.empty(going, dtype=np.int64)
         taken = settle(
             normal.cost, result.cost, first, predicted, damping > 0.0, lam, grow, best, away, iterations, reason, move
@@ -213,7 +243,12 @@ def _damped(
     if home is not None and away.any():
         home.back(np.flatnonzero(away), x, normal)
     return Solution(
-        x, normal.cost, iterations, reason, np.array(history), problem.normal(x) if robust and bent.any() else normal
+        x,
+        normal.cost,
+        iterations,
+        reason,
+        np.array(history),
+        problem.normal(x, everyone) if robust and bent.any() else normal,
     )
 
 

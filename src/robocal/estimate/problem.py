@@ -128,10 +128,6 @@ class Problem:
         return bool(np.isfinite(self.bounds[0]).any() or np.isfinite(self.bounds[1]).any())
 
     @cached_property
-    def _stated(self) -> bool:
-        return bool(self.stated.any())
-
-    @cached_property
     def stated(self) -> Bools:
         """Which free columns have a stated prior, (n,)."""
         return np.array([bool(self.table[name].prior) and self.priors for name in self.free], dtype=bool)
@@ -207,7 +203,7 @@ class Problem:
         """x moved by a tangent step: x (B, P), step (B, n), and of each family (B, L, l) where its blocks move too; rotation
         vectors move on the group."""
         out = np.array(x)
-        self._add_step(out, np.ascontiguousarray(step), *self._turns)
+        self._kernels[3](out, np.ascontiguousarray(step), *self._turns)
         for family, place, moved in zip(self.families, self.places, local, strict=False):
             out[:, place] = family.moved(out[:, place], moved)
         return out
@@ -229,7 +225,7 @@ class Problem:
         """Cost, gradient and Gauss-Newton matrix at x (B, P); `which` (B,) tells the problems of the batch when only
         some are asked, `curved` (B,) those in which the curvature of the loss counts in the matrix (none)."""
         batch, n = len(x), self.n
-        accumulate, accumulate_blocks, add_block_priors = self._kernels
+        accumulate, accumulate_blocks, add_block_priors, _ = self._kernels
         which = np.arange(batch) if which is None else which
         out = Normal.zeros(batch, n, *self.sizes, len(self.pairs))
         straight = np.zeros(batch, dtype=np.bool_) if curved is None or self.loss == "none" else curved
@@ -256,7 +252,7 @@ class Problem:
                         bent, first, mine.gl, mine.al, mine.asl, mine.gm, mine.am, mine.asm, mine.cross[:, part],
                     )  # fmt: skip
             pairs = part.stop
-        if self._stated:
+        if any(self.stated.tolist()):
             add_shared(self.prior_root, self.difference(x), self._turns[1], out)
         for i, family in enumerate(self.families):
             if family.prior is not None:
@@ -269,16 +265,11 @@ class Problem:
         return out
 
     @cached_property
-    def _add_step(self) -> Callable[..., None]:
-        from robocal.geometry._kernels import add_step
-
-        return add_step
-
-    @cached_property
     def _kernels(self) -> tuple[Callable[..., None], ...]:  # an import costs as much as a small kernel
         from robocal.estimate._kernels import accumulate, accumulate_blocks, add_block_priors
+        from robocal.geometry._kernels import add_step
 
-        return accumulate, accumulate_blocks, add_block_priors
+        return accumulate, accumulate_blocks, add_block_priors, add_step
 
     @cached_property
     def pairs(self) -> Ints:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Protocol
 
@@ -128,6 +129,11 @@ class Normal:
     def take(self, index: Ints) -> Normal:
         """The same for a subset of the batch."""
         return Normal(*(getattr(self, name)[index] for name in _NAMES))
+
+    @staticmethod
+    def joined(parts: Sequence[Normal]) -> Normal:
+        """The normal equations of parts of a batch as one."""
+        return Normal(*(np.concatenate([getattr(part, name) for part in parts]) for name in _NAMES))
 
     def put(self, index: Ints, other: Normal) -> None:
         """Overwrites a subset of the batch."""

@@ -40,6 +40,7 @@ class LengthRows(Rows):
         super().__init__(
             builder.tool(configurations), obs, index, UNSTATED, numbers, np.ascontiguousarray(sight.ravel())
         )
+        self.walk = np.argsort(sight.ravel(), kind="stable")
         self.cable = obs.extra["cable"][index].astype(np.int64)
         pulleys: Pulleys | None = getattr(builder.machine, "pulleys", None)
         eyelets = Pulleys(np.zeros(len(cables)), np.tile([0.0, 0.0, 1.0], (len(cables), 1)))
@@ -96,7 +97,7 @@ class LengthRows(Rows):
             part = slice(lo, lo + many)
             t, j, jl = self.carrier.pose(x[part], 0, poses)
             accumulate_lengths(
-                t, j, jl, self._numbers(x[part]), self.radius, self.axis, self.sight, self.cable, *self._free,
+                t, j, jl, self._numbers(x[part]), self.radius, self.axis, self.sight, self.walk, self.cable, *self._free,
                 self.value if len(self.value) == 1 else self.value[which[part]], self.scale,
                 weight if len(weight) == 1 else weight[part], self.configuration, self.columns, self.local[0], loss.kind, loss.tuning,
                 loss.curved[part], out.cost[part], out.g[part], out.a[part], out.gl[part], out.al[part], out.asl[part],

@@ -56,7 +56,7 @@ def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, ste
     """
     n = g.shape[0]
     nloc, nl = gl.shape
-    block = np.empty((nl, nl))
+    roots = np.empty((nloc, nl, nl))
     bv = np.empty(nl)
     y = np.empty((nl, n))
     for i in range(n):
@@ -65,6 +65,7 @@ def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, ste
         s[i, i] += lam * damp[i]
         v[i] = -g[i]
     for t in range(nloc):
+        block = roots[t]
         for i in range(nl):
             for j in range(nl):
                 block[i, j] = al[t, i, j]
@@ -96,19 +97,14 @@ def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, ste
     for i in range(n):
         step[i] = v[i]
     for t in range(nloc):
+        x = step_local[t]
         for i in range(nl):
-            for j in range(nl):
-                block[i, j] = al[t, i, j]
-            block[i, i] += lam * damp_local[t, i]
-            x = -gl[t, i]
-            for j in range(n):
-                x -= asl[t, j, i] * v[j]
-            bv[i] = x
-        cholesky(block, nl)
-        forward(block, nl, bv)
-        backward(block, nl, bv)
-        for i in range(nl):
-            step_local[t, i] = bv[i]
+            x[i] = -gl[t, i]
+        for j in range(n):
+            for i in range(nl):
+                x[i] -= asl[t, j, i] * v[j]
+        forward(roots[t], nl, x)
+        backward(roots[t], nl, x)
     return True
 
 

@@ -35,7 +35,7 @@ def length_of(dx, dy, dz, radius, axis, u):
     return radius * beta + free
 
 
-@kernel
+@kernel(inline=True)
 def slope_of(f, n, full, radius, axis, size, u, by, number):
     """Length of the cable with numbers n (7,) to a platform at f (4, 4), less its zero, and `size` times its slopes: by the pose, by
     (6,), and by the numbers, number (7,), where they are wanted (full); u (3,) is work space."""
@@ -80,13 +80,14 @@ def evaluate_lengths(t, jac, jloc, numbers, radius, axis, sight, cable, edges, s
 
 @kernel
 def accumulate_lengths(
-    t, jac, jloc, numbers, radius, axis, sight, cable, edges, symbol, value, scale, weight, configuration, columns, local, loss,
+    t, jac, jloc, numbers, radius, axis, sight, walk, cable, edges, symbol, value, scale, weight, configuration, columns, local, loss,
     tuning, curved, cost, g, a, gl, al, asl,
 ):  # fmt: skip
     """Adds lengths of cables to the normal equations.
 
     t (B, S, 4, 4), jac (B, S, 6, k) and jloc (B, S, 6, l) are those of the poses; row i is of pose sight[i] and of a cable, whose
-    seven numbers are numbers (B, C, 7), of which edges[c] .. edges[c + 1] of symbol (c,) are free. columns (k + c,): the pose's,
+    seven numbers are numbers (B, C, 7), of which edges[c] .. edges[c + 1] of symbol (c,) are free; walk (m,) takes the rows of a pose
+    together. columns (k + c,): the pose's,
     then those of the free numbers. The rest is as in `estimate._kernels.accumulate`, d = 1.
     """
     batch, k, nl = t.shape[0], jac.shape[3], jloc.shape[3]
@@ -98,7 +99,7 @@ def accumulate_lengths(
     for b in range(batch):
         wb = b if weight.shape[0] > 1 else 0
         vb = b if value.shape[0] > 1 else 0
-        for i in range(sight.shape[0]):
+        for i in walk:
             w = weight[wb, configuration[i]]
             size = scale[i, 0]
             if w == 0.0 or size == 0.0:
@@ -144,5 +145,7 @@ def accumulate_lengths(
                     gl[b, at, p] += wr * lrow[p]
                     for o in range(nl):
                         al[b, at, p, o] += v * lrow[o]
-                    for o in range(wide):
-                        asl[b, at, feeds[o], p] += v * row[o]
+                for o in range(wide):
+                    v, cq = w * row[o], feeds[o]
+                    for p in range(nl):
+                        asl[b, at, cq, p] += v * lrow[p]
