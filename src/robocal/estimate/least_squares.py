@@ -37,7 +37,7 @@ METHODS = ("lm", "gauss-newton", "pinv", "lse")
 EPS = float(np.finfo(float).eps)
 NEAR = 0.02  # of the cost: what the last step lowered it by when curvature begins to count
 ROUGH = 1e-3  # of the cost: where Huber's loss hands over to Tukey's
-AT_ONCE = 1 << 18  # numbers of normal equations that are kept while a batch moves: more would leave the cache
+AT_ONCE = 1 << 19  # numbers of normal equations that are kept while a batch moves: more would leave the cache
 LONG = 1e-3  # of the expected error: a step that fails for rounding is shorter
 
 
