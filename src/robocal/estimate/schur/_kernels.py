@@ -9,8 +9,9 @@ from robocal.estimate._kernels import backward, cholesky, forward
 
 
 @kernel
-def fill(lam, a, g, damp, ak, gk, sk, damp_k, s, v):
-    """The system of what is kept, before anything is eliminated: blocks first, then free columns; s (N, N) lower triangle."""
+def fill(lam, a, g, damp, ak, gk, sk, damp_k, s, border, v):
+    """The system of what is kept, before anything is eliminated: rows of blocks s (K, K), lower triangle, then those of free
+    columns, border (n, K + n); v (K + n,)."""
     count, size = gk.shape
     n, base = g.shape[0], gk.shape[0] * gk.shape[1]
     for t in range(count):
@@ -21,17 +22,18 @@ def fill(lam, a, g, damp, ak, gk, sk, damp_k, s, v):
             s[at + i, at + i] += lam * damp_k[t, i]
             v[at + i] = -gk[t, i]
             for p in range(n):
-                s[base + p, at + i] = sk[t, p, i]
+                border[p, at + i] = sk[t, p, i]
     for p in range(n):
         for q in range(p + 1):
-            s[base + p, base + q] = a[p, q]
-        s[base + p, base + p] += lam * damp[p]
+            border[p, base + q] = a[p, q]
+        border[p, base + p] += lam * damp[p]
         v[base + p] = -g[p]
 
 
 @kernel
-def subtract_square(y, width, at, row, s):
-    """s[at, at] -= y^T y, lower triangle, y (l, width) and at (width,) ascending; row (width,) is work space."""
+def subtract_square(y, width, at, row, base, s, border):
+    """What is kept [at, at] -= y^T y, lower triangle, y (l, width) and at (width,) ascending, rows from `base` on in border; row (width,)
+    is work space."""
     size = y.shape[0]
     for i in range(width):
         if size == 6:
@@ -48,14 +50,20 @@ def subtract_square(y, width, at, row, s):
                 a = y[k, i]
                 for j in range(i + 1):
                     row[j] += a * y[k, j]
-        out = s[at[i]]
-        for j in range(i + 1):
-            out[at[j]] -= row[j]
+        if at[i] >= base:
+            out = border[at[i] - base]
+            for j in range(i + 1):
+                out[at[j]] -= row[j]
+        else:
+            for j in range(i + 1):
+                s[at[i], at[j]] -= row[j]
 
 
 @kernel
-def eliminate(lam, first, base, start, slots, pair, slot, offset, ge, ae, se, damp_e, cross, s, v, root, half, store):
-    """Takes a family out of the system s, v of what is kept. Returns False when a block is not positive.
+def eliminate(
+    lam, first, base, start, slots, pair, slot, offset, ge, ae, se, damp_e, cross, s, border, v, root, half, store
+):
+    """Takes a family out of the system s, border, v of what is kept. Returns False when a block is not positive.
 
     `first` says whether it is the first family of the pairs; base is where the free columns begin. Block e meets the kept blocks
     slots[start[0, e] : start[0, e + 1]] through the entries start[1, e] : start[1, e + 1] of pair and slot (which slot of its own).
@@ -106,23 +114,20 @@ def eliminate(lam, first, base, start, slots, pair, slot, offset, ge, ae, se, da
             f = half[e, i]
             for j in range(width):
                 v[at[j]] -= f * y[i, j]
-        subtract_square(y, width, at, row, s)
+        subtract_square(y, width, at, row, base, s, border)
     return True
 
 
 @kernel
-def hold(held, base, s, v):
+def hold(held, base, border, v):
     """Free columns that must not move."""
     for p in range(held.shape[0]):
         if held[p]:
-            at = base + p
-            for j in range(s.shape[0]):
-                if j < at:
-                    s[at, j] = 0.0
-                elif j > at:
-                    s[j, at] = 0.0
-            s[at, at] = 1.0
-            v[at] = 0.0
+            border[p] = 0.0
+            for q in range(p, held.shape[0]):
+                border[q, base + p] = 0.0
+            border[p, base + p] = 1.0
+            v[base + p] = 0.0
 
 
 @kernel

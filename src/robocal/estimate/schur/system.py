@@ -3,9 +3,10 @@
     [A_e  W  ] [e]     [g_e]
     [W^T  A_r] [r] = - [g_r],    S = A_r - W^T A_e^-1 W,    e and r the eliminated and the remaining columns
 
-The family whose elimination costs fewer operations goes block by block, each with the blocks that its rows touch alone; what
-is left, the other family and the free columns, goes to LAPACK as one dense symmetric matrix. Reference: Triggs et al., Bundle
-adjustment, a modern synthesis (2000), section 6.
+The family whose elimination costs fewer operations goes block by block, each with the blocks that its rows touch alone. What is
+left, the other family and the free columns, goes to LAPACK: as one dense symmetric matrix, or, where few of many blocks are ever
+seen together, as a band of blocks with the free columns as its border. References: Triggs et al., Bundle adjustment, a modern
+synthesis (2000), section 6; Cuthill and McKee, Reducing the bandwidth of sparse symmetric matrices (1969).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from robocal.estimate.rows import Normal
@@ -22,6 +24,8 @@ __all__ = ["System", "structure"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+MANY = 1200  # columns of kept blocks from which a band is looked for
+NARROW = 0.4  # of them: a wider band costs LAPACK as much as the whole
 
 
 @dataclass(frozen=True)
@@ -38,7 +42,9 @@ class System:
     pair: Ints
     slot: Ints
     offset: Ints
-    room: tuple[Array, ...]  # work space: the system, its right-hand side, what `back` needs
+    order: Ints | None  # of the kept blocks, where they are a band, and how many columns lie beside its diagonal
+    band: int
+    room: tuple[Array, ...]  # work space: the system, its border, its right-hand side, what `back` needs
 
     @property
     def base(self) -> int:
@@ -50,48 +56,75 @@ class System:
         """Columns of what is left."""
         return self.base + self.n
 
-    def reduced(
-        self, normal: Normal, b: int, lam: float, damp: Array, local: tuple[Array, Array]
-    ) -> tuple[Array, Array, tuple[Array, Array, Array]] | None:
-        """S (N, N), its lower triangle, right-hand side (N,) and what `back` needs, of one problem of a batch under damping; None
-        where a block is not positive."""
-        from robocal.estimate.schur._kernels import eliminate, fill
-
-        ge, ae, se = (part[b] for part in normal.family(self.out))
-        gk, ak, sk = (part[b] for part in normal.family(1 - self.out))
-        s, v, root, half, store = self.room
-        s[:] = 0.0
-        fill(lam, normal.a[b], normal.g[b], damp, ak, gk, sk, local[1 - self.out], s, v)
-        good = eliminate(
-            lam, self.out == 0, self.base, self.start, self.slots, self.pair, self.slot, self.offset, ge, ae, se, local[self.out],
-            normal.cross[b], s, v, root, half, store,
-        )  # fmt: skip
-        return (s, v, (root, half, store)) if good else None
-
     def solve(
         self, normal: Normal, b: int, lam: float, damp: Array, local: tuple[Array, Array], held: Bools,
         step: Array, steps: tuple[Array, Array],
     ) -> bool:  # fmt: skip
-        """The step (n,) and those of the families' blocks, of one problem of a batch; False where the matrix is not positive."""
-        from scipy.linalg.lapack import dposv
+        """The step (n,) and those of the families' blocks, of one problem of a batch under damping; False where the matrix is not
+        positive."""
+        from robocal.estimate.schur._kernels import back, eliminate, fill, hold
 
-        from robocal.estimate.schur._kernels import back, hold
-
-        made = self.reduced(normal, b, lam, damp, local)
-        if made is None:
+        ge, ae, se = (part[b] for part in normal.family(self.out))
+        gk, ak, sk = (part[b] for part in normal.family(1 - self.out))
+        beside = local[1 - self.out]
+        if self.order is not None:
+            gk, ak, sk, beside = (part[self.order] for part in (gk, ak, sk, beside))
+        s, border, v, root, half, store = self.room
+        s[:] = 0.0
+        border[:] = 0.0
+        within = self._within(s)
+        fill(lam, normal.a[b], normal.g[b], damp, ak, gk, sk, beside, within, border, v)
+        if not eliminate(
+            lam, self.out == 0, self.base, self.start, self.slots, self.pair, self.slot, self.offset, ge, ae, se, local[self.out],
+            normal.cross[b], within, border, v, root, half, store,
+        ):  # fmt: skip
             return False
-        s, v, (root, half, store) = made
         if held.any():
-            hold(held, self.base, s, v)
-        if self.size:
-            # The lower triangle by rows is the upper one by columns, which LAPACK takes without a copy.
-            _, v, info = dposv(s.T, v, lower=0, overwrite_a=1, overwrite_b=1)
-            if info:
-                return False
+            hold(held, self.base, border, v)
+        if self.size and not (self._banded(s, border, v) if self.band else _dense(s, v)):
+            return False
         step[:] = v[self.base :]
-        steps[1 - self.out][:] = v[: self.base].reshape(self.kept)
+        kept = v[: self.base].reshape(self.kept)
+        steps[1 - self.out][slice(None) if self.order is None else self.order] = kept
         back(self.base, self.start, self.slots, self.offset, root, half, store, self.kept[1], v, steps[self.out])
         return True
+
+    def _within(self, s: Array) -> Array:
+        """The rows of the kept blocks as kernels index them: of a band, row i begins where LAPACK keeps column i of the upper
+        triangle, and only what lies in the band may be touched."""
+        if not self.band:
+            return s
+        places = s.reshape(-1)[self.band :]
+        return as_strided(places, (self.base, self.base), (self.band * s.itemsize, s.itemsize))
+
+    def _banded(self, s: Array, border: Array, v: Array) -> bool:
+        """Solves with the band for the border and the right-hand side, then for the free columns, into v."""
+        from scipy.linalg.lapack import dpbtrf, dpbtrs, dposv
+
+        base = self.base
+        band, info = dpbtrf(s.T, lower=0, overwrite_ab=1)
+        if info:
+            return False
+        half, info = dpbtrs(band, np.column_stack([border[:, :base].T, v[:base]]), lower=0)
+        if info:
+            return False
+        if self.n:
+            rest = border[:, base:] - border[:, :base] @ half[:, :-1]
+            _, free, info = dposv(rest.T, v[base:] - border[:, :base] @ half[:, -1], lower=0)
+            if info:
+                return False
+            v[base:] = free
+        v[:base] = half[:, -1] - half[:, :-1] @ v[base:]
+        return True
+
+
+def _dense(s: Array, v: Array) -> bool:
+    """Solves into v."""
+    from scipy.linalg.lapack import dposv
+
+    # The lower triangle by rows is the upper one by columns, which LAPACK takes without a copy.
+    _, v[:], info = dposv(s.T, v, lower=0, overwrite_a=1, overwrite_b=1)
+    return not info
 
 
 def structure(n: int, sizes: tuple[tuple[int, int], tuple[int, int]], pairs: Ints) -> System:
@@ -101,24 +134,51 @@ def structure(n: int, sizes: tuple[tuple[int, int], tuple[int, int]], pairs: Int
 
 
 def _eliminating(out: int, n: int, sizes: tuple[tuple[int, int], tuple[int, int]], pairs: Ints) -> System:
-    (count, size), (_, wide) = sizes[out], sizes[1 - out]
-    order = np.lexsort((pairs[:, 1 - out], pairs[:, out]))
-    mine, other = pairs[order, out], pairs[order, 1 - out]
+    (count, size), (others, wide) = sizes[out], sizes[1 - out]
+    base = others * wide
+    met, order, band = pairs[:, 1 - out], None, 0
+    if base >= MANY:
+        order, reach = _banded_order(pairs[:, out], met, count, others)
+        band = (reach + 1) * wide - 1
+        if band < NARROW * base:
+            rank = np.empty(others, dtype=np.int64)
+            rank[order] = np.arange(others)
+            met = rank[met]
+        else:
+            order, band = None, 0
+    entries = np.lexsort((met, pairs[:, out]))
+    mine, other = pairs[entries, out], met[entries]
     # Entries that meet the same block share a slot: two sensors may see the same pair.
-    new = np.ones(len(order), dtype=bool)
+    new = np.ones(len(entries), dtype=bool)
     new[1:] = (mine[1:] != mine[:-1]) | (other[1:] != other[:-1])
     edges = np.arange(count + 1)
     slots_at, entries_at = np.searchsorted(mine[new], edges), np.searchsorted(mine, edges)
-    slot = np.cumsum(new) - 1 - slots_at[mine] if len(order) else np.zeros(0, dtype=np.int64)
+    slot = np.cumsum(new) - 1 - slots_at[mine] if len(entries) else np.zeros(0, dtype=np.int64)
     width = np.diff(slots_at) * wide + n
     offset = np.concatenate([[0], np.cumsum(size * width)])
     start = np.array([slots_at, entries_at], dtype=np.int64)
-    left = sizes[1 - out][0] * wide + n
-    room = (left, left), (left,), (count, size, size), (count, size), (int(offset[-1]),)
+    system = np.zeros((base, band + 1) if band else (base + n, base + n))
+    border = np.zeros((n, base + n)) if band else system[base:]
+    room = (np.zeros(shape) for shape in ((base + n,), (count, size, size), (count, size), (int(offset[-1]),)))
     return System(
-        out, n, sizes[out], sizes[1 - out], start, np.ascontiguousarray(other[new]), np.ascontiguousarray(order),
-        np.ascontiguousarray(slot), offset, tuple(np.zeros(shape) for shape in room),
+        out, n, sizes[out], sizes[1 - out], start, np.ascontiguousarray(other[new]), np.ascontiguousarray(entries),
+        np.ascontiguousarray(slot), offset, order, band, (system, border, *room),
     )  # fmt: skip
+
+
+def _banded_order(mine: Ints, met: Ints, count: int, others: int) -> tuple[Ints, int]:
+    """An order of the kept blocks in which those that an eliminated block meets together lie close, and how far apart they are at
+    most."""
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+    meets = csr_matrix((np.ones(len(mine)), (mine, met)), shape=(count, others))
+    together = (meets.T @ meets).tocsr()
+    order = reverse_cuthill_mckee(together, symmetric_mode=True).astype(np.int64)
+    rank = np.empty(others, dtype=np.int64)
+    rank[order] = np.arange(others)
+    rows, columns = together.nonzero()
+    return order, int(np.abs(rank[rows] - rank[columns]).max(initial=0))
 
 
 def _work(out: int, n: int, sizes: tuple[tuple[int, int], tuple[int, int]], pairs: Ints) -> float:
