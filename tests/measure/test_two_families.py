@@ -232,3 +232,20 @@ def test_held_out_poses_are_found_without_moving_the_markers(rig):
         ratio = out[at == k] / pixels[at == k]
         np.testing.assert_allclose(ratio, ratio[0], rtol=1e-4)  # one factor for the numbers that the pose took
         assert ratio[0] >= 1
+
+
+def test_what_free_poses_take_up_is_not_said_to_have_no_effect(rig):
+    """A camera that sees only the floor: where it sits on a platform whose pose is anybody's guess cannot be told."""
+    seen = replace(rig.data, observations=rig.data.observations[:1])
+    made = problem(rig.robot, seen)
+    made = made.with_table(made.table.with_priors(dict.fromkeys(made.table.names)))
+    for local, said in ((), "the free poses"), (("m1",), "the free poses, the free targets"):
+        names = tuple(t.name for t in seen.observations[0].targets if t.free == SIX) if local else ()
+        both = problem(rig.robot, seen, local_targets=names) if local else made
+        both = both.with_table(both.table.with_priors(dict.fromkeys(both.table.names)))
+        found = analyse(both.with_free(EYE), both.start)
+        assert found.dropped == tuple(EYE)
+        for c in found.combinations:
+            assert c.remark.sentence == f"{c.name} cannot be told from {said}"
+    unseen = analyse(made.with_free(["c1.ax"]), made.start).combinations[0]
+    assert unseen.remark.sentence == "c1.ax has no effect on these measurements"

@@ -8,7 +8,7 @@ from measure.scenarios import SCENARIOS, build
 from unit.plain_terms import Plain, linear, plain_problem
 
 from robocal.estimate.elimination import block_columns, eliminate, triangle
-from robocal.estimate.identifiability import SEEN, analyse, observability
+from robocal.estimate.identifiability import NAMED, SEEN, Combination, analyse, observability, together
 from robocal.remarks.code import Code
 
 
@@ -236,3 +236,22 @@ def test_without_blocks_nothing_is_eliminated(rng):
     p = plain_problem(linear(rng.normal(size=(5, 2)), np.zeros(5)), np.zeros(2))
     lin = p.linearize(p.start)
     assert eliminate(lin) is lin.j and block_columns(lin) == 0
+
+
+def test_partners_of_the_same_part_are_named_together():
+    """A map that shifts against the anchors: two names, not ninety."""
+    markers = [(f"m{i}.x", 1.0 + 0.01 * (i % 2)) for i in range(1, 85)]
+    cables = [(f"c{i}.ax", 1.0) for i in range(2, 9)]
+    assert together([*markers, *cables]) == (("x of m1 to m84 (84)", "ax of c2 to c8 (7)"), 0)
+    said = Combination("c1.ax", (*markers, *cables)).remark.sentence
+    assert "x of m1 to m84 (84), ax of c2 to c8 (7)" in said and "more" not in said
+
+
+def test_partners_are_named_one_by_one_where_they_are_few_or_differ():
+    few = [(f"j{i}.d", 1.0) for i in range(NAMED)]
+    assert together(few) == (tuple(n for n, _ in few), 0)
+    apart = [(f"j{i}.d", 2.0**i) for i in range(9)]
+    assert together(apart) == (tuple(n for n, _ in apart[:NAMED]), 3)
+    mixed = [*apart[:5], *((f"m{i}.y", -1.0) for i in range(10)), ("gain", 1.0)]
+    assert together(mixed) == ((*(n for n, _ in apart[:5]), "y of m0 to m9 (10)"), 1)
+    assert sum(together([(f"m{i}.{s}", 1.0) for s in "abcdefghij" for i in range(5)])[1:]) == 4 * 5

@@ -15,6 +15,7 @@ from robocal.calibrate.identification import Band, ParameterResult, RowTable
 from robocal.calibrate.noise import owners
 from robocal.calibrate.region import limited
 from robocal.calibrate.workspace import Region
+from robocal.estimate.identifiability import together
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Residuals
 from robocal.estimate.uncertainty import Total, Uncertainty, band, quantile
@@ -37,7 +38,6 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 # From here on the hidden partners, not the data, decide how well a parameter is known, and it is said.
 WIDER = 1.5
-NAMED = 6  # partners that are named
 ROUNDING = 1e-12  # rad
 
 
@@ -70,7 +70,7 @@ def parameter_results(
         fitted = row.name in free
         if fitted:
             status = "identified" if row.name in told else "prior"
-            partners = tuple(hidden.get(row.name, [])[:NAMED])
+            partners, _ = together([(name, 1.0) for name in hidden.get(row.name, [])])
             if status == "prior" and not partners:
                 notes = (Remark.of(Code.LITTLE_SAID),)
             elif status == "prior":

@@ -44,6 +44,9 @@ SEEN = 1.0
 STRUCTURAL = 1e-9
 ROUNDING = 1e-12
 NAMED = 6  # partners that are named
+FEW = 3  # of the same part, that are named one by one
+FAMILIES = ("the free poses", "the free targets")  # of local blocks, as people call them
+ALIKE = 0.05  # of a share: parts that differ by less are the same
 # Of what is known of a parameter, from data: 1 - 1/4, so its sigma is half of what was expected.
 CLAIM = 0.75
 # What a column contributes to the imitation of another, relative to the largest contribution: below, it is no partner.
@@ -53,19 +56,46 @@ PARTNER = 0.05
 @dataclass(frozen=True)
 class Combination:
     """A dropped parameter and what takes its place: `name` by one unit looks like the kept parameters by `partners`
-    units (SI)."""
+    units (SI), or, without partners, like the local blocks of these `families`."""
 
     name: str
     partners: tuple[tuple[str, float], ...]
+    families: tuple[str, ...] = ()
 
     @property
     def remark(self) -> Remark:
         """What is said of it."""
+        if not self.partners and self.families:
+            return Remark.of(Code.CANNOT_BE_TOLD, parameter=self.name, partners=self.families, more=None)
         if not self.partners:
             return Remark.of(Code.NO_EFFECT, parameter=self.name)
-        shown = tuple(name for name, _ in self.partners[:NAMED])
-        more = len(self.partners) - len(shown)
+        shown, more = together(self.partners)
         return Remark.of(Code.CANNOT_BE_TOLD, parameter=self.name, partners=shown, more=more or None)
+
+
+def together(partners: Sequence[tuple[str, float]]) -> tuple[tuple[str, ...], int]:
+    """At most `NAMED` names for partners, and how many are left unnamed. Where there are more, those of many owners that take
+    the same part are one name: a map that shifts as a whole is `x of m1 to m84 (84)`."""
+    if len(partners) <= NAMED:
+        return tuple(name for name, _ in partners), 0
+    groups: list[tuple[str, float, list[str]]] = []
+    for name, share in partners:
+        owner, _, symbol = name.rpartition(".")
+        for other, size, owners in groups:
+            if owner and symbol == other and abs(share - size) <= ALIKE * abs(size):
+                owners.append(owner)
+                break
+        else:
+            groups.append((symbol, share, [owner]))
+    shown: list[str] = []
+    counted = 0
+    for symbol, _, owners in groups:
+        ends = sorted(owners, key=lambda owner: (len(owner), owner))
+        whole = [f"{symbol} of {ends[0]} to {ends[-1]} ({len(owners)})"] if len(owners) > FEW else []
+        names = (whole or [f"{owner}.{symbol}" if owner else symbol for owner in owners])[: NAMED - len(shown)]
+        shown += names
+        counted += len(owners) if whole and names else len(names)
+    return tuple(shown), len(partners) - counted
 
 
 @dataclass(frozen=True)
@@ -194,7 +224,7 @@ def analyse(
     ones = _singular(unit)
     structural = int((ones > STRUCTURAL * max(ones.max(initial=0.0), 1e-300)).sum())
     kept, left, told = _selected(problem, r, always, seen)
-    combinations = tuple(_hiding(told, scale, names, kept, i) for i in left)
+    combinations = _absorbed(problem, x, tuple(_hiding(told, scale, names, kept, i) for i in left))
     final = _singular(scaled[:, kept])
     # (S^T S + I)^-1 from the singular values: squaring S would lose what is known to better than 1e-8 of what was
     # expected.
@@ -243,3 +273,13 @@ def _hiding(scaled: Array, scale: Array, names: tuple[str, ...], kept: list[int]
     chosen = sorted(np.flatnonzero(counts), key=lambda i: -effect[i])
     partners = tuple((names[kept[i]], float(c[i] * scale[kept[i]] / scale[column])) for i in chosen)
     return Combination(names[column], partners)
+
+
+def _absorbed(problem: Problem, x: Array, found: tuple[Combination, ...]) -> tuple[Combination, ...]:
+    """The same, where what moves the rows and yet has no partners is told to be what local blocks take up."""
+    if not problem.blocks or all(c.partners for c in found):
+        return found
+    moves = np.sqrt(np.diag(replace(problem, loss="none").normal(np.atleast_2d(x)).a[0])) * problem.scales
+    felt = dict(zip(problem.free, moves > 1e-6 * max(moves.max(initial=0.0), 1.0), strict=True))
+    names = tuple(name for name, family in zip(FAMILIES, problem.families, strict=False) if family.size)
+    return tuple(c if c.partners or not felt[c.name] else replace(c, families=names) for c in found)
