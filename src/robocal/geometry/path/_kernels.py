@@ -80,18 +80,15 @@ def path_kernel(
     fixed_r = np.zeros((n, 9))
     fixed_p = np.zeros((n, 3))
     skip = np.zeros(n, np.bool_)  # the identity: nothing to multiply
-    order = np.empty(n, np.int64)  # the elements that move a row or that the Jacobian wants
     shift = np.zeros(n, np.bool_)  # a frame that does not turn
     wanted = np.zeros(n, np.bool_)
     count = entries.shape[0]
     axis = np.empty(count, np.int64)  # which motion an entry is: the element's kind, or the component of a frame
-    fresh = np.empty(count, np.bool_)  # not the motion of the entry before
     share = np.empty(count)  # what an entry's motion is multiplied by, but for the row
     for i in range(count):
         e = entries[i, 0]
         wanted[e] = True
         axis[i] = entries[i, 1] if elements[e, 0] == 7 else elements[e, 0]
-        fresh[i] = i == 0 or e != entries[i - 1, 0] or axis[i] != axis[i - 1]
     plain = np.zeros(n, np.int64)  # +1 or -1 for an ordinary turning joint
     drive = np.zeros(n, np.int64)  # and the column that drives it
     before = np.zeros((n, 9))
@@ -149,16 +146,10 @@ def path_kernel(
             share[i] = entry_factor[i]
             if entries[i, 4] >= 0:
                 share[i] *= theta[b, entries[i, 4]]
-        many = 0
-        for e in range(n):
-            if wanted[e] or elements[e, 1] == 1 or not skip[e]:
-                order[many] = e
-                many += 1
         for m in range(rows):
             r0, r1, r2, r3, r4, r5, r6, r7, r8 = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
             px, py, pz = 0.0, 0.0, 0.0
-            for turn in range(many):
-                e = order[turn]
+            for e in range(n):
                 kind = elements[e, 0]
                 varies = elements[e, 1] == 1
                 if wanted[e]:
@@ -240,11 +231,15 @@ def path_kernel(
                 continue
             out = jac[b, m]
             out[:] = 0.0
+            element = -1
+            part = -1
             vx, vy, vz, wx, wy, wz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for i in range(count):
-                if fresh[i]:
-                    e = entries[i, 0]
-                    kind = axis[i]
+                e = entries[i, 0]
+                kind = axis[i]
+                if e != element or kind != part:
+                    element = e
+                    part = kind
                     q = before[e]
                     if kind < 3:
                         vx, vy, vz = q[kind], q[3 + kind], q[6 + kind]
