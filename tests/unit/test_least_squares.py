@@ -7,6 +7,7 @@ import pytest
 from unit.plain_terms import Plain, curved, linear, plain_problem, scipy_solution
 
 from robocal.errors import Cancelled, ModelError
+from robocal.estimate import least_squares as module
 from robocal.estimate.least_squares import METHODS, Reason, least_squares
 
 
@@ -48,6 +49,26 @@ def test_a_batch_is_its_singles_and_each_has_its_own_stop(rng):
     assert len(together.history) == together.iterations.max() + 1
     settled = together.history[int(together.iterations[0]) :, 0]
     assert (settled == settled[0]).all(), "a problem that has stopped stays where it is"
+
+
+@pytest.mark.parametrize("loss", ["none", "huber", "tukey"])
+def test_a_batch_in_parts_is_the_batch(rng, monkeypatch, loss):
+    """Weights and histories of each, one start that is no number; parts of two, of one."""
+    truth, fn, jac = curved(rng)
+    p = plain_problem(Plain(fn, jac, (30, 1), sigma=0.05), truth).with_loss(loss)
+    p = p.with_weights((rng.random((5, 30)) > 0.1).astype(float))
+    start = truth + 0.3 * rng.normal(size=(5, len(truth)))
+    start[3] = np.nan
+    with np.errstate(invalid="ignore"):
+        whole = least_squares(p, start)
+    for numbers in (2 * p.n**2, 1):
+        monkeypatch.setattr(module, "AT_ONCE", numbers)
+        with np.errstate(invalid="ignore"):
+            parts = least_squares(p, start)
+        for name in ("x", "cost", "iterations", "reason", "history"):
+            np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name), err_msg=name)
+        np.testing.assert_array_equal(parts.normal.a, whole.normal.a)
+    assert whole.reason[3] == Reason.NOT_FINITE
 
 
 def test_weights_make_a_batch_of_subsets(rng):
