@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
-from robocal.estimate._kernels import kept, robust
+from robocal.estimate._kernels import add_block, add_shared_columns, kept, robust
 
 
 @kernel
@@ -35,47 +35,67 @@ def length_of(dx, dy, dz, radius, axis, u):
     return radius * beta + free
 
 
-@kernel(inline=True)
-def slope_of(f, n, full, radius, axis, size, u, by, number):
-    """Length of the cable with numbers n (7,) to a platform at f (4, 4), less its zero, and `size` times its slopes: by the pose, by
-    (6,), and by the numbers, number (7,), where they are wanted (full); u (3,) is work space."""
-    lx = f[0, 0] * n[3] + f[0, 1] * n[4] + f[0, 2] * n[5]
-    ly = f[1, 0] * n[3] + f[1, 1] * n[4] + f[1, 2] * n[5]
-    lz = f[2, 0] * n[3] + f[2, 1] * n[4] + f[2, 2] * n[5]
-    length = length_of(f[0, 3] + lx - n[0], f[1, 3] + ly - n[1], f[2, 3] + lz - n[2], radius, axis, u) - n[6]
-    by[0], by[1], by[2] = size * u[0], size * u[1], size * u[2]
-    by[3], by[4], by[5] = ly * by[2] - lz * by[1], lz * by[0] - lx * by[2], lx * by[1] - ly * by[0]
-    if full:
+NUMBERS = 7  # of a cable: where its anchors are on the frame and on the platform, and the zero of its length
+
+
+@kernel
+def slopes_of(t, numbers, radius, axis, sight, cable, length, slope):
+    """Of every row: length (m,) of its cable less its zero, and slope (m, 9): by the pose, (v, w), and by the platform anchor.
+
+    t (S, 4, 4), numbers (C, 7), sight (m,) and cable (m,). By the frame anchor it is -v, by the zero -1.
+    """
+    u = np.empty(3)
+    for i in range(sight.shape[0]):
+        s, c = sight[i], cable[i]
+        px, py, pz = numbers[c, 3], numbers[c, 4], numbers[c, 5]
+        lx = t[s, 0, 0] * px + t[s, 0, 1] * py + t[s, 0, 2] * pz
+        ly = t[s, 1, 0] * px + t[s, 1, 1] * py + t[s, 1, 2] * pz
+        lz = t[s, 2, 0] * px + t[s, 2, 1] * py + t[s, 2, 2] * pz
+        dx, dy, dz = t[s, 0, 3] + lx - numbers[c, 0], t[s, 1, 3] + ly - numbers[c, 1], t[s, 2, 3] + lz - numbers[c, 2]
+        if radius[c] == 0.0:
+            full = math.sqrt(dx * dx + dy * dy + dz * dz)
+            f = 1.0 / full if full > 0.0 else 0.0
+            ux, uy, uz = f * dx, f * dy, f * dz
+        else:
+            full = length_of(dx, dy, dz, radius[c], axis[c], u)
+            ux, uy, uz = u[0], u[1], u[2]
+        length[i] = full - numbers[c, 6]
+        slope[i, 0], slope[i, 1], slope[i, 2] = ux, uy, uz
+        slope[i, 3], slope[i, 4], slope[i, 5] = ly * uz - lz * uy, lz * ux - lx * uz, lx * uy - ly * ux
         for o in range(3):
-            number[o] = -by[o]
-            number[3 + o] = f[0, o] * by[0] + f[1, o] * by[1] + f[2, o] * by[2]
-        number[6] = -size
-    return length
+            slope[i, 6 + o] = t[s, 0, o] * ux + t[s, 1, o] * uy + t[s, 2, o] * uz
 
 
 @kernel
 def evaluate_lengths(t, jac, jloc, numbers, radius, axis, sight, cable, edges, symbol, value, r, out, out_local):
     """Residuals r (B, m, 1) and Jacobians out (B, m, 1, k + c), zero before, and out_local (B, m, 1, l); the rest is as in
     `accumulate_lengths`."""
-    batch, k, nl = t.shape[0], jac.shape[3], jloc.shape[3]
-    u, by, number = np.empty(3), np.empty(6), np.empty(7)
+    batch, k, nl, rows = t.shape[0], jac.shape[3], jloc.shape[3], sight.shape[0]
+    length, slope, number = np.empty(rows), np.empty((rows, 9)), np.empty(NUMBERS)
     for b in range(batch):
         vb = b if value.shape[0] > 1 else 0
-        for i in range(sight.shape[0]):
+        slopes_of(t[b], numbers[b], radius, axis, sight, cable, length, slope)
+        for i in range(rows):
             c, s = cable[i], sight[i]
-            wanted = edges[c + 1] > edges[c]
-            r[b, i, 0] = (
-                slope_of(t[b, s], numbers[b, c], wanted, radius[c], axis[c], 1.0, u, by, number) - value[vb, i, 0]
-            )
+            r[b, i, 0] = length[i] - value[vb, i, 0]
             for p in range(k):
                 for o in range(6):
-                    out[b, i, 0, p] += by[o] * jac[b, s, o, p]
+                    out[b, i, 0, p] += slope[i, o] * jac[b, s, o, p]
+            by_numbers(1.0, slope[i], number)
             for e in range(edges[c], edges[c + 1]):
                 out[b, i, 0, k + e] = number[symbol[e]]
             for p in range(nl):
                 out_local[b, i, 0, p] = 0.0
                 for o in range(6):
-                    out_local[b, i, 0, p] += by[o] * jloc[b, s, o, p]
+                    out_local[b, i, 0, p] += slope[i, o] * jloc[b, s, o, p]
+
+
+@kernel(inline=True)
+def by_numbers(size, slope, out):
+    """out (7,) <- `size` times the slopes of a length by the numbers of its cable, from a row of `slopes_of`."""
+    for o in range(3):
+        out[o], out[3 + o] = -size * slope[o], size * slope[6 + o]
+    out[6] = -size
 
 
 @kernel
@@ -87,65 +107,110 @@ def accumulate_lengths(
 
     t (B, S, 4, 4), jac (B, S, 6, k) and jloc (B, S, 6, l) are those of the poses; row i is of pose sight[i] and of a cable, whose
     seven numbers are numbers (B, C, 7), of which edges[c] .. edges[c + 1] of symbol (c,) are free; walk (m,) takes the rows of a pose
-    together. columns (k + c,): the pose's,
-    then those of the free numbers. The rest is as in `estimate._kernels.accumulate`, d = 1.
+    together. columns (k + c,): the pose's, then those of the free numbers. The rest is as in `estimate._kernels.accumulate`, d = 1.
     """
-    batch, k, nl = t.shape[0], jac.shape[3], jloc.shape[3]
-    u, by, number = np.empty(3), np.empty(6), np.empty(7)
-    row, lrow = np.empty(k + 7), np.empty(nl)
-    feeds = np.empty(k + 7, np.int64)
-    for i in range(k):
-        feeds[i] = columns[i]
+    batch, k, nl, cables, rows = t.shape[0], jac.shape[3], jloc.shape[3], numbers.shape[1], sight.shape[0]
+    length, slope, by, lrow = np.empty(rows), np.empty((rows, 9)), np.empty(6), np.empty(nl)
+    wide = k + NUMBERS
+    row, chosen, pairs = np.empty(wide), np.empty(wide), np.empty((wide, wide))
+    feeds, some = np.empty(wide, np.int64), np.empty(wide, np.int64)
+    small_g, small_a = np.empty((cables, wide)), np.empty((cables, wide, wide))
     for b in range(batch):
         wb = b if weight.shape[0] > 1 else 0
         vb = b if value.shape[0] > 1 else 0
+        slopes_of(t[b], numbers[b], radius, axis, sight, cable, length, slope)
+        small_g[:], small_a[:] = 0.0, 0.0
+        before, plain = -1, False
         for i in walk:
             w = weight[wb, configuration[i]]
             size = scale[i, 0]
             if w == 0.0 or size == 0.0:
                 continue
             c, s = cable[i], sight[i]
-            f, wanted = t[b, s], edges[c + 1] > edges[c]
-            r = size * (slope_of(f, numbers[b, c], wanted, radius[c], axis[c], size, u, by, number) - value[vb, i, 0])
-            rho, slope = robust(loss, tuning, r * r)
+            r = size * (length[i] - value[vb, i, 0])
+            rho, share = robust(loss, tuning, r * r)
             cost[b] += 0.5 * w * rho
-            w *= slope
+            w *= share
             if w == 0.0:
                 continue
-            wide = k
-            for p in range(k):
-                row[p] = 0.0
-                for o in range(6):
-                    row[p] += by[o] * jac[b, s, o, p]
-            for e in range(edges[c], edges[c + 1]):
-                row[wide], feeds[wide] = number[symbol[e]], columns[k + e]
-                wide += 1
             wr = w * r
             if curved[b]:
                 w *= kept(loss, tuning, r * r) ** 2
-            for p in range(wide):
-                cp, v = feeds[p], w * row[p]
-                g[b, cp] += wr * row[p]
+            for o in range(6):
+                by[o] = size * slope[i, o]
+            by_numbers(size, slope[i], row)
+            for p in range(k):
+                v = 0.0
+                for o in range(6):
+                    v += by[o] * jac[b, s, o, p]
+                row[NUMBERS + p] = v
+            # All seven numbers, free or not: a loop of a length that the compiler knows takes a fraction of the time.
+            for p in range(NUMBERS):
+                v = w * row[p]
+                small_g[c, p] += wr * row[p]
+                for o in range(NUMBERS):
+                    small_a[c, p, o] += v * row[o]
+            for p in range(NUMBERS, wide):
+                v = w * row[p]
+                small_g[c, p] += wr * row[p]
                 for o in range(p + 1):
-                    cq = feeds[o]
-                    if cp == cq and p != o:
-                        a[b, cp, cp] += 2.0 * v * row[o]
-                    elif cp >= cq:
-                        a[b, cp, cq] += v * row[o]
-                    else:
-                        a[b, cq, cp] += v * row[o]
+                    small_a[c, p, o] += v * row[o]
             at = local[i] if nl > 0 else -1
-            if at >= 0:
-                for p in range(nl):
-                    lrow[p] = 0.0
+            if at < 0:
+                continue
+            if s != before:
+                before, plain = s, is_identity(jloc[b, s])
+            if plain:  # as every free pose: six numbers, which the compiler knows
+                for p in range(6):
+                    v = w * by[p]
+                    gl[b, at, p] += wr * by[p]
                     for o in range(6):
-                        lrow[p] += by[o] * jloc[b, s, o, p]
-                for p in range(nl):
-                    v = w * lrow[p]
-                    gl[b, at, p] += wr * lrow[p]
-                    for o in range(nl):
-                        al[b, at, p, o] += v * lrow[o]
-                for o in range(wide):
-                    v, cq = w * row[o], feeds[o]
-                    for p in range(nl):
-                        asl[b, at, cq, p] += v * lrow[p]
+                        al[b, at, p, o] += v * by[o]
+                for e in range(edges[c], edges[c + 1]):
+                    v, to = w * row[symbol[e]], columns[k + e]
+                    for o in range(6):
+                        asl[b, at, to, o] += v * by[o]
+                for p in range(k):
+                    v, to = w * row[NUMBERS + p], columns[p]
+                    for o in range(6):
+                        asl[b, at, to, o] += v * by[o]
+                continue
+            for p in range(nl):
+                lrow[p] = 0.0
+                for o in range(6):
+                    lrow[p] += by[o] * jloc[b, s, o, p]
+                gl[b, at, p] += wr * lrow[p]
+            own = free_of(c, k, edges, symbol, columns, some, feeds)
+            for p in range(own):
+                chosen[p] = row[some[p]]
+            add_block(at, w, lrow, chosen[:own], feeds, al[b], asl[b])
+        for c in range(cables):
+            own = free_of(c, k, edges, symbol, columns, some, feeds)
+            for p in range(own):
+                chosen[p] = small_g[c, some[p]]
+                for o in range(p + 1):
+                    pairs[p, o] = small_a[c, max(some[p], some[o]), min(some[p], some[o])]
+            add_shared_columns(feeds[:own], chosen, pairs, g[b], a[b])
+
+
+@kernel
+def free_of(c, k, edges, symbol, columns, some, feeds):
+    """Which of a cable's numbers and of the pose's k columns are free, some (.,), and the columns that they feed; how many."""
+    own = edges[c + 1] - edges[c]
+    for p in range(own):
+        some[p], feeds[p] = symbol[edges[c] + p], columns[k + edges[c] + p]
+    for p in range(k):
+        some[own + p], feeds[own + p] = NUMBERS + p, columns[p]
+    return own + k
+
+
+@kernel
+def is_identity(j):
+    """Whether j (6, l) is the identity."""
+    if j.shape[1] != 6:
+        return False
+    for p in range(6):
+        for o in range(6):
+            if j[p, o] != (1.0 if p == o else 0.0):
+                return False
+    return True
