@@ -157,7 +157,7 @@ def _solution(problem: Problem, x: Array, history: list[Array], reason: Reason) 
     normal = problem.normal(x)
     costs = np.array(history).reshape(-1, 1)
     count = np.array([len(costs) - 1], dtype=np.int64)
-    return Solution(x, normal.cost, count, np.array([int(reason)]), costs, normal)
+    return Solution(x, normal.cost, count, np.array([int(reason)]), costs, (normal,))
 
 
 ESTIMATORS = {

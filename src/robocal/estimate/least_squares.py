@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,14 +86,19 @@ _RUNNING = int(Reason.RUNNING)
 @dataclass(frozen=True)
 class Solution:
     """Where a solver ended: x (B, P), cost (B,), iterations (B,), reason (B,), history of costs (iterations + 1, B)
-    and the normal equations."""
+    and the normal equations, of parts of the batch."""
 
     x: Array
     cost: Array
     iterations: NDArray[np.int64]
     reason: NDArray[np.int64]
     history: Array
-    normal: Normal
+    parts: tuple[Normal, ...]
+
+    @cached_property
+    def normal(self) -> Normal:
+        """The normal equations of the whole batch."""
+        return self.parts[0] if len(self.parts) == 1 else Normal.joined(self.parts)
 
     @property
     def reasons(self) -> tuple[Reason, ...]:
@@ -153,9 +159,7 @@ def _joined(parts: list[Solution]) -> Solution:
     x, cost, iterations, reason = (
         np.concatenate([getattr(s, name) for s in parts]) for name in ("x", "cost", "iterations", "reason")
     )
-    return Solution(
-        x, cost, iterations, reason, np.concatenate(history, axis=1), Normal.joined([s.normal for s in parts])
-    )
+    return Solution(x, cost, iterations, reason, np.concatenate(history, axis=1), tuple(s.normal for s in parts))
 
 
 def _damped(
@@ -231,7 +235,7 @@ def _damped(
                 home.back(at[move == HOME], x, normal)
             go = np.flatnonzero((move == TAKE) | (move == OUT))
             x[at[go]] = new[go]
-            normal.put(at[go], result.take(go))
+            normal.put(at[go], result if len(go) == going else result.take(go))
         history.append(normal.cost.copy() if home is None else np.where(away, best, normal.cost))
         if watch:
             watch({"stage": "iterate", "iteration": len(history) - 1, "cost": float(history[-1][0]), "active": going})
@@ -248,7 +252,7 @@ def _damped(
         iterations,
         reason,
         np.array(history),
-        problem.normal(x, everyone) if robust and bent.any() else normal,
+        (problem.normal(x, everyone) if robust and bent.any() else normal,),
     )
 
 
@@ -302,4 +306,4 @@ def _pseudo_inverse(problem: Problem, x: Array, most: int, watch: Watch | None) 
     if most == 1:
         best_x = x
     normal = problem.normal(best_x)
-    return Solution(best_x, normal.cost, np.array([count]), np.array([int(reason)]), np.array(history), normal)
+    return Solution(best_x, normal.cost, np.array([count]), np.array([int(reason)]), np.array(history), (normal,))

@@ -7,44 +7,60 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
-from robocal.estimate._kernels import backward, cholesky, forward
+from robocal.estimate._kernels import LANES, WIDE, backward, cholesky, forward, products
 
 
 @kernel
-def half(block, shared, y):
-    """y (l, n) <- L^-1 shared^T, block holds L, shared (n, l)."""
-    size, n = y.shape
-    for i in range(size):
-        for j in range(n):
-            y[i, j] = shared[j, i]
-        for k in range(i):
-            f = block[i, k]
-            for j in range(n):
-                y[i, j] -= f * y[k, j]
-        f = 1.0 / block[i, i]
-        for j in range(n):
-            y[i, j] *= f
+def half(block, shared, known, first, y, v):
+    """Rows of y (n, .), from number `first` on, <- L^-1 of the rows of shared (n, l), and v (n,) -= y known (l,); block holds L."""
+    size = block.shape[0]
+    if size == 6:  # free poses: in registers
+        b = block
+        i0, i1, i2 = 1.0 / b[0, 0], 1.0 / b[1, 1], 1.0 / b[2, 2]
+        i3, i4, i5 = 1.0 / b[3, 3], 1.0 / b[4, 4], 1.0 / b[5, 5]
+        k0, k1, k2, k3, k4, k5 = known[0], known[1], known[2], known[3], known[4], known[5]
+        for j in range(shared.shape[0]):
+            p = i0 * shared[j, 0]
+            q = i1 * (shared[j, 1] - b[1, 0] * p)
+            r = i2 * (shared[j, 2] - b[2, 0] * p - b[2, 1] * q)
+            s = i3 * (shared[j, 3] - b[3, 0] * p - b[3, 1] * q - b[3, 2] * r)
+            t = i4 * (shared[j, 4] - b[4, 0] * p - b[4, 1] * q - b[4, 2] * r - b[4, 3] * s)
+            u = i5 * (shared[j, 5] - b[5, 0] * p - b[5, 1] * q - b[5, 2] * r - b[5, 3] * s - b[5, 4] * t)
+            y[j, first], y[j, first + 1], y[j, first + 2] = p, q, r
+            y[j, first + 3], y[j, first + 4], y[j, first + 5] = s, t, u
+            v[j] -= k0 * p + k1 * q + k2 * r + k3 * s + k4 * t + k5 * u
+        return
+    for j in range(shared.shape[0]):
+        for i in range(size):
+            f = shared[j, i]
+            for k in range(i):
+                f -= block[i, k] * y[j, first + k]
+            y[j, first + i] = f / block[i, i]
+            v[j] -= known[i] * y[j, first + i]
 
 
 @kernel
-def subtract_square(y, s):
-    """s -= y^T y, lower triangle, y (l, n)."""
-    size, n = y.shape
-    for i in range(n):
-        out = s[i]
-        if size == 6:
-            a, b, c, d, e, f = y[0, i], y[1, i], y[2, i], y[3, i], y[4, i], y[5, i]
-            for j in range(i + 1):
-                out[j] -= a * y[0, j] + b * y[1, j] + c * y[2, j] + d * y[3, j] + e * y[4, j] + f * y[5, j]
-        elif size == 3:
-            a, b, c = y[0, i], y[1, i], y[2, i]
-            for j in range(i + 1):
-                out[j] -= a * y[0, j] + b * y[1, j] + c * y[2, j]
-        else:
-            for k in range(size):
-                a = y[k, i]
-                for j in range(i + 1):
-                    out[j] -= a * y[k, j]
+def rest(gradient, shared, v, x):
+    """x (l,) <- -gradient - shared^T v, shared (n, l)."""
+    if x.shape[0] == 6:
+        p, q, r, s, t, u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for j in range(v.shape[0]):
+            f = v[j]
+            p += f * shared[j, 0]
+            q += f * shared[j, 1]
+            r += f * shared[j, 2]
+            s += f * shared[j, 3]
+            t += f * shared[j, 4]
+            u += f * shared[j, 5]
+        x[0], x[1], x[2], x[3], x[4], x[5] = -p, -q, -r, -s, -t, -u
+        for i in range(6):
+            x[i] -= gradient[i]
+        return
+    for i in range(x.shape[0]):
+        f = gradient[i]
+        for j in range(v.shape[0]):
+            f += shared[j, i] * v[j]
+        x[i] = -f
 
 
 @kernel(inline=True)
@@ -56,9 +72,13 @@ def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, ste
     """
     n = g.shape[0]
     nloc, nl = gl.shape
-    roots = np.empty((nloc, nl, nl))
-    bv = np.empty(nl)
-    y = np.empty((nl, n))
+    roots, bv = np.empty((nloc, nl, nl)), np.empty(nl)
+    # What is eliminated waits in rows of y (n, .), a few blocks of it, to be multiplied at once.
+    lanes, wide, waiting = 0 if nloc == 0 else (n + LANES - 1) // LANES * LANES, max(WIDE, nl), 0
+    y, square = np.empty((lanes, wide)), np.zeros((lanes, lanes))
+    for p in range(n, lanes):
+        for i in range(wide):
+            y[p, i] = 0.0
     for i in range(n):
         for j in range(i + 1):
             s[i, j] = a[i, j]
@@ -74,13 +94,16 @@ def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, ste
         if not cholesky(block, nl):
             return False
         forward(block, nl, bv)
-        # y = L^-1 A_ls, so that A_sl A_ll^-1 A_ls = y^T y.
-        half(block, asl[t], y)
-        for i in range(nl):
-            f = bv[i]
-            for j in range(n):
-                v[j] -= f * y[i, j]
-        subtract_square(y, s)
+        if waiting + nl > wide:
+            products(y, waiting, square)
+            waiting = 0
+        # y = A_sl L^-T, so that A_sl A_ll^-1 A_ls = y y^T.
+        half(block, asl[t], bv, waiting, y, v)
+        waiting += nl
+    products(y, waiting, square)
+    for i in range(lanes and n):
+        for j in range(i + 1):
+            s[i, j] -= square[i, j]
     for i in range(n):
         if held[i]:
             for j in range(n):
@@ -98,11 +121,7 @@ def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, ste
         step[i] = v[i]
     for t in range(nloc):
         x = step_local[t]
-        for i in range(nl):
-            x[i] = -gl[t, i]
-        for j in range(n):
-            for i in range(nl):
-                x[i] -= asl[t, j, i] * v[j]
+        rest(gl[t], asl[t], v, x)
         forward(roots[t], nl, x)
         backward(roots[t], nl, x)
     return True
