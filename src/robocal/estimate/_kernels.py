@@ -167,17 +167,17 @@ def accumulate(r, jac, scale, weight, configuration, columns, loss, tuning, curv
     """Adds whitened, weighted rows to the normal equations of the shared columns; cost is half the sum of rho.
 
     r (B, m, d), jac (B, m, d, k); scale (M, d) = 1 / sigma; weight (1 or B, U) per configuration (M,); rows first .. first + m of
-    the (M,) arrays; curved (B,): whether the loss's curvature counts. r and jac are whitened in place (jac as the matrix takes it),
-    pull (B, m) receives weight times slope of every row, for what else the rows touch; it may have no rows.
+    the (M,) arrays; curved (B,): whether the loss's curvature counts. r is whitened in place; pull (B, m) receives weight times slope
+    of every row, for what else the rows touch, and jac is whitened too, as the matrix takes it; it may have no rows.
     """
     batch, m, d = r.shape
     k = jac.shape[3]
-    lanes = (k + LANES - 1) // LANES * LANES
+    lanes = (k + LANES) // LANES * LANES  # of the columns, and one of the residuals behind them
     small_a = np.zeros((lanes, lanes))
     small_g = np.zeros(k)
     wide = max(WIDE, d)
-    heap = np.empty((lanes, wide))  # columns of the rows that wait to be multiplied
-    for p in range(k, lanes):
+    heap = np.empty((lanes, wide))  # rows that wait to be multiplied, as columns
+    for p in range(k + 1, lanes):
         for i in range(wide):
             heap[p, i] = 0.0
     for b in range(batch):
@@ -198,29 +198,47 @@ def accumulate(r, jac, scale, weight, configuration, columns, loss, tuning, curv
             w *= slope
             if w == 0.0:
                 continue
-            if pull.shape[1] > 0:
-                pull[b, i] = w
-            for c in range(d):
-                f = scale[first + i, c]
-                wr = w * r[b, i, c]
-                row = jac[b, i, c]
-                for p in range(k):
-                    row[p] *= f
-                    small_g[p] += wr * row[p]
-            if curved[b]:
-                share = kept(loss, tuning, s)
-                if share < 1.0:
-                    shorten(jac[b, i], r[b, i], share)
             if waiting + d > wide:
                 products(heap, waiting, small_a)
                 waiting = 0
             root = math.sqrt(w)
+            if pull.shape[1] == 0 and not curved[b]:
+                if d == 3:  # points, the ordinary case: the numbers of a column that lie together are written together
+                    fx, fy, fz = root * scale[first + i, 0], root * scale[first + i, 1], root * scale[first + i, 2]
+                    for p in range(k):
+                        heap[p, waiting] = fx * jac[b, i, 0, p]
+                        heap[p, waiting + 1] = fy * jac[b, i, 1, p]
+                        heap[p, waiting + 2] = fz * jac[b, i, 2, p]
+                else:
+                    for c in range(d):
+                        f = root * scale[first + i, c]
+                        for p in range(k):
+                            heap[p, waiting + c] = f * jac[b, i, c, p]
+                for c in range(d):
+                    heap[k, waiting + c] = root * r[b, i, c]
+                waiting += d
+                continue
+            if pull.shape[1] > 0:
+                pull[b, i] = w
+            for c in range(d):
+                f, row = scale[first + i, c], jac[b, i, c]
+                wr = w * r[b, i, c]
+                for p in range(k):
+                    row[p] *= f
+                    small_g[p] += wr * row[p]
+            if curved[b]:  # of the matrix alone
+                share = kept(loss, tuning, s)
+                if share < 1.0:
+                    shorten(jac[b, i], r[b, i], share)
             for c in range(d):
                 row = jac[b, i, c]
                 for p in range(k):
                     heap[p, waiting] = root * row[p]
+                heap[k, waiting] = 0.0
                 waiting += 1
         products(heap, waiting, small_a)
+        for p in range(k):
+            small_g[p] += small_a[k, p]
         add_shared_columns(columns, small_g, small_a, g[b], a[b])
 
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,7 +128,7 @@ def least_squares(
         x = least_squares(
             problem.with_loss("huber"), method="lm", max_iterations=max_iterations, cost_tolerance=ROUGH, watch=watch
         ).x
-    start = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
+    start = problem.start if x is None else np.array(np.atleast_2d(x), dtype=float, order="C")  # parts of it are moved
     if method in ("pinv", "lse"):
         return _pseudo_inverse(problem, start, 1 if method == "lse" else max_iterations, watch)
     if method not in METHODS:
@@ -137,7 +137,7 @@ def least_squares(
         )
     many, tolerances = _at_once(problem, len(start)), (cost_tolerance, gradient_tolerance, step_tolerance)
     parts = [
-        _damped(problem, np.array(start[lo : lo + many]), lo, max_iterations, tolerances, damping if method == "lm" else 0.0, watch)
+        _damped(problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, watch)
         for lo in range(0, max(len(start), 1), many)
     ]  # fmt: skip
     return parts[0] if len(parts) == 1 else _joined(parts)
@@ -172,17 +172,14 @@ def _damped(
     watch: Watch | None,
 ) -> Solution:
     """From x (B, P), which are the problems base, base + 1, ... of the batch."""
-    from robocal.estimate.damping._kernels import GROW, HOME, LOST, OUT, STAY, TAKE, settle
-
+    settle, (STAY, TAKE, OUT, HOME), LOST, GROW = _settling()
     batch = len(x)
     everyone = np.arange(base, base + batch)
     normal = problem.normal(x, everyone)
-    reason, iterations, numbers = np.zeros(batch, dtype=np.int64), np.zeros(batch, dtype=np.int64), np.zeros((5, batch))
-    lam, grow, predicted, best, failed = (
-        numbers  # failed: how long the last step was that did not lower the cost, in expected errors
-    )
-    lam += damping
-    grow += GROW
+    reason, iterations = np.zeros((2, batch), dtype=np.int64)
+    # failed: how long the last step was that did not lower the cost, in expected errors
+    lam, grow, predicted, best, failed = numbers = np.zeros((5, batch))
+    numbers[0], numbers[1] = damping, GROW
     first = normal.cost.copy()
     history = [first]
     steps = Steps(problem, batch, np.array(tolerances), damping > 0.0)
@@ -254,6 +251,14 @@ def _damped(
         np.array(history),
         (problem.normal(x, everyone) if robust and bent.any() else normal,),
     )
+
+
+@cache
+def _settling() -> tuple[Callable[..., int], tuple[int, int, int, int], int, float]:
+    """What says what becomes of steps, and its codes: an import costs as much as a small kernel."""
+    from robocal.estimate.damping._kernels import GROW, HOME, LOST, OUT, STAY, TAKE, settle
+
+    return settle, (STAY, TAKE, OUT, HOME), LOST, GROW
 
 
 class _Home:

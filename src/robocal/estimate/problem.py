@@ -133,6 +133,10 @@ class Problem:
         return np.array([bool(self.table[name].prior) and self.priors for name in self.free], dtype=bool)
 
     @cached_property
+    def _held(self) -> bool:
+        return bool(self.stated.any())
+
+    @cached_property
     def believed(self) -> Bools:
         """Which free columns have a stated prior that says how far off they are, (n,)."""
         return np.array([b and self.table[n].believed for n, b in zip(self.free, self.stated, strict=True)], dtype=bool)
@@ -237,14 +241,16 @@ class Problem:
                 continue
             touches = any(term.touches)
             part = slice(pairs, pairs + len(term.pairs))
-            for lo, hi, first, rows in pieces(term, batch, self.sizes[0][1] + self.sizes[1][1], CHUNK):
-                mine = out if hi - lo == batch else out.part(slice(lo, hi))
-                bent = straight[lo:hi]
-                r, jac, jloc = term.evaluate(x[lo:hi], which[lo:hi], first, rows)
+            for lo, hi, first, rows in pieces(term, batch, cut + self.sizes[1][1], CHUNK):
+                mine, values, some, heavy, bent = out, x, which, weight, straight
+                if hi - lo < batch:
+                    mine, values, some, bent = out.part(slice(lo, hi)), x[lo:hi], which[lo:hi], straight[lo:hi]
+                    heavy = self._weight(some)
+                r, jac, jloc = term.evaluate(values, some, first, rows)
                 pull = np.zeros((hi - lo, rows)) if touches else NOTHING
                 accumulate(
-                    r, jac, term.scale, self._weight(which[lo:hi]), term.configuration, term.columns, loss.kind, tuning, bent, first,
-                    mine.cost, mine.g, mine.a, pull,
+                    r, jac, term.scale, heavy, term.configuration, term.columns, loss.kind, tuning, bent, first, mine.cost, mine.g,
+                    mine.a, pull,
                 )  # fmt: skip
                 if touches:
                     accumulate_blocks(
@@ -252,7 +258,7 @@ class Problem:
                         bent, first, mine.gl, mine.al, mine.asl, mine.gm, mine.am, mine.asm, mine.cross[:, part],
                     )  # fmt: skip
             pairs = part.stop
-        if any(self.stated.tolist()):
+        if self._held:
             add_shared(self.prior_root, self.difference(x), self._turns[1], out)
         for i, family in enumerate(self.families):
             if family.prior is not None:
@@ -327,17 +333,8 @@ class Problem:
             parts = [term.evaluate(x, every, first, min(rows, m - first))[0] for first in range(0, max(m, 1), rows)]
             r = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
             value = r[0] if len(x) == 1 else r
-            known = (
-                term.scale,
-                term.configuration,
-                term.group,
-                term.kind,
-                term.parts,
-                term.used,
-                term.lever,
-                term.reading,
-            )
-            out.append(Residuals(value, *known))
+            where = term.scale, term.configuration
+            out.append(Residuals(value, *where, term.group, term.kind, term.parts, term.used, term.lever, term.reading))
         return out
 
     def linearize(self, x: Array, configurations: Ints | None = None) -> Linear:

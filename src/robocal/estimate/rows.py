@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -113,7 +114,7 @@ class Normal:
         (many, l), (more, q) = first, second
         cost, g, a = np.zeros(batch), np.zeros((batch, n)), np.zeros((batch, n, n))
         if not many and not more:  # the small problems, where every call counts
-            flat, square = np.empty((batch, 0, 0)), np.empty((batch, 0, 0, 0))
+            flat, square = _nothing(batch)
             return cls(cost, g, a, flat, square, square, flat, square, square, square)
         shapes = [(many, l), (many, l, l), (many, n, l), (more, q), (more, q, q), (more, n, q), (pairs, l, q)]
         return cls(cost, g, a, *(np.zeros((batch, *shape)) for shape in shapes))
@@ -142,6 +143,11 @@ class Normal:
 
 
 _NAMES = tuple(f.name for f in fields(Normal))
+
+
+@cache
+def _nothing(batch: int) -> tuple[Array, Array]:
+    return np.empty((batch, 0, 0)), np.empty((batch, 0, 0, 0))
 
 
 @dataclass(frozen=True)

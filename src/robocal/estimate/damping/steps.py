@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,13 +22,22 @@ ONE = np.ones(1)
 
 def _blocks(problem: Problem, batch: int) -> tuple[Array, Array]:
     if not problem.families:
-        return _nothing(batch), _nothing(batch)
+        return _nothing(batch)
     one, two = (np.zeros((batch, *size)) for size in problem.sizes)
     return one, two
 
 
-def _nothing(batch: int) -> Array:
-    return np.empty((batch, 0, 0))
+@cache
+def _nothing(batch: int) -> tuple[Array, Array]:
+    return np.empty((batch, 0, 0)), np.empty((batch, 0, 0))
+
+
+@cache
+def _proposing() -> tuple[Callable[..., int], int]:
+    """The kernel that proposes, and its word for a cost that is no number: an import costs as much as a small kernel."""
+    from robocal.estimate.damping._kernels import NOT_FINITE, propose
+
+    return propose, NOT_FINITE
 
 
 class Steps:
@@ -33,15 +45,13 @@ class Steps:
     length (B,) is the square of the step that led a problem away."""
 
     def __init__(self, problem: Problem, batch: int, tolerances: Array, damped: bool) -> None:
-        from robocal.estimate.damping._kernels import NOT_FINITE, propose
-
         n = problem.n
-        self._propose, self._not_finite = propose, NOT_FINITE
+        self._propose, self._not_finite = _proposing()
         self.tolerances, self.damped = tolerances, damped
         self.lower, self.upper = problem.bounds
         self.scales = problem.scales
-        self.damp, self.step, self.length = np.zeros((batch, n)), np.zeros((batch, n)), np.zeros(batch)
-        self.damp_local, self.local = (_blocks(problem, batch), _blocks(problem, batch))
+        (self.damp, self.step), self.length = np.zeros((2, batch, n)), np.zeros(batch)
+        self.damp_local, self.local = _blocks(problem, batch), _blocks(problem, batch)
         large = n > LARGE or problem.sizes[1][1] > 0
         self.system = None
         if large:
