@@ -58,12 +58,18 @@ PAIRS = {
         lambda: rc.cable.workspace("cable.yaml", cells=7, rays=100),
     ),
     "poses": ("cable poses free.yaml -n 5", lambda: rc.cable.poses("free.yaml", count=5)),
+    "require": (
+        "cable require cable.yaml list.csv --sigma 2mm --accuracy 4mm",
+        lambda: rc.cable.require("cable.yaml", "list.csv", sigma="2mm", accuracy="4mm"),
+    ),
 }
 
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    from cables.cable_robots import box
     from cli.test_cable_poses import robot as free
+    from cli.test_cable_require import listed
 
     folder = tmp_path_factory.mktemp("calls")
     small(folder)
@@ -71,6 +77,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, text in (texts | {"free.yaml": describe_cable(free())}).items():
         (folder / name).write_text(text, encoding="utf-8")
     assert robocal("identify", folder / "robot.yaml", folder / "data.yaml", "-o", folder / "run").status == 0
+    listed(folder / "list.csv", 12, robot=box())
     (folder / "lengths.csv").write_text(robocal("cable", "inverse", folder / "cable.yaml", folder / "places.csv").out)
     return folder
 

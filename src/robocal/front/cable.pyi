@@ -199,3 +199,37 @@ def poses(
 
     Raises InputError.
     """
+
+def require(
+    robot: _Given,
+    poses: _Given,
+    *,
+    sigma: str = '1mm',
+    sigma_position: str | None = None,
+    sigma_orientation: str | None = None,
+    accuracy: str | None = None,
+    of: str = 'anchors',
+    estimator: str = 'maximum-likelihood',
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found:
+    """How good a calibration of frame anchors and zeros will be, before anything is measured; with --accuracy, which sensors and how
+    many poses it needs.
+
+    Exit status 3 when the accuracy is not reached with these noises and poses.
+
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector).
+    sigma: Standard deviation of a length.
+    sigma_position: The same of a component of the measured position.  [default: known exactly]
+    sigma_orientation: The same of a component of the measured rotation vector.  [default: known exactly]
+    accuracy: The error that is wanted, root mean square.
+    of: Of what: components of frame anchors, zeros, or afterwards the platform's position or orientation.
+    estimator: Maximum likelihood with free poses, as identify does it, or every cable by itself.
+    output: Write require.json, contours.csv and report.html here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """

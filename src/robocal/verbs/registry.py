@@ -27,4 +27,5 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "tension": "Tensions that hold poses.",
     "workspace": "Where the platform can be held.",
     "poses": "Poses that can be reached.",
+    "require": "Sensors and poses that a calibration needs.",
 })  # fmt: skip

@@ -64,46 +64,55 @@ def rest(gradient, shared, v, x):
 
 
 @kernel(inline=True)
-def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, step_local):
-    """(A + lam diag(damp)) step = -g of one problem, local blocks eliminated by Schur complement; False when not positive.
-
-    a (n, n) lower triangle, damp (n,), damp_local (L, l), held (n,) columns that must not move, s (n, n) and v (n,)
-    work space.
-    """
-    n = g.shape[0]
-    nloc, nl = gl.shape
-    roots, bv = np.empty((nloc, nl, nl)), np.empty(nl)
-    # What is eliminated waits in rows of y (n, .), a few blocks of it, to be multiplied at once.
-    lanes, wide, waiting = 0 if nloc == 0 else (n + LANES - 1) // LANES * LANES, max(WIDE, nl), 0
-    y, square = np.empty((lanes, wide)), np.zeros((lanes, lanes))
-    for p in range(n, lanes):
-        for i in range(wide):
-            y[p, i] = 0.0
-    for i in range(n):
+def system(lam, a, g, damp, s, v):
+    """s (n, n) <- A + lam diag(damp), lower triangle, and v (n,) <- -g."""
+    for i in range(g.shape[0]):
         for j in range(i + 1):
             s[i, j] = a[i, j]
         s[i, i] += lam * damp[i]
         v[i] = -g[i]
-    for t in range(nloc):
+
+
+@kernel
+def eliminate(lam, al, gl, asl, damp, roots, known, y, square, s, v):
+    """Takes the blocks al (L, l, l), gl (L, l), asl (L, n, l) out of the system s, v; False when one is not positive definite.
+
+    roots (L, l, l) receive their factors; known (l,), y (lanes, wide) and square (lanes, lanes) are work space: what is eliminated
+    waits in rows of y, a few blocks of it, to be multiplied at once.
+    """
+    count, size = gl.shape
+    n = v.shape[0]
+    waiting = 0
+    square[:] = 0.0
+    for p in range(n, y.shape[0]):
+        y[p] = 0.0
+    for t in range(count):
         block = roots[t]
-        for i in range(nl):
-            for j in range(nl):
+        for i in range(size):
+            for j in range(size):
                 block[i, j] = al[t, i, j]
-            block[i, i] += lam * damp_local[t, i]
-            bv[i] = -gl[t, i]
-        if not cholesky(block, nl):
+            block[i, i] += lam * damp[t, i]
+            known[i] = -gl[t, i]
+        if not cholesky(block, size):
             return False
-        forward(block, nl, bv)
-        if waiting + nl > wide:
+        forward(block, size, known)
+        if waiting + size > y.shape[1]:
             products(y, waiting, square)
             waiting = 0
         # y = A_sl L^-T, so that A_sl A_ll^-1 A_ls = y y^T.
-        half(block, asl[t], bv, waiting, y, v)
-        waiting += nl
+        half(block, asl[t], known, waiting, y, v)
+        waiting += size
     products(y, waiting, square)
-    for i in range(lanes and n):
+    for i in range(n):
         for j in range(i + 1):
             s[i, j] -= square[i, j]
+    return True
+
+
+@kernel(inline=True)
+def solved(held, s, v):
+    """v (n,) <- s^-1 v, but zero for columns held (n,) that must not move; False when s is not positive definite."""
+    n = v.shape[0]
     for i in range(n):
         if held[i]:
             for j in range(n):
@@ -117,14 +126,16 @@ def solve_damped(a, g, al, gl, asl, lam, damp, damp_local, held, s, v, step, ste
         return False
     forward(s, n, v)
     backward(s, n, v)
-    for i in range(n):
-        step[i] = v[i]
-    for t in range(nloc):
-        x = step_local[t]
-        rest(gl[t], asl[t], v, x)
-        forward(roots[t], nl, x)
-        backward(roots[t], nl, x)
     return True
+
+
+@kernel
+def blocks_back(roots, gl, asl, v, step):
+    """The steps (L, l) of the blocks from that of what they share, v (n,)."""
+    for t in range(gl.shape[0]):
+        rest(gl[t], asl[t], v, step[t])
+        forward(roots[t], gl.shape[1], step[t])
+        backward(roots[t], gl.shape[1], step[t])
 
 
 # Codes shared with least_squares.Reason.
@@ -212,23 +223,28 @@ def judge(far, gain, small, failed, cost, tolerances, away, before, length, lam,
 
 @kernel
 def propose(
-    cost, g, a, gl, al, asl, value, lower, upper, scales, tolerances, damped, away, length, lam, damp, damp_local, step,
-    step_local, predicted, reason,
+    cost, g, a, blocks, value, lower, upper, scales, tolerances, damped, away, length, lam, damp, step, predicted, reason,
 ):  # fmt: skip
     """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,). Returns how
     many go on.
 
+    blocks: None without local blocks, which is compiled by itself, else gl, al, asl, their damping and their steps (B, L, l).
     value (B, n) are the parameters where bounds apply (B, 0 without bounds); tolerances (3,): cost, gradient, step.
     predicted (B,) is the decrease of half the sum of squares that the undamped model promises; length (B,) the square of
     the step that led a problem away.
     """
     batch, n = g.shape
-    nloc = gl.shape[1]
     s = np.empty((n, n))
     v = np.empty(n)
     one = np.empty(1)
     one[0] = 1.0
     held = np.zeros(n, np.bool_)
+    if blocks is not None:
+        gl, al, asl, damp_local, step_local = blocks
+        count, size = gl.shape[1], gl.shape[2]
+        lanes, wide = (n + LANES - 1) // LANES * LANES, max(WIDE, size)
+        roots, known = np.empty((count, size, size)), np.empty(size)
+        y, square = np.empty((lanes, wide)), np.empty((lanes, lanes))
     running = 0
     for b in range(batch):
         if reason[b] != RUNNING:
@@ -237,25 +253,35 @@ def propose(
             reason[b] = NOT_FINITE
             continue
         worst = scale_columns(cost[b], g[b], a[b], value[b], lower, upper, scales, damp[b], held)
-        worst = scale_blocks(gl[b], al[b], damp_local[b], worst)
+        if blocks is not None:
+            worst = scale_blocks(gl[b], al[b], damp_local[b], worst)
         # Cosine between the residual and each column, in the metric that the solver sees.
         if not away[b] and worst <= tolerances[1] * math.sqrt(2.0 * cost[b]) + 1e-300:
             reason[b] = GRADIENT
             continue
         before = lam[b]
         failed = False
-        while not solve_damped(
-            a[b], g[b], al[b], gl[b], asl[b], lam[b], damp[b], damp_local[b], held, s, v, step[b], step_local[b]
-        ):
+        while True:
+            system(lam[b], a[b], g[b], damp[b], s, v)
+            good = True
+            if blocks is not None:
+                good = eliminate(lam[b], al[b], gl[b], asl[b], damp_local[b], roots, known, y, square, s, v)
+            if good and solved(held, s, v):
+                break
             lam[b] = max(lam[b], 1e-12) * 10.0
-            if damped and lam[b] <= 1e12:
-                continue
-            failed = True
-            break
+            if not (damped and lam[b] <= 1e12):
+                failed = True
+                break
+        if not failed:
+            for i in range(n):
+                step[b, i] = v[i]
+            if blocks is not None:
+                blocks_back(roots, gl[b], asl[b], v, step_local[b])
         far, gain, small = promised(step[b], g[b], lam[b], damp[b], scales, tolerances[2])
-        for t in range(nloc):
-            f, h, tiny = promised(step_local[b, t], gl[b, t], lam[b], damp_local[b, t], one, tolerances[2])
-            far, gain, small = far + f, gain + h, small and tiny
+        if blocks is not None:
+            for t in range(count):
+                f, h, tiny = promised(step_local[b, t], gl[b, t], lam[b], damp_local[b, t], one, tolerances[2])
+                far, gain, small = far + f, gain + h, small and tiny
         reason[b], lam[b], length[b], predicted[b] = judge(
             far, gain, small, failed, cost[b], tolerances, away[b], before, length[b], lam[b], predicted[b]
         )

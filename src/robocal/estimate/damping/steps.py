@@ -52,6 +52,7 @@ class Steps:
         self.scales = problem.scales
         (self.damp, self.step), self.length = np.zeros((2, batch, n)), np.zeros(batch)
         self.damp_local, self.local = _blocks(problem, batch), _blocks(problem, batch)
+        self.blocks = problem.sizes[0][1] > 0
         large = n > LARGE or problem.sizes[1][1] > 0
         self.system = None
         if large:
@@ -63,10 +64,10 @@ class Steps:
         """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,); see
         `_kernels.propose`. Returns how many go on."""
         if self.system is None:
+            blocks = (normal.gl, normal.al, normal.asl, self.damp_local[0], self.local[0]) if self.blocks else None
             going: int = self._propose(
-                normal.cost, normal.g, normal.a, normal.gl, normal.al, normal.asl, value, self.lower, self.upper, self.scales,
-                self.tolerances, self.damped, away, self.length, lam, self.damp, self.damp_local[0], self.step, self.local[0],
-                predicted, reason,
+                normal.cost, normal.g, normal.a, blocks, value, self.lower, self.upper, self.scales, self.tolerances, self.damped,
+                away, self.length, lam, self.damp, self.step, predicted, reason,
             )  # fmt: skip
             return going
         reason[(reason == 0) & ~np.isfinite(normal.cost)] = self._not_finite

@@ -95,10 +95,10 @@ TABLE: dict[Code, Words] = {
         "Check the nominal model, and the order, signs and units of the joints.",
     ),
     Code.UNMADE: Words(
-        "no arm's making leaves such changes: {changes}",
+        "no robot is made so far from its drawing: {changes}",
         "If it is a number that was mistyped, write what the data say. If it is several, look for a joint that counts the other way "
-        "(gain: -1), a zero that is off by 90 or 180 deg, or exchanged columns: geometry was bent to meet them. If the arm truly "
-        "differs so much from its drawing, state how far it may be off (calibrate: prior).",
+        "(gain: -1), a zero that is off by 90 or 180 deg, or exchanged columns or cables: geometry was bent to meet them. If the "
+        "robot truly differs so much from its drawing, state how far it may be off (calibrate: prior).",
     ),
     Code.SCALE_WRONG: Words(
         "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}): an arm errs in each on its own, so what gives "

@@ -1,0 +1,134 @@
+"""Every cable by itself, from poses that are taken as measured: frame anchor and zero.
+
+    length    sum_j w_j (f_j |s_j - a| - (y_j + l0))^2              s_j = p_j + R_j b,  f_j = 1 / (1 + e t_j)
+    squared   sum_j w_j ((f_j |s_j - a|)^2 - (y_j + l0)^2)^2        3.18 of the thesis behind `examples/cable-laval`
+
+With poses as measured nothing joins the cables, and the problem of m cables is m problems of four numbers. The start solves the
+squared equations (`exact`), so that nobody must guess. The squared residual is here to be compared with: noise enters its slopes,
+and it errs by what does not fade with the number of poses (`propagation.bias_of_squares`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal._jit import as_kernel_array, as_kernel_indices
+from robocal.cables.calibration.exact import flat
+from robocal.cables.geometry import CableRobot
+from robocal.errors import ModelError, nearest
+
+__all__ = ["RESIDUALS", "Fit", "per_cable"]
+
+Array = NDArray[np.float64]
+RESIDUALS = ("length", "squared")
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Of B lists: frame anchors (B, m, 3) and zeros (B, m) in m, half the weighted sum of squares (B, m), iterations (B, m), whether
+    each fit arrived (B, m), and the normal matrices (B, m, k, k) over the `axes` of the anchor and the zero; `numbers` (B, m) were
+    read of each cable."""
+
+    anchors: Array
+    zeros: Array
+    cost: Array
+    iterations: NDArray[np.int64]
+    converged: NDArray[np.bool_]
+    normal: Array
+    axes: tuple[int, ...]
+    numbers: NDArray[np.int64]
+
+    @property
+    def covariance(self) -> Array:
+        """Of the sought components of the anchor and of the zero, (B, m, k, k): with the sigma that was stated, or with what the
+        residuals leave where none was (weights of one)."""
+        return np.asarray(np.linalg.inv(self.normal))
+
+    @property
+    def left(self) -> Array:
+        """What the residuals say of the sigma that was stated, of 1 m where none was: sqrt(2 cost / (n - k)), (B, m)."""
+        k = len(self.axes) + 1
+        return np.asarray(np.sqrt(2 * self.cost / np.where(self.numbers > k, self.numbers - k, np.nan)))
+
+
+def per_cable(
+    robot: CableRobot,
+    poses: ArrayLike,
+    readings: ArrayLike,
+    *,
+    sigma: ArrayLike = 1.0,
+    tensions: ArrayLike | None = None,
+    residual: str = "length",
+    start: ArrayLike | None = None,
+) -> Fit:
+    """Frame anchors and zeros of every cable of `robot` from poses and what its sensors showed.
+
+    poses (n, 4, 4), or of every list (B, n, 4, 4), T_base_platform in m; readings (n, m) or (B, n, m) in m, NaN where none was taken;
+    sigma of a reading in m, a number or one of each cable (m,); tensions (n, m) or (B, n, m) in N, under which the robot's cables
+    stretch (default: they do not); start (m, 4) or (B, m, 4), anchor and zero (default: none is needed).
+    What the robot cannot reach by its degrees of freedom (y of a planar xz robot) stays as the robot has it. Raises ModelError for
+    shapes that do not fit, for an unknown residual and, without a start, for lists that do not tell an anchor from its mirror image.
+    """
+    from robocal.cables.calibration import _kernels as kernels
+
+    if residual not in RESIDUALS:
+        raise ModelError(
+            "unknown residual", found=residual, expected=" or ".join(RESIDUALS), suggestion=nearest(residual, RESIDUALS)
+        )
+    t, y = _lists(poses, 4, "poses"), _lists(readings, 3, "readings")
+    m = len(robot.cables)
+    if y.shape[1:] != (t.shape[1], m) or len({len(t), len(y), 1}) > 2:
+        raise ModelError(
+            "poses and readings do not belong together",
+            found=f"{t.shape[:2]} poses, readings {y.shape}", expected="as many rows of readings as poses, a column per cable",
+        )  # fmt: skip
+    read = np.isfinite(y)
+    weight = read / np.broadcast_to(np.asarray(sigma, float), (m,)) ** 2
+    strain = (
+        np.zeros((1, *y.shape[1:])) if tensions is None else _lists(tensions, 3, "tensions") * robot.need("elasticity")
+    )
+    batch, axes = max(len(t), len(y)), tuple(i for i in robot.axes if i < 3)
+    x = np.empty((batch, m, 4))
+    x[:] = np.column_stack([robot.a, robot.zeros]) if start is None else np.asarray(start, float)
+    k = len(axes) + 1
+    cost, info = np.empty((batch, m)), np.empty((batch, m, k, k))
+    count, reason = np.zeros((batch, m), dtype=np.int64), np.zeros((batch, m), dtype=np.int64)
+    kind: Any = kernels.SQUARED if residual == "squared" else kernels.LENGTH
+    at, b, said, stretch, heavy = as_kernel_array(t, robot.b, np.where(read, y, 0.0), strain, weight)
+    sought = as_kernel_indices(np.array(axes))
+    kernels.fit_cables(kind, at, b, said, stretch, heavy, sought, start is not None, x, cost, count, reason, info)
+    lost = np.argwhere(reason == kernels.DEGENERATE)
+    if start is None and len(lost):
+        _refuse(robot, t, read, axes, *lost[0])
+    numbers = np.broadcast_to(read.sum(axis=1), (batch, m))
+    return Fit(x[..., :3], x[..., 3], cost, count, reason == kernels.SETTLED, info, axes, numbers)
+
+
+def _lists(array: ArrayLike, rank: int, what: str) -> Array:
+    out = np.asarray(array, float)
+    if out.ndim not in (rank - 1, rank):
+        raise ModelError(
+            f"the {what} have another shape", found=out.shape, expected="(n, ...) or of every list (B, n, ...)"
+        )
+    return out if out.ndim == rank else out[None]
+
+
+def _refuse(robot: CableRobot, t: Array, read: NDArray[np.bool_], axes: tuple[int, ...], at: int, cable: int) -> None:
+    """Says why the list `at` does not tell the anchor of a cable."""
+    some = read[at if len(read) > 1 else 0][:, cable]
+    pose = t[at if len(t) > 1 else 0][some]
+    name, enough = robot.cables[cable], len(axes) + 2
+    if len(pose) < enough:
+        raise ModelError(
+            "too few poses for a start without a guess", key=name, found=len(pose), expected=f"{enough} or more"
+        )
+    what = flat(pose[:, :3, 3] + pose[:, :3, :3] @ robot.b[cable], axes)
+    said = "does not move enough" if what is None else f"stays in {what}"
+    raise ModelError(
+        f"the platform anchor of {name} {said}: its frame anchor and the mirror image fit alike", key=name,
+        expected="poses that move it in every direction, or a start",
+    )  # fmt: skip

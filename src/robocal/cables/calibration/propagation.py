@@ -1,0 +1,172 @@
+"""How errors of what was measured become errors of frame anchors and zeros, without drawing any.
+
+With u_ij the direction of cable i at pose j and L_ij its slopes by the platform's (v, w), a reading's error e_ij and a pose's error
+(v, w)_j move the calibration of cable i by
+
+    [dx_i] = (D_i^T W D_i)^-1 D_i^T W (L_ij (v, w)_j - e_ij),    D_ij = [u_ij^T, 1],    x_i = (a_i, l0_i)
+
+with W = 1 for the residual in lengths and W = |s - a|^2 for the squared one, which is (3.63) of the thesis behind
+`examples/cable-laval`: block by block, since no row has two cables in it. A pose enters all its cables, so their errors are
+correlated; a fit that knows it (`errors in variables`) weighs the readings of a pose by the inverse of s^2 I + L P L^T, and is
+the maximum likelihood with free poses to first order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.cables.geometry import CableRobot, straight
+from robocal.errors import ModelError
+from robocal.geometry import so3
+
+__all__ = ["Design", "Noise", "rms"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Noise:
+    """One standard deviation of a reading (m), of a component of the platform's place (m) and of its rotation vector (rad)."""
+
+    length: float = 0.0
+    position: float = 0.0
+    orientation: float = 0.0
+
+    @property
+    def pose(self) -> Array:
+        """Of (v, w), (6,)."""
+        return np.array([self.position] * 3 + [self.orientation] * 3)
+
+
+def rms(anchors: ArrayLike, zeros: ArrayLike) -> tuple[float, float]:
+    """(3.39): the root mean square of the components of anchors' errors (..., 3) and of the zeros' errors (...), in m."""
+    a, z = np.asarray(anchors, float), np.asarray(zeros, float)
+    return float(np.sqrt(np.mean(a**2))), float(np.sqrt(np.mean(z**2)))
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """A robot at a list of poses (n, 4, 4): everything that the error model needs of them."""
+
+    robot: CableRobot
+    poses: Array
+
+    @cached_property
+    def _parts(self) -> tuple[Array, Array, Array]:
+        full, slope, lever = straight(self.robot, self.poses)
+        return full, slope, lever
+
+    @property
+    def full(self) -> Array:
+        """Geometric lengths (n, m)."""
+        return self._parts[0]
+
+    @property
+    def slope(self) -> Array:
+        """L (n, m, 6); what the platform cannot do is zero."""
+        out = np.zeros_like(self._parts[1])
+        out[..., list(self.robot.axes)] = self._parts[1][..., list(self.robot.axes)]
+        return out
+
+    @property
+    def axes(self) -> list[int]:
+        """The components of an anchor that are sought."""
+        return [i for i in self.robot.axes if i < 3]
+
+    @cached_property
+    def rows(self) -> Array:
+        """D (n, m, k)."""
+        u = self._parts[1][..., self.axes]
+        return np.concatenate([u, np.ones((*u.shape[:2], 1))], axis=-1)
+
+    def _weight(self, squared: bool) -> Array:
+        return self.full**2 if squared else np.ones_like(self.full)
+
+    def gain(self, squared: bool = False) -> Array:
+        """(D^T W D)^-1 D^T W of every cable, (m, k, n). Raises ModelError where the list does not tell a cable's numbers."""
+        d, w = self.rows.swapaxes(0, 1), self._weight(squared).T[..., None]
+        a = d.swapaxes(1, 2) @ (w * d)
+        bad = np.flatnonzero(np.linalg.cond(a) > 1e14)
+        if len(bad):
+            raise ModelError(
+                "the poses do not tell an anchor and a zero",
+                key=self.robot.cables[bad[0]],
+                found=f"{len(self.poses)} poses",
+            )
+        return np.asarray(np.linalg.solve(a, (w * d).swapaxes(1, 2)))
+
+    def moved(
+        self, *, lengths: ArrayLike = 0.0, places: ArrayLike = 0.0, turns: ArrayLike = 0.0, squared: bool = False
+    ) -> tuple[Array, Array]:
+        """By how much given errors move anchors (..., m, 3) and zeros (..., m): of readings (..., n, m), of places (..., n, 3) in m
+        and of rotation vectors (..., n, 3) in rad, to first order; scalars are the same error everywhere."""
+        n, m = self.full.shape
+        pose = [np.broadcast_to(np.asarray(e, float), (*np.shape(e)[:-2], n, 3)) for e in (places, turns)]
+        e = np.einsum("nmi,...ni->...nm", self.slope[..., :3], pose[0]) + np.einsum(
+            "nmi,...ni->...nm", self.slope[..., 3:], pose[1]
+        )
+        e = e - np.broadcast_to(np.asarray(lengths, float), (*np.shape(lengths)[:-2], n, m))
+        x = np.einsum("mkn,...nm->...mk", self.gain(squared), e)
+        anchors = np.zeros((*x.shape[:-1], 3))
+        anchors[..., self.axes] = x[..., :-1]
+        return anchors, x[..., -1]
+
+    def covariance(self, noise: Noise, *, squared: bool = False) -> Array:
+        """Of what a fit of every cable by itself finds, over (cable, component, zero last), (m k, m k)."""
+        gain = self.gain(squared)
+        m, k, n = gain.shape
+        through = np.einsum("mkn,nmi->mkni", gain, self.slope * noise.pose).reshape(m * k, 6 * n)
+        out: Array = through @ through.T
+        for i in range(m):
+            out[i * k : i * k + k, i * k : i * k + k] += noise.length**2 * gain[i] @ gain[i].T
+        return out
+
+    def bound(self, noise: Noise) -> Array:
+        """The same of errors in variables and of maximum likelihood with free poses under priors of this noise, (m k, m k).
+        Raises ModelError where readings have no noise: the poses alone then say what is missing."""
+        if not noise.length > 0:
+            raise ModelError("readings without noise", key="length", found=noise.length, expected="above zero")
+        n, m = self.full.shape
+        by = self.slope * noise.pose
+        w = np.linalg.inv(noise.length**2 * np.eye(m) + by @ by.swapaxes(1, 2))
+        k = self.rows.shape[-1]
+        info = np.einsum("npq,npk,nql->pkql", w, self.rows, self.rows, optimize=True).reshape(m * k, m * k)
+        return np.linalg.inv(info)
+
+    def expected(self, covariance: Array) -> tuple[float, float]:
+        """The root mean square error, (3.39), of anchors and zeros that a covariance (m k, m k) foretells, in m: over three components,
+        those that are not sought without error."""
+        k = self.rows.shape[-1]
+        var = np.diag(covariance).reshape(-1, k)
+        return float(np.sqrt(var[:, :-1].sum() / (3 * len(var)))), float(np.sqrt(var[:, -1].mean()))
+
+    def bias_of_squares(self, noise: Noise) -> tuple[Array, Array]:
+        """By how much the squared residual (3.18) errs on average, anchors (m, 3) and zeros (m,), to second order in the noise.
+
+        The noise of what is squared is in the slopes as well: with c = s - a of covariance P, rho = |c| and q = tr P - s^2 + 2 c . E,
+        E the mean shift of a turned lever, E[J u] is not zero but 2 P c + q c for the anchor and (q - 2 s^2) rho for the zero, and
+        the estimate moves by half of the inverse of the mean of J J^T / 4 times that: it does not fade with the number of poses.
+        """
+        full, slope, lever = self._parts
+        c = full[..., None] * slope[..., :3]
+        cross = so3.skew(lever)
+        p = noise.position**2 * np.eye(3) + noise.orientation**2 * cross @ cross.swapaxes(-1, -2)
+        shift = -(noise.orientation**2) * lever
+        q = np.trace(p, axis1=-2, axis2=-1) - noise.length**2 + 2 * (c * shift).sum(axis=-1)
+        v = np.concatenate(
+            [2 * np.einsum("nmij,nmj->nmi", p, c) + q[..., None] * c, ((q - 2 * noise.length**2) * full)[..., None]],
+            axis=-1,
+        )
+        j = np.concatenate([c, full[..., None]], axis=-1)
+        mean = np.einsum("nmi,nmj->mij", j, j)
+        mean[:, :3, :3] += p.sum(axis=0)
+        mean[:, 3, 3] += len(full) * noise.length**2
+        some = [*self.axes, 3]
+        x = 0.5 * np.linalg.solve(mean[:, some][:, :, some], v.sum(axis=0)[:, some][..., None])[..., 0]
+        anchors = np.zeros((len(x), 3))
+        anchors[:, self.axes] = x[:, :-1]
+        return anchors, x[:, -1]
