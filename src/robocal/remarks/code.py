@@ -38,6 +38,7 @@ class Code(StrEnum):
     TOO_MANY_ASIDE = "too-many-aside"
     SEGMENT = "segment"
     SEGMENT_OF_TARGET = "segment-of-target"
+    SEGMENT_OF_ZERO = "segment-of-zero"
 
     # --- what a careful colleague would say about data and fit ---
     PARALLEL_AXES = "parallel-axes"

@@ -24,6 +24,7 @@ from scipy import special
 
 from robocal.calibrate.evidence import Verdict
 from robocal.calibrate.segments.model import LEAST, Found, Model, spread
+from robocal.calibrate.segments.posed import ZERO
 from robocal.calibrate.segments.rows import Run, runs
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
@@ -35,6 +36,7 @@ __all__ = ["Segment", "find_segments", "refused_by", "segment_remarks"]
 Array = NDArray[np.float64]
 SURE = 1e-6  # chance of naming anything in a file where nothing moved
 LARGE = 3.0  # standard deviations of what is left, per axis
+COUNTED = 1.5  # the same of one sensor's zero, which all other sensors contradict
 SEEN = 1.5  # the same after the model's own answer
 MAJORITY = 0.8  # of the rows of a segment that must have moved alike
 SMALL = {"m": 1e-5, "rad": 1e-5, "px": 0.05}  # what moved by less is nobody's concern, however exact the numbers are
@@ -59,7 +61,7 @@ class Segment:
     first: int
     last: int
     rows: tuple[int, int]
-    cause: str  # target, instrument, or either
+    cause: str  # target, instrument, either, or zero
     name: str  # of the target (or all targets) where there are several, else ""
     shift: float | None  # m
     turn: float | None  # rad
@@ -80,6 +82,9 @@ def find_segments(
     state = Model(found, [r.jacobian for r in found], info)
     tried = sum(len(r.candidates) * len(r.residual) ** 2 / 2 for r in long)
     out: list[Segment] = []
+    while len(out) < MOST and (reset := _reset(state, long)) is not None:
+        out.append(reset[0])
+        state = reset[1]
     while len(out) < MOST:
         best = _best(state, long)
         if best is None:
@@ -101,7 +106,9 @@ def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
         said["shift"] = None if s.shift is None else Quantity(s.shift)
         said["turn"] = None if s.turn is None else Quantity(s.turn, "rad")
         said["strength"] = s.strength
-        if s.name and s.cause == "target":
+        if s.cause == ZERO:
+            out.append(Remark.of(Code.SEGMENT_OF_ZERO, **{k: v for k, v in said.items() if k != "turn"}, zero=s.name))
+        elif s.name and s.cause == "target":
             out.append(Remark.of(Code.SEGMENT_OF_TARGET, **said, target=s.name))
         else:
             out.append(Remark.of(Code.SEGMENT, **said, moved=s.cause, line=LINES[s.cause]))
@@ -135,8 +142,28 @@ def _left_of(model: Model, best: Found) -> float:
     return float(np.prod([model.unit[i][a] * spread(left[:, a:b]) for a, b, _ in best.run.parts]))
 
 
-def _judged(state: Model, best: Found, after: Model, tried: float) -> Segment | None:
-    """The segment for people, or None where it is not sure, large and abrupt; `after` has it in the model."""
+def _reset(state: Model, among: list[Run]) -> tuple[Segment, Model] | None:
+    """A zero that is another one in a whole file, as after sensors were switched on again: with its rows given it need only be sure.
+    The segment, and the model with it; None where there is none."""
+    tried = [
+        (run, c, ends)
+        for run in among
+        for c in run.candidates
+        if c.cause == ZERO
+        for ends in run.files
+        if ends[1] - ends[0] >= LEAST
+    ]
+    best = max((state.whole_file(run, c, *ends) for run, c, ends in tried), key=lambda f: f.gain, default=None)
+    if best is None or special.chdtrc(1, best.gain) * len(tried) > SURE:
+        return None
+    after = state.with_segment(best)
+    told = _judged(state, best, after, len(tried), whole=True)
+    return None if told is None else (told, after)
+
+
+def _judged(state: Model, best: Found, after: Model, tried: float, whole: bool = False) -> Segment | None:
+    """The segment for people, or None where it is not sure, large and abrupt; `after` has it in the model. A whole file that is
+    off need only be sure."""
     i, c = state.number(best.run), best.candidate
     left, unit = after.left[i], after.unit[i]
     looked = np.zeros(len(left), dtype=bool)
@@ -144,16 +171,19 @@ def _judged(state: Model, best: Found, after: Model, tried: float) -> Segment | 
     mine = looked.copy()
     mine[: best.a] = mine[best.b :] = False
     effect = best.column @ best.held
-    strength = 0.0
+    strength, seen_by = 0.0, (c.column if c.plain is None else c.plain).any(axis=(0, 2))
     for first, stop, _ in best.run.parts:
         noise = unit[first] * max(1.0, spread(left[mine, first:stop]))
-        strength = max(strength, float(np.sqrt(np.mean(effect[mine, first:stop] ** 2))) / noise)
+        some = np.flatnonzero(seen_by[first:stop]) + first
+        if len(some):
+            strength = max(strength, float(np.sqrt(np.mean(effect[np.ix_(mine, some)] ** 2))) / noise)
     # The share that the model does not answer, over the fewer rows: a step in most rows is one in the others.
     own = float(np.sum(state.weight[i][:, None] * (effect / state.unit[i]) ** 2))
     few = min(mine.sum(), (looked & ~mine).sum()) / mine.sum()
-    moved = _moved(best, best.column @ best.step)
+    moved = _moved(best, best.column @ best.step if c.plain is None else (c.plain @ best.step) * mine[:, None])
     seen = strength * math.sqrt(best.gain / max(own, 1e-300) / few)
-    if strength < LARGE or seen < SEEN or _together(best, left, unit, mine) < MAJORITY:
+    large = strength >= (LARGE if c.cause != ZERO else COUNTED) and seen >= SEEN
+    if not whole and (not large or _together(best, left, unit, mine) < MAJORITY):
         return None
     if all(v <= SMALL.get(u, 0.0) for u, v in moved.items()):
         return None
@@ -162,11 +192,11 @@ def _judged(state: Model, best: Found, after: Model, tried: float) -> Segment | 
     dof = max((int(looked.sum()) * left.shape[1] - q) / inflation - after.used, 1.0)
     gain = best.gain * max(1.0, float(np.min(state.unit[i] / unit)) ** 2)
     chance = float(special.fdtrc(q, dof, gain / (inflation * q))) * tried
-    if chance > SURE or not _abrupt(state, best):
+    if chance > SURE or not (whole or _abrupt(state, best)):
         return None
-    rows = np.arange(len(left)) if best.run.obs.rows is None else best.run.obs.rows
+    source, rows = best.run.place(best.a, best.b - 1)
     return Segment(
-        best.run.obs.source, best.run.obs.label, best.a, best.b - 1, (int(rows[best.a]), int(rows[best.b - 1])),
+        source, best.run.obs.label, best.a, best.b - 1, rows,
         "target or instrument" if best.either else c.cause, c.name,
         moved.get("m"), moved.get("rad"), float(strength), chance, int(mine.sum()),
     )  # fmt: skip
@@ -184,9 +214,12 @@ def _together(best: Found, left: Array, unit: Array, mine: NDArray[np.bool_]) ->
 
 
 def _moved(best: Found, effect: Array) -> dict[str, float]:
-    """How far what was measured moved, rms over the rows, in every unit of its kind."""
+    """How far what was measured moved, rms over the rows, in every unit of its kinds, the farthest."""
     far = (effect * best.run.sigma)[(effect != 0).any(axis=1)]
-    return {u: float(np.sqrt(np.mean(np.sum(far[:, a:b] ** 2, axis=1)))) for a, b, u in best.run.parts}
+    out: dict[str, float] = {}
+    for a, b, u in best.run.parts:
+        out[u] = max(out.get(u, 0.0), float(np.sqrt(np.mean(np.sum(far[:, a:b] ** 2, axis=1)))))
+    return out
 
 
 def _abrupt(state: Model, best: Found) -> bool:

@@ -140,6 +140,16 @@ class Model:
             run, c, int(rows[first]), int(rows[last - 1]) + 1, float(gain[0]), held[0], sums.step(first, last)
         )  # fmt: skip
 
+    def whole_file(self, run: Run, c: Candidate, a: int, b: int) -> Found:
+        """The segment of rows a to b, which are a file of their own."""
+        i, rows = self.number(run), c.rows
+        unit = self.unit[i][:, None]
+        answer = (self.jacobian[i][rows] / unit) @ self.root
+        sums = _Sums.of(c.column[rows] / unit, self.left[i][rows], self.weight[i][rows], answer)
+        first, last = int(np.searchsorted(rows, a)), int(np.searchsorted(rows, b))
+        gain, held = sums.gain(np.array([first]), np.array([last]))
+        return Found(run, c, a, b, float(gain[0]), held[0], sums.step(first, last))
+
     def shared(self, run: Run, c: Candidate, profile: Array) -> float:
         """The gain where each row of a candidate moved by a share of its own, (k,)."""
         i, rows = self.number(run), c.rows

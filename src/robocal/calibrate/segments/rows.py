@@ -36,12 +36,13 @@ UNSAID = "moved"  # owner of the target that nobody named
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What may have moved: `target` or `instrument`, the names of the targets where there are several, and the columns
-    (k, d, q) of every row."""
+    """What may have moved: `target`, `instrument` or a `zero`, its name where there are several, and the columns (k, d, q) of every
+    row; `plain` are these before anything was projected out of them, where something was."""
 
     cause: str
     name: str
     column: Array
+    plain: Array | None = None
 
     @property
     def rows(self) -> Ints:
@@ -59,22 +60,43 @@ class Run:
     residual: Array
     jacobian: Array
     candidates: tuple[Candidate, ...]
+    parts: tuple[tuple[int, int, str], ...]  # columns that share a unit: start, stop, SI unit
+    origin: list[tuple[str, int]] | None = None  # file and row of every row, where they are not those of `obs`
 
     @property
-    def parts(self) -> tuple[tuple[int, int, str], ...]:
-        """Columns that share a unit: start, stop, SI unit."""
-        return kind_of(self.obs).parts
+    def files(self) -> list[tuple[int, int]]:
+        """First row and end of every file but the first, where rows of several were joined and each lies together."""
+        names = [source for source, _ in self.origin or ()]
+        starts = [i for i in range(1, len(names)) if names[i] != names[i - 1]]
+        if len(starts) != len(set(names)) - 1:
+            return []
+        return list(zip(starts, [*starts[1:], len(names)], strict=True))
+
+    def place(self, first: int, last: int) -> tuple[str, tuple[int, int]]:
+        """The file in which most of these rows are, and the first and last of them as it numbers them."""
+        if self.origin is None:
+            rows = np.arange(len(self.residual)) if self.obs.rows is None else self.obs.rows
+            return self.obs.source, (int(rows[first]), int(rows[last]))
+        files = [source for source, _ in self.origin[first : last + 1]]
+        most = max(dict.fromkeys(files), key=files.count)
+        mine = [row for source, row in self.origin[first : last + 1] if source == most]
+        return most, (mine[0], mine[-1])
 
 
 def runs(
     model: Machine, data: DataSet, start: Mapping[str, float], weights: Array | None = None
 ) -> tuple[list[Run], Array]:
     """Every file as a run, at a robust fit of everything free from `start`, and the information (n,) that holds it."""
-    asked = DataSet(data.configurations, tuple(_seen(o, i) for i, o in enumerate(data.observations)))
+    own = model.freedom is not None
+    seen = _counted if own else _seen
+    asked = DataSet(data.configurations, tuple(seen(o, i) for i, o in enumerate(data.observations)))
     made = build(model, asked).with_weights(weights).with_loss("huber")
-    if not made.free or made.blocks:
+    if not made.free or len(made.families) > int(own):
         return [], np.zeros(0)
-    x = made.table.with_values({n: v for n, v in start.items() if n in made.table.index}).values[None]
+    made = made.with_table(made.table.with_values({n: v for n, v in start.items() if n in made.table.index}))
+    x = made.start
+    if own:  # where the poses are by these numbers
+        x = least_squares(made.with_free(()), x, max_iterations=20, cost_tolerance=1e-4).x
     configurations = (
         np.arange(len(data.configurations)) if weights is None else np.flatnonzero(np.atleast_2d(weights)[0] > 0)
     )
@@ -83,17 +105,25 @@ def runs(
         noisy = apply_noise(asked, tau)
         made = build(model, noisy).with_weights(weights).with_loss("huber")
         if not moved:
-            held = made.table.with_values(dict(zip(made.table.names, x[0], strict=True)))
+            held = made.table.with_values(dict(zip(made.table.names, x[0], strict=False)))
             held = held.with_priors({n: HOLD * float(s) for n, s in zip(made.free, made.scales, strict=True)})
             x = least_squares(made.with_table(held), x, max_iterations=20, cost_tolerance=1e-4).x
     info = 1 / (HOLD * made.scales) ** 2
+    if own:
+        from robocal.calibrate.segments.posed import posed
+
+        return posed(model, made, noisy, x), info
     return _collect(made, noisy, x), info
 
 
+def _counted(obs: Observations, _: int) -> Observations:
+    """The same, where rows that were set aside as gross count again: there may be a reason for all of them."""
+    return replace(obs, used=None)
+
+
 def _seen(obs: Observations, number: int) -> Observations:
-    """The same with a target, where none was named: at the tool's origin, and held there. Rows that were set aside as gross
-    count again: there may be a reason for all of them."""
-    obs = replace(obs, used=None)
+    """The same with a target, where none was named: at the tool's origin, and held there."""
+    obs = _counted(obs, number)
     if obs.targets:
         return obs
     mount = "base" if obs.frame is not None and obs.frame.mount == "tool" else "tool"
@@ -127,7 +157,7 @@ def _collect(problem: Problem, data: DataSet, x: Array) -> list[Run]:
         if len(parts) > 1:  # the rows of one term are in order
             order = np.argsort(np.concatenate([p[0] for p in parts]), kind="stable")
             r, j, sigma = (np.concatenate([p[k] for p in parts])[order] for k in (1, 2, 3))
-        out.append(Run(obs, sigma, r, j[..., own], _candidates(obs, wide, j)))
+        out.append(Run(obs, sigma, r, j[..., own], _candidates(obs, wide, j), kind_of(obs).parts))
     return out
 
 

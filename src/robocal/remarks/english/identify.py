@@ -142,6 +142,11 @@ TABLE: dict[Code, Words] = {
         "Give it another name from row {first} to row {last} in the column of targets, or do without these rows "
         "(--exclude {first}-{last}).",
     ),
+    Code.SEGMENT_OF_ZERO: Words(
+        "{file}: from row {first} to row {last} {zero} is off[ by {shift:.3g}], as if what it belongs to had slipped or its sensor "
+        "been set anew ({count} rows, {strength:.1f} times what is left elsewhere)",
+        "Look at the drum and at the sensor; do without these rows (--exclude {first}-{last}), or calibrate them by themselves.",
+    ),
     # --- what a careful colleague would say about data and fit ---
     Code.PARALLEL_AXES: Words(
         "parallel axes ({pairs}): {convention} cannot write a small tilt between them",
