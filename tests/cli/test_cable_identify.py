@@ -154,6 +154,34 @@ def test_what_only_arms_have_is_refused(cell):
     assert ran.status == 2 and "--layer" in ran.remarks
 
 
+def test_lengths_in_each_others_columns_are_named(cell, tmp_path):
+    folder, _ = cell
+    for there in ("robot.yaml", "lengths.yaml", "poses.yaml", "poses.csv"):
+        (tmp_path / there).write_text((folder / there).read_text())
+    head, rows = rows_of(folder / "lengths.csv")
+    (tmp_path / "lengths.csv").write_text(
+        "\n".join([head, *(",".join([r[0], r[2], r[1], *r[3:]]) for r in rows)]) + "\n"
+    )
+    ran = robocal(
+        "identify", tmp_path / "robot.yaml", tmp_path / "lengths.yaml", tmp_path / "poses.yaml", "-o", tmp_path / "run"
+    )
+    text = " ".join(ran.remarks.split())
+    assert (
+        ran.status == 2 and "the lengths of c1 and c2 are exchanged" in text and "columns that hold c2, c1, c3" in text
+    )
+    assert "lengths.csv" in text and not (tmp_path / "run").exists()
+
+
+def test_the_unit_that_is_wrong_is_the_one_named(cell, tmp_path):
+    folder, _ = cell
+    for file, key in (("lengths.csv", "lengths.unit"), ("poses.csv", "position.unit")):
+        for there in ("robot.yaml", "lengths.yaml", "poses.yaml", "lengths.csv", "poses.csv"):
+            text = (folder / there).read_text()
+            (tmp_path / there).write_text(text.replace("[mm]", "[m]") if there == file else text)
+        ran = robocal("identify", tmp_path / "robot.yaml", tmp_path / "lengths.yaml", tmp_path / "poses.yaml")
+        assert ran.status == 2 and "two sizes" in ran.remarks and file in ran.remarks and key in ran.remarks
+
+
 def rows_of(path):
     head, *rows = path.read_text().splitlines()
     return head, [row.split(",") for row in rows]

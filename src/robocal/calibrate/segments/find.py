@@ -25,7 +25,8 @@ from scipy import special
 from robocal.calibrate.evidence import Verdict
 from robocal.calibrate.segments.model import LEAST, Found, Model, spread
 from robocal.calibrate.segments.posed import ZERO
-from robocal.calibrate.segments.rows import Run, runs
+from robocal.calibrate.segments.rows import runs
+from robocal.calibrate.segments.run import Run
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
@@ -171,7 +172,7 @@ def _judged(state: Model, best: Found, after: Model, tried: float, whole: bool =
     mine = looked.copy()
     mine[: best.a] = mine[best.b :] = False
     effect = best.column @ best.held
-    strength, seen_by = 0.0, (c.column if c.plain is None else c.plain).any(axis=(0, 2))
+    strength, seen_by = 0.0, np.asarray(((c.column if c.plain is None else c.plain) != 0).any(axis=(0, 2)))
     for first, stop, _ in best.run.parts:
         noise = unit[first] * max(1.0, spread(left[mine, first:stop]))
         some = np.flatnonzero(seen_by[first:stop]) + first

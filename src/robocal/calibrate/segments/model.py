@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.calibrate.segments.rows import Candidate, Run
+from robocal.calibrate.segments.run import Candidate, Run
 
 __all__ = ["LEAST", "Found", "Model", "spread"]
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.segments.rows import Candidate, Run
+from robocal.calibrate.segments.run import Candidate, Run
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import spread
 from robocal.measure.base import Rows, kind_of
@@ -82,9 +82,11 @@ def _laid(wide: Problem, data: DataSet, x: Array) -> Laid | None:
                 local[at] = own[0] * used[..., None]
             taken += m
         for a, b, unit in kind_of(obs).parts:
-            blocks.append(
-                (unit, *(v[:, :, a:b].reshape(count, most * (b - a), *v.shape[3:]) for v in (s, r, j, local)))
-            )
+            wide_as = most * (b - a)
+            blocks.append((
+                unit, s[:, :, a:b].reshape(count, wide_as), r[:, :, a:b].reshape(count, wide_as),
+                j[:, :, a:b].reshape(count, wide_as, wide.n), local[:, :, a:b].reshape(count, wide_as, size),
+            ))  # fmt: skip
     if not blocks:
         return None
     ends = np.cumsum([0, *(b[1].shape[1] for b in blocks)])

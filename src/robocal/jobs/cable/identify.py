@@ -10,15 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from robocal.cables.calibration.exchanged import exchanged
 from robocal.cables.geometry import CableRobot
 from robocal.calibrate.identification import Identification
 from robocal.calibrate.identify import identify as solve
 from robocal.calibrate.options import Options
 from robocal.calibrate.starts.own import placed
-from robocal.errors import FormatError, ModelError
+from robocal.errors import FormatError, ModelError, ToWrite
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.dataset import Reading, read_datasets
 from robocal.files.text import InputFile
+from robocal.geometry import se3
 from robocal.jobs.cable.load import robot_input
 from robocal.jobs.inputs import chosen
 from robocal.jobs.watching import Watch, computable
@@ -105,6 +107,7 @@ def read_measured(
         )
     with computable(robot, *data):
         _one_size(joined, file)
+        _own_columns(joined, file)
         joined = placed(file.robot, joined)
     return Measured(
         file, reading, joined, (robot_input(file, robot), *reading.files), (*file.warnings, *reading.warnings)
@@ -115,20 +118,61 @@ def _one_size(data: DataSet, file: CableFile) -> None:
     """Raises FormatError where measured positions span far more or less than the lengths say: one of them is in another
     unit."""
     every = np.ones(len(data.configurations), dtype=bool)
-    told = [located(file.robot, o, every)[:, :3, 3] for o in data.observations if o.kind == "lengths"]
+    read = [o for o in data.observations if o.kind == "lengths"]
+    told = [located(file.robot, o, every)[:, :3, 3] for o in read]
     for obs in data.observations:
         if not told or obs.kind not in ("position", "pose"):
             continue
-        by_lengths = told[0][obs.configuration]
+        lengths, by_lengths = read[0], told[0][obs.configuration]
         known = np.isfinite(by_lengths).all(axis=1)
-        if known.sum() < FEWEST:
-            continue
-        seen, said = (float(np.linalg.norm(v[known].std(axis=0))) for v in (obs.value[:, :3], by_lengths))
-        if said > 0 and not 1 / SIZES < seen / said < SIZES:
+        if known.sum() >= FEWEST:
+            seen, said = (float(np.linalg.norm(v[known].std(axis=0))) for v in (obs.value[:, :3], by_lengths))
+        else:  # lengths that no pose meets: of a step in any direction a length takes a third, in the mean of squares
+            of = lengths.extra["cable"]
+            each = [float(lengths.value[of == c, 0].std()) for c in np.unique(of)]
+            seen, said = float(np.linalg.norm(obs.value[:, :3].std(axis=0))), float(np.sqrt(3.0) * np.median(each))
+        if len(obs) >= FEWEST and said > 0 and not 1 / SIZES < seen / said < SIZES:
+            # The one that is farther from the size of the robot is likelier to be wrong.
+            frame = float(np.linalg.norm(file.robot.a.std(axis=0)))
+            wrong = obs if abs(np.log(seen / frame)) > abs(np.log(said / frame)) else lengths
             raise FormatError(
-                "positions and lengths speak of two sizes", file=obs.source, key="position.unit",
-                found=f"positions that scatter by {seen:.3g} m", expected=f"about {said:.3g} m, as the lengths say",
+                "positions and lengths speak of two sizes", file=wrong.source,
+                key="position.unit" if wrong is obs else "lengths.unit",
+                found=f"positions that scatter by {seen:.3g} m, by the lengths {said:.3g} m",
+                expected=f"the same; the robot's frame anchors scatter by {frame:.3g} m",
             )  # fmt: skip
+
+
+def _own_columns(data: DataSet, file: CableFile) -> None:
+    """Raises FormatError where lengths stand in each other's columns, by poses that were measured."""
+    robot, m = file.robot, len(file.robot.cables)
+    lengths = [o for o in data.observations if o.kind == "lengths"]
+    seen = [o for o in data.observations if o.kind == "pose" and not (o.frame is not None and o.frame.mount == "tool")]
+    if len(lengths) != 1 or len(seen) != 1:
+        return
+    (said,), (pose,) = lengths, seen
+    held = np.eye(4)[None] if not pose.targets else np.stack([se3.from_vector(np.array(t.value)) for t in pose.targets])
+    which = np.zeros(len(pose), dtype=np.int64) if pose.target is None else pose.target
+    t = np.full((len(data.configurations), 4, 4), np.nan)
+    t[pose.configuration] = se3.from_vector(pose.value) @ se3.inverse(held[which])
+    y = np.full((len(data.configurations), m), np.nan)
+    y[said.configuration, said.extra["cable"].astype(np.int64)] = said.value[:, 0]
+    known = np.isfinite(t).all(axis=(1, 2))
+    found = exchanged(robot, t[known], y[known])
+    if found is None:
+        return
+    names = [robot.cables[j] for j in found.moved]
+    right = ", ".join(robot.cables[i] for i in found.of)
+    gain = f"with that, what they leave falls from {1e3 * found.stated:.3g} mm to {1e3 * found.left:.3g} mm"
+    if found.anchors:
+        raise FormatError(
+            f"the platform anchors of {' and '.join(names)} are exchanged: {gain}", file=file.path, key="cables",
+            expected=ToWrite(f"the platform anchors in the order of {right}"),
+        )  # fmt: skip
+    raise FormatError(
+        f"the lengths of {' and '.join(names)} are exchanged: {gain}", file=said.source, key="lengths.columns",
+        expected=ToWrite(f"columns that hold {right} in this order"),
+    )  # fmt: skip
 
 
 def _named(obs: Observations, file: CableFile) -> Observations:
