@@ -172,16 +172,14 @@ def _judged(state: Model, best: Found, after: Model, tried: float, whole: bool =
     mine = looked.copy()
     mine[: best.a] = mine[best.b :] = False
     effect = best.column @ best.held
-    strength, seen_by = 0.0, np.asarray(((c.column if c.plain is None else c.plain) != 0).any(axis=(0, 2)))
+    strength = 0.0
     for first, stop, _ in best.run.parts:
         noise = unit[first] * max(1.0, spread(left[mine, first:stop]))
-        some = np.flatnonzero(seen_by[first:stop]) + first
-        if len(some):
-            strength = max(strength, float(np.sqrt(np.mean(effect[np.ix_(mine, some)] ** 2))) / noise)
+        strength = max(strength, _size(best, effect[mine, first:stop], mine) / noise)
     # The share that the model does not answer, over the fewer rows: a step in most rows is one in the others.
     own = float(np.sum(state.weight[i][:, None] * (effect / state.unit[i]) ** 2))
     few = min(mine.sum(), (looked & ~mine).sum()) / mine.sum()
-    moved = _moved(best, best.column @ best.step if c.plain is None else (c.plain @ best.step) * mine[:, None])
+    moved = _moved(best, mine)
     seen = strength * math.sqrt(best.gain / max(own, 1e-300) / few)
     large = strength >= (LARGE if c.cause != ZERO else COUNTED) and seen >= SEEN
     if not whole and (not large or _together(best, left, unit, mine) < MAJORITY):
@@ -214,11 +212,25 @@ def _together(best: Found, left: Array, unit: Array, mine: NDArray[np.bool_]) ->
     )
 
 
-def _moved(best: Found, effect: Array) -> dict[str, float]:
+def _size(best: Found, effect: Array, mine: NDArray[np.bool_]) -> float:
+    """What a segment does to a reading that sees it, rms in its standard deviations."""
+    plain = best.candidate.plain
+    if plain is None:
+        return float(np.sqrt(np.mean(effect**2)))
+    felt = (plain.column != 0).any(axis=2) & mine[:, None]
+    return float(np.sqrt(np.mean((plain.column @ best.held)[felt] ** 2)))
+
+
+def _moved(best: Found, mine: NDArray[np.bool_]) -> dict[str, float]:
     """How far what was measured moved, rms over the rows, in every unit of its kinds, the farthest."""
-    far = (effect * best.run.sigma)[(effect != 0).any(axis=1)]
+    plain = best.candidate.plain
+    effect, sigma, parts = best.column @ best.step, best.run.sigma, best.run.parts
+    if plain is not None:
+        effect, parts = (plain.column @ best.step) * mine[:, None], plain.parts
+        sigma = np.where(np.isfinite(plain.sigma), plain.sigma, 0.0)
+    far = (effect * sigma)[(effect != 0).any(axis=1)]
     out: dict[str, float] = {}
-    for a, b, u in best.run.parts:
+    for a, b, u in parts:
         out[u] = max(out.get(u, 0.0), float(np.sqrt(np.mean(np.sum(far[:, a:b] ** 2, axis=1)))))
     return out
 

@@ -16,14 +16,24 @@ Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
+class Plain:
+    """What a candidate does to the readings themselves, where rows are made of them: whitened columns (k, H, q), the standard
+    deviations (k, H) of the readings, infinite where there is none, and their parts by unit."""
+
+    column: Array
+    sigma: Array
+    parts: tuple[tuple[int, int, str], ...]
+
+
+@dataclass(frozen=True, eq=False)
 class Candidate:
     """What may have moved: `target`, `instrument` or a `zero`, its name where there are several, and the columns (k, d, q) of every
-    row; `plain` are these before anything was projected out of them, where something was."""
+    row; `plain` tells them of the readings, where rows are something else."""
 
     cause: str
     name: str
     column: Array
-    plain: Array | None = None
+    plain: Plain | None = None
 
     @property
     def rows(self) -> Ints:
