@@ -74,7 +74,7 @@ def known_baseline(
     else:
         near = starts.refine(some, seen, [c for c in candidates if c])[0] if near is None else near
         ended = least_squares(made.with_free(seen), near)
-        x, converged = ended.x, ended.reasons[0].converged
+        x, converged = ended.x, ended.settled()
     if loss == "none":
         return Baseline(made, x, converged)
     first = made
@@ -90,7 +90,7 @@ def known_baseline(
             # A loss that forgets large residuals would forget all of them at a start that is far away.
             near = least_squares(made.with_loss("huber").with_free(seen), x).x
             solution = least_squares(made.with_loss(loss, tuning).with_free(seen), near)
-            x, converged = solution.x, solution.reasons[0].converged
+            x, converged = solution.x, solution.settled()
     return Baseline(made.with_loss(loss, tuning), x, converged)
 
 

@@ -39,6 +39,7 @@ EPS = float(np.finfo(float).eps)
 NEAR = 0.02  # of the cost: what the last step lowered it by when curvature begins to count
 ROUGH = 1e-3  # of the cost: where Huber's loss hands over to Tukey's
 AT_ONCE = 1 << 19  # numbers of normal equations that are kept while a batch moves: more would leave the cache
+SETTLED = 1e-6
 LONG = 1e-3  # of the expected error: a step that fails for rounding is shorter
 
 
@@ -104,6 +105,13 @@ class Solution:
     def reasons(self) -> tuple[Reason, ...]:
         """The reasons as an enum."""
         return tuple(Reason(int(r)) for r in self.reason)
+
+    def settled(self, which: int = 0) -> bool:
+        """Whether one of the problems came to its end, or so near it that the last iteration lowered the cost by less than `SETTLED`
+        of it: along a valley whose residuals are large, steps stay short for hundreds of iterations."""
+        last = self.history[-2:, which]
+        near = len(last) > 1 and last[0] - last[1] <= SETTLED * last[1]
+        return self.reasons[which].converged or (self.reason[which] == Reason.ITERATIONS and bool(near))
 
 
 def least_squares(

@@ -98,7 +98,7 @@ def refine(problem: Problem, frames: tuple[str, ...], starts: list[dict[str, flo
     solution = least_squares(free, _placed(free, [{}, *starts]))
     cost = np.where(np.isfinite(solution.cost), solution.cost, np.inf)
     best = int(np.argmin(cost))
-    return solution.x[[best]], solution.reasons[best].converged
+    return solution.x[[best]], solution.settled(best)
 
 
 def frames_of(data: DataSet) -> dict[str, Frame]:
