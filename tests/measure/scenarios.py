@@ -194,6 +194,14 @@ def lengths(rng):
     return made(platform(), [obs], rng, m)
 
 
+def stretched(rng):
+    """Cables of which each stretches under a tension of its own."""
+    m = 5
+    extra = {"cable": np.tile(np.arange(4), m), "tension": np.linspace(20.0, 400.0, 4 * m)}
+    obs = observations("lengths", m, 1e-3, each=4, extra=extra)
+    return made(replace(platform(), elasticity=np.linspace(1e-4, 4e-4, 4)), [obs], rng, m)
+
+
 def lens(names):
     return [f"{n}.{s}" for n in names for s in ("x", "y", "z", "rx", "ry", "rz")] + [
         f"lens.{s}" for s in ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
@@ -225,6 +233,7 @@ SCENARIOS = {
     **differences(),
     "distance/two frames": distance,
     "lengths/free poses": lengths,
+    "lengths/free poses, stretched": stretched,
     "pixels/arm, camera on the base": lambda rng: made(arm(), [pixels(3, EYE, (BALL,))], rng, 3),
     "pixels/arm, camera in hand": lambda rng: made(arm(), [pixels(3, HAND, TAGS)], rng, 3),
     "pixels/arm, markers eliminated": lambda rng: made(

@@ -1,7 +1,8 @@
 """Cable lengths: r = l_i(T_base_platform) - y, one row per cable and configuration.
 
 value (k, 1) in m; extra["cable"] (k,) is the cable's number from 0; the cable's anchors and sensor zero are the
-machine's parameters; its pulley, if any, is taken as stated.
+machine's parameters; its pulley, if any, is taken as stated. With extra["tension"] (k,) in N and the machine's elasticity e the
+sensor shows what stretch leaves, l_i / (1 + e t).
 """
 
 from __future__ import annotations
@@ -45,6 +46,10 @@ class LengthRows(Rows):
         pulleys: Pulleys | None = getattr(builder.machine, "pulleys", None)
         eyelets = Pulleys(np.zeros(len(cables)), np.tile([0.0, 0.0, 1.0], (len(cables), 1)))
         self.pulleys = pulleys
+        self.share = np.ones(len(index))
+        elasticity = getattr(builder.machine, "elasticity", None)
+        if "tension" in obs.extra and elasticity is not None:
+            self.share = 1.0 / (1.0 + np.asarray(elasticity, float)[self.cable] * obs.extra["tension"][index])
         self.radius, self.axis = as_kernel_array((pulleys or eyelets).radius, (pulleys or eyelets).axis)
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
@@ -65,6 +70,7 @@ class LengthRows(Rows):
             self._numbers(x),
             self.radius,
             self.axis,
+            self.share[part],
             own - lo,
             self.cable[part],
             *self._free,
@@ -97,7 +103,7 @@ class LengthRows(Rows):
             part = slice(lo, lo + many)
             t, j, jl = self.carrier.pose(x[part], 0, poses)
             accumulate_lengths(
-                t, j, jl, self._numbers(x[part]), self.radius, self.axis, self.sight, self.walk, self.cable, *self._free,
+                t, j, jl, self._numbers(x[part]), self.radius, self.axis, self.share, self.sight, self.walk, self.cable, *self._free,
                 self.value if len(self.value) == 1 else self.value[which[part]], self.scale,
                 weight if len(weight) == 1 else weight[part], self.configuration, self.columns, self.local[0], loss.kind, loss.tuning,
                 loss.curved[part], out.cost[part], out.g[part], out.a[part], out.gl[part], out.al[part], out.asl[part],
@@ -133,7 +139,11 @@ def located(machine: Machine, obs: Observations, wanted: NDArray[np.bool_]) -> A
     table[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.value[:, 0]
     some = np.flatnonzero(wanted & np.isfinite(table).all(axis=1))
     if len(some) and len(robot.cables) >= len(robot.axes):
-        found = forward(robot, table[some])
+        pull = None
+        if "tension" in obs.extra and robot.elasticity is not None:
+            pull = np.zeros_like(table)
+            pull[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.extra["tension"]
+        found = forward(robot, table[some], tension=None if pull is None else pull[some])
         good = found.converged & np.isfinite(found.pose).all(axis=(1, 2))
         out[some[good]] = found.pose[good]
     return out

@@ -201,6 +201,8 @@ class Code(StrEnum):
     INERTIA_OF_NO_BODY = "inertia-of-no-body"
     ANCHORS_UNUSED = "anchors-unused"
     TENSIONS_ASIDE = "tensions-aside"
+    STRETCH_TAKEN = "stretch-taken"
+    STRETCH_LEFT = "stretch-left"
     NO_DIAMETER = "no-diameter"
     NO_PULLEYS = "no-pulleys"
     MOTIONS_OPEN = "motions-open"

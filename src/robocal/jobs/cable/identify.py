@@ -22,6 +22,7 @@ from robocal.files.dataset import Reading, read_datasets
 from robocal.files.text import InputFile
 from robocal.geometry import se3
 from robocal.jobs.cable.load import robot_input
+from robocal.jobs.cable.stretch import stretched
 from robocal.jobs.inputs import chosen
 from robocal.jobs.watching import Watch, computable
 from robocal.measure.data import DataSet, Observations
@@ -108,9 +109,10 @@ def read_measured(
     with computable(robot, *data):
         _one_size(joined, file)
         _own_columns(joined, file)
+        joined, said = stretched(file, joined)
         joined = placed(file.robot, joined)
     return Measured(
-        file, reading, joined, (robot_input(file, robot), *reading.files), (*file.warnings, *reading.warnings)
+        file, reading, joined, (robot_input(file, robot), *reading.files), (*file.warnings, *reading.warnings, *said)
     )
 
 
@@ -190,4 +192,4 @@ def _named(obs: Observations, file: CableFile) -> Observations:
     if not known:
         return obs
     number = np.array([cables.index(c) for c in columns], dtype=float)
-    return replace(obs, extra={"cable": number[obs.extra["cable"].astype(np.int64)]})
+    return replace(obs, extra={**obs.extra, "cable": number[obs.extra["cable"].astype(np.int64)]})

@@ -39,10 +39,11 @@ NUMBERS = 7  # of a cable: where its anchors are on the frame and on the platfor
 
 
 @kernel
-def slopes_of(t, numbers, radius, axis, sight, cable, length, slope):
+def slopes_of(t, numbers, radius, axis, share, sight, cable, length, slope):
     """Of every row: length (m,) of its cable less its zero, and slope (m, 9): by the pose, (v, w), and by the platform anchor.
 
-    t (S, 4, 4), numbers (C, 7), sight (m,) and cable (m,). By the frame anchor it is -v, by the zero -1.
+    t (S, 4, 4), numbers (C, 7), sight (m,) and cable (m,); share (m,) is what stretch leaves of a geometric length. By the frame
+    anchor it is -v, by the zero -1.
     """
     u = np.empty(3)
     for i in range(sight.shape[0]):
@@ -59,7 +60,9 @@ def slopes_of(t, numbers, radius, axis, sight, cable, length, slope):
         else:
             full = length_of(dx, dy, dz, radius[c], axis[c], u)
             ux, uy, uz = u[0], u[1], u[2]
-        length[i] = full - numbers[c, 6]
+        f = share[i]
+        length[i] = f * full - numbers[c, 6]
+        ux, uy, uz = f * ux, f * uy, f * uz
         slope[i, 0], slope[i, 1], slope[i, 2] = ux, uy, uz
         slope[i, 3], slope[i, 4], slope[i, 5] = ly * uz - lz * uy, lz * ux - lx * uz, lx * uy - ly * ux
         for o in range(3):
@@ -67,14 +70,14 @@ def slopes_of(t, numbers, radius, axis, sight, cable, length, slope):
 
 
 @kernel
-def evaluate_lengths(t, jac, jloc, numbers, radius, axis, sight, cable, edges, symbol, value, r, out, out_local):
+def evaluate_lengths(t, jac, jloc, numbers, radius, axis, share, sight, cable, edges, symbol, value, r, out, out_local):
     """Residuals r (B, m, 1) and Jacobians out (B, m, 1, k + c), zero before, and out_local (B, m, 1, l); the rest is as in
     `accumulate_lengths`."""
     batch, k, nl, rows = t.shape[0], jac.shape[3], jloc.shape[3], sight.shape[0]
     length, slope, number = np.empty(rows), np.empty((rows, 9)), np.empty(NUMBERS)
     for b in range(batch):
         vb = b if value.shape[0] > 1 else 0
-        slopes_of(t[b], numbers[b], radius, axis, sight, cable, length, slope)
+        slopes_of(t[b], numbers[b], radius, axis, share, sight, cable, length, slope)
         for i in range(rows):
             c, s = cable[i], sight[i]
             r[b, i, 0] = length[i] - value[vb, i, 0]
@@ -100,8 +103,8 @@ def by_numbers(size, slope, out):
 
 @kernel
 def accumulate_lengths(
-    t, jac, jloc, numbers, radius, axis, sight, walk, cable, edges, symbol, value, scale, weight, configuration, columns, local, loss,
-    tuning, curved, cost, g, a, gl, al, asl,
+    t, jac, jloc, numbers, radius, axis, share, sight, walk, cable, edges, symbol, value, scale, weight, configuration, columns, local,
+    loss, tuning, curved, cost, g, a, gl, al, asl,
 ):  # fmt: skip
     """Adds lengths of cables to the normal equations.
 
@@ -118,7 +121,7 @@ def accumulate_lengths(
     for b in range(batch):
         wb = b if weight.shape[0] > 1 else 0
         vb = b if value.shape[0] > 1 else 0
-        slopes_of(t[b], numbers[b], radius, axis, sight, cable, length, slope)
+        slopes_of(t[b], numbers[b], radius, axis, share, sight, cable, length, slope)
         small_g[:], small_a[:] = 0.0, 0.0
         before, plain = -1, False
         for i in walk:
@@ -128,9 +131,9 @@ def accumulate_lengths(
                 continue
             c, s = cable[i], sight[i]
             r = size * (length[i] - value[vb, i, 0])
-            rho, share = robust(loss, tuning, r * r)
+            rho, pull = robust(loss, tuning, r * r)
             cost[b] += 0.5 * w * rho
-            w *= share
+            w *= pull
             if w == 0.0:
                 continue
             wr = w * r

@@ -33,6 +33,11 @@ TABLE: dict[Code, Words] = {
         "tensions of the list are left aside: the elasticity of {robot} is not known",
         "State the elasticity of the cables in the robot file.",
     ),
+    Code.STRETCH_TAKEN: Words("stretch is taken off the lengths, up to {most}, by {how} tensions"),
+    Code.STRETCH_LEFT: Words(
+        "stretch is left in the lengths: no tensions are stated, and within its limits a cable's length changes by up to {most}",
+        "`tension: {{columns: [...], unit: N}}` in the data file takes it off, or `tension: computed`: in the middle of the limits.",
+    ),
     Code.NO_DIAMETER: Words(
         "no diameter is known: cables touch as lines do",
         "--diameter states it.",
