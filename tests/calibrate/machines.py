@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -123,6 +123,7 @@ class Turntable:
     lengths: tuple[str, ...] = ()
     anywhere: frozenset[str] = frozenset()
     open_zeros: tuple[object, ...] = ()
+    motions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def with_values(self, values: Mapping[str, float]):
         return replace(self, table=self.table.with_values(values))

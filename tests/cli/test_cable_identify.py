@@ -135,7 +135,7 @@ def test_a_run_is_a_robot_again(cell, run):
     ("change", "words"),
     [
         (("configuration: {id: id}", ""), "no configuration in common"),
-        (("c8", "c7"), "not the cables of the robot"),
+        (("c8", "c7"), "named twice"),
         (("[c1, c2", "[c1"), "not the cables of the robot"),
         (("kind: lengths", "kind: length"), "unknown kind"),
     ],

@@ -9,6 +9,7 @@ import numpy as np
 
 from robocal.arms.conventions import chain
 from robocal.cables.geometry import cable_robot
+from robocal.cables.pulley import Pulleys
 from robocal.estimate.problem import Problem
 from robocal.geometry import se3
 from robocal.measure.base import KINDS, kind_of, problem, synthesise
@@ -202,6 +203,16 @@ def stretched(rng):
     return made(replace(platform(), elasticity=np.linspace(1e-4, 4e-4, 4)), [obs], rng, m)
 
 
+def swivelling(rng):
+    """Pulleys that swivel about axes that lean, one of them along the base's x."""
+    m, machine = 5, platform()
+    axis = np.array([[0.0, 0, 1], [0.2, -0.1, 1], [1, 0, 0], [0, 0.3, -1]])
+    obs = observations(
+        "swivel", m, 1e-3, each=4, extra={"cable": np.tile(np.arange(4), m)}, options={"cables": machine.cables}
+    )
+    return made(replace(machine, pulleys=Pulleys(np.full(4, 0.05), axis)), [obs], rng, m)
+
+
 def lens(names):
     return [f"{n}.{s}" for n in names for s in ("x", "y", "z", "rx", "ry", "rz")] + [
         f"lens.{s}" for s in ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
@@ -229,9 +240,11 @@ SCENARIOS = {
     **carriers_of("pose", 1e-3),
     **carriers_of("bearing", 1e-3),
     **carriers_of("spherical", 1e-3),
+    **carriers_of("inclination", 1e-3),
     **{k: v for kind in OWN for k, v in places_of(kind).items()},
     **differences(),
     "distance/two frames": distance,
+    "swivel/free poses": swivelling,
     "lengths/free poses": lengths,
     "lengths/free poses, stretched": stretched,
     "pixels/arm, camera on the base": lambda rng: made(arm(), [pixels(3, EYE, (BALL,))], rng, 3),

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from measure.rigs import BALL, PLATES, at_the_place, recorded, stated, touching
-from measure.scenarios import arm, observations
+from measure.scenarios import arm, observations, platform
 from unit.arm_data import arm as five
 from unit.arm_data import true_arm
 
@@ -19,6 +19,7 @@ from robocal.geometry import se3, so3
 from robocal.measure.base import kind_of, problem, synthesise
 from robocal.measure.bearing import angles, wrap
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.measure.swivel import across
 
 M = 6
 EYE = Frame("eye", (1.0, 2.0, 0.3, 0.2, -0.4, 1.1))
@@ -99,6 +100,30 @@ def test_a_slower_sound_seems_farther(where):
     # What the clock says, times the speed that the instrument believes in.
     np.testing.assert_allclose(read(where, "range", **air)[:, 0], far / 340.0 * 343.0 + 0.01, atol=1e-14)
     np.testing.assert_allclose(read(where, "range", place=PLACE)[:, 0], far, atol=1e-14)
+
+
+def test_inclinations_are_those_of_the_sensors_axes(where):
+    """By how much its x and its y rise above the horizon, whose plumb is the z axis of the frame."""
+    turn = SEEN[:3, :3] @ balls(where)[:, :3, :3]
+    expected = np.arcsin(turn[:, 2, :2])
+    np.testing.assert_allclose(read(where, "inclination", EYE), expected, atol=1e-14)
+    np.testing.assert_allclose(read(where, "inclination"), np.arcsin(balls(where)[:, 2, :2]), atol=1e-14)
+
+
+def test_pulleys_swivel_towards_their_cables():
+    """From the base's x about the pulley's axis; each encoder counts from a zero of its own."""
+    machine = platform()
+    start = np.array([[0.3, -0.2, 1.0, 0.1, 0.2, -0.3], [-0.4, 0.1, 1.2, 0.0, -0.2, 0.5]])
+    options = {"cables": machine.cables, "values": {"swivel": 0.3}, "free": ()}
+    row, cable = np.repeat([0, 1], 4), np.tile(np.arange(4), 2)
+    obs = Observations("swivel", row, np.zeros((8, 1)), extra={"cable": cable}, options=options)
+    found = synthesise(machine, DataSet(Configurations(("a", "b"), start=start), (obs,))).observations[0].value[:, 0]
+    t = se3.from_vector(start)
+    d = t[row, :3, 3] + np.einsum("kij,kj->ki", t[row, :3, :3], machine.b[cable]) - machine.a[cable]
+    np.testing.assert_allclose(found, wrap(np.arctan2(d[:, 1], d[:, 0]) - 0.3), atol=1e-14)
+    one, two = across(np.array([[1.0, 0, 0], [0, 0, 2.0], [0, 1.0, 1.0]]))
+    np.testing.assert_allclose(one, [[0, 1, 0], [1, 0, 0], [1, 0, 0]], atol=1e-15)
+    np.testing.assert_allclose(two, [[0, 0, 1], [0, 1, 0], np.cross([0, 1, 1], [1, 0, 0]) / np.sqrt(2)], atol=1e-15)
 
 
 def test_an_angle_next_to_the_seam_is_not_a_turn_off(where):

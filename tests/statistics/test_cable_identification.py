@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from cables.cable_robots import published
@@ -103,3 +105,22 @@ def test_as_few_poses_as_there_are_unknowns_prove_nothing(seed):
     if found.verdict.status == "improved":
         _, square, _ = errors(robot, nominal, found)
         assert told and np.sqrt(square) < OFF
+    (worse,) = (r for r in found.warnings if r.code == "worse-than-unmeasured")
+    # Six numbers held, the others are known to half a metre and more: worse than the 100 mm of a tape measure.
+    low, high = (worse.numbers[k].value for k in ("low", "high"))
+    print(f"seed {seed}: {low:.2f} to {high:.1f} m")
+    assert OFF < low < high and high > 2.0 and "tape measure" in worse.sentence
+
+
+@pytest.mark.parametrize(("poses", "enough"), [(10, False), (12, False), (13, True)])
+def test_fewer_poses_than_unknowns_are_refused(poses, enough):
+    """Eight cables leave two numbers of every pose: (4 m - 6) / (m - 6) = 13 poses tell the 26 unknowns, unless priors were stated."""
+    _, nominal, data = measured(np.random.default_rng(1), poses, False)
+    found = identify(nominal, data)
+    said = [r for r in found.verdict.reasons if r.code == "too-few-poses"]
+    assert bool(said) == (not enough) and found.verdict.status == ("not_improved" if enough else "refused")
+    if said:
+        assert (said[0].numbers["unknown"], said[0].numbers["needed"]) == (26, 13)
+    priors = dict.fromkeys(nominal.table.free, OFF)
+    held = replace(nominal, table=nominal.table.with_priors(priors))
+    assert all(r.code != "too-few-poses" for r in identify(held, data).verdict.reasons)

@@ -226,6 +226,11 @@ class Chain:
         return tuple(out)
 
     @property
+    def motions(self) -> Mapping[str, Mapping[str, float]]:
+        """Motions of its frames: none, for base and tool are parameters themselves."""
+        return {}
+
+    @property
     def open_zeros(self) -> tuple[Zero, ...]:
         """The zeros that an identification may move: those that are free, and where a convention holds them because its frames
         say the same (a URDF, cpc, poe), those of joints of which anything is free."""

@@ -9,7 +9,7 @@ from many starts the best is kept, and other poses that explain the lengths as w
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,9 +60,11 @@ def forward(
     sigma: ArrayLike | None = None,
     starts: int = 0,
     rng: np.random.Generator | None = None,
+    axes: Sequence[int] | None = None,
 ) -> Forward:
     """Poses of the platform from measured lengths (k, m), searched from `start` (k, 4, 4) or (4, 4); by default
-    from X_0, below it where the frame is flat.
+    from X_0, below it where the frame is flat. `axes` are the components of the twist that are searched, all that the robot
+    has unless stated: (0, 1, 2) is where it would hang without turning.
 
     `tension` and `sag` as for `inverse`. sigma () or (m,) in m is the noise of a length; without it the residuals
     themselves say (and the covariance is zero times infinity, not a number, when there are no more cables than degrees
@@ -72,7 +74,7 @@ def forward(
     """
     y = np.atleast_2d(np.asarray(measured, float))
     k, m = y.shape
-    axes = list(robot.axes)
+    axes = list(robot.axes if axes is None else axes)
     _check(robot, y, axes)
     t = None if tension is None else pulls(robot, tension, (k, m))
     s = None if sigma is None else np.broadcast_to(np.asarray(sigma, float), (m,))

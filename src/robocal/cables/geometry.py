@@ -114,6 +114,19 @@ class CableRobot(Unjointed):
         return ()
 
     @property
+    def motions(self) -> Mapping[str, Mapping[str, float]]:
+        """Small motions of the base and of the platform's coordinates in the directions that the robot has: rates of its anchors."""
+        out: dict[str, Mapping[str, float]] = {}
+        for whose, symbol, points in (("base", "a", self.a), ("platform", "b", self.b)):
+            for i in self.axes:
+                along = np.eye(3)[i % 3]
+                rate = np.tile(along, (len(points), 1)) if i < 3 else np.cross(along, points)
+                names = [f"{c}.{symbol}{s}" for c in self.cables for s in "xyz"]
+                moved = {n: float(v) for n, v in zip(names, rate.ravel(), strict=True) if v != 0.0}
+                out[f"the {whose} {'along' if i < 3 else 'about'} {'xyz'[i % 3]}"] = moved
+        return out
+
+    @property
     def freedom(self) -> tuple[int, ...]:
         """The platform has a pose of its own: its axes are what a fit may move of it."""
         return self.axes

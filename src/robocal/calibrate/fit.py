@@ -34,7 +34,7 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
 from robocal.remarks.remark import Remark
 
-__all__ = ["Fit", "chosen_weights", "fit", "near", "softly"]
+__all__ = ["Fit", "chosen_weights", "fit", "near", "posed_again", "softly"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -168,6 +168,18 @@ def softly(problem: Problem, start: Array) -> Problem:
     table = problem.table.with_values(start[0, : len(problem.table)])
     table = table.with_priors({n: HOLD * float(s) for n, s in zip(problem.free, problem.scales, strict=True)})
     return replace(problem.with_table(table), priors=True)
+
+
+def posed_again(problem: Problem, x: Array) -> Array:
+    """x (1, P), or x with configurations' own poses where they started alone, where a soft fit of everything free ends far cheaper
+    from there: held at a nominal robot that is decimetres off, a pose may be cheaper upside down, and would stay so."""
+    if not problem.families or problem.families[0].count != problem.configurations:
+        return x
+    place = problem.places[0]
+    other = np.array(x)
+    other[:, place] = problem.start[:, place]
+    ended = least_squares(softly(problem, x), np.concatenate([x, other]), max_iterations=CREEPING)
+    return other if ended.cost[1] < CLEARLY * ended.cost[0] else x
 
 
 def _noise(

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from robocal.calibrate.baseline import Baseline, baseline, frame_names
 from robocal.calibrate.digits import rounded
 from robocal.calibrate.farness import FAR, Farness, far_from, farness
-from robocal.calibrate.fit import NEAR, Fit, chosen_weights, softly
+from robocal.calibrate.fit import NEAR, Fit, chosen_weights, posed_again, softly
 from robocal.calibrate.noise import apply_noise, assess, owners, under
 from robocal.calibrate.thin import thinned
 from robocal.estimate.least_squares import least_squares
@@ -102,7 +102,7 @@ def sift(model: Machine, data: DataSet, configurations: Ints, watch: Watch | Non
     search = _Search(model, data, configurations)
     few = _Search(model, *thinned(model, data, configurations))
     start, tau, near = _nominal(few)
-    x = start
+    x = start = posed_again(few.made, start)
     for loss, tuning in (("huber", None), ("tukey", FAR)):
         x, tau = _settled(few, start, x, tau, near, loss, tuning)
     used = near

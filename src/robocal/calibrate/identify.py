@@ -22,11 +22,12 @@ from robocal.calibrate.bands import coverage_of, coverage_remarks, mean_conditio
 from robocal.calibrate.baseline import baseline, frame_names, known_baseline, renoised
 from robocal.calibrate.bootstrap import bootstrap_words, resample
 from robocal.calibrate.estimators import batched, estimator
-from robocal.calibrate.fit import Fit, fit
+from robocal.calibrate.fit import Fit, fit, posed_again
 from robocal.calibrate.gross import set_aside
 from robocal.calibrate.identification import Identification
 from robocal.calibrate.judge import stages, units_of, verdict
 from robocal.calibrate.linear import linearity, linearity_words
+from robocal.calibrate.motions import lacking
 from robocal.calibrate.numbers import held_number, questioned
 from robocal.calibrate.offsets import offsets_alone
 from robocal.calibrate.options import Options
@@ -73,7 +74,7 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
     everyone = np.arange(len(data.configurations))
     clean, by = set_aside(model, data, everyone, watch), (options.loss, options.tuning)
     begun = known_baseline(model, clean, everyone, *by, watch)
-    start = begun.x
+    start = posed_again(begun.problem, begun.x)
     whole = fit(model, clean, everyone, options, start, watch)
     if (likelier := with_zeros(model, whole)) is not None:
         return identify(likelier, data, options, watch)
@@ -122,6 +123,8 @@ def _handed_back(
     held_at = held_number(model, whole)
     holds = where_it_holds(model, data, whole, off, (base, base_x), options.region, scale)
     judged = verdict(model, data, base, part, whole, proven.proofs, options, started)
+    if (few := lacking(model, whole)) is not None:
+        judged = judged.refused(few)
     checked = coverage_of(part, held)
     results = parameter_results(model, whole, u, off, uncertainty(stated, whole.solution.x) if known else None)
     drawn = None if options.bootstrap is None else resample(whole, u.sigma, options.bootstrap, options.seed, watch)

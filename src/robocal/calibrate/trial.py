@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.calibrate.baseline import known_baseline, renoised
-from robocal.calibrate.fit import Fit, fit
+from robocal.calibrate.fit import Fit, fit, posed_again
 from robocal.calibrate.folds import Unseen, alike, collect, empty, local_names, profile, proves_nothing, terms_of
 from robocal.calibrate.gross import neither, set_aside
 from robocal.calibrate.options import Options
@@ -56,7 +56,7 @@ def trial(
     clean = set_aside(model, data, fitted, watch)
     by = (options.loss, options.tuning)
     begun = known_baseline(model, clean, fitted, *by, watch)
-    part = fit(model, clean, fitted, options, begun.x, watch)
+    part = fit(model, clean, fitted, options, posed_again(begun.problem, begun.x), watch)
     # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
     known = renoised(model, (clean, begun), part.data, fitted, *by)
     if known.problem.blocks:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from robocal.calibrate.bands import total_of
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.follow import follows
+from robocal.calibrate.motions import open_remarks
 from robocal.calibrate.outliers import Outlier
 from robocal.geometry import fits
 from robocal.measure.data import DataSet
@@ -50,6 +51,7 @@ def data_warnings(
     # A machine that stands where its own sensors say has coordinates only as far as something sees them.
     if model.freedom and not any(o.frame or o.targets or o.kind in ABSOLUTE for o in data.observations):
         out.append(Remark.of(Code.PLACE_OPEN))
+    out.extend(open_remarks(model, fit))
     rows_of = [fit.problem.table[n] for n in fit.problem.free]
     if estimator(method).blind and any(p.prior or np.isfinite([p.lower, p.upper]).any() for p in rows_of):
         out.append(Remark.of(Code.PRIORS_IGNORED, method=method))

@@ -8,6 +8,7 @@ NAMES = (
     "bearing",
     "displacement",
     "distance",
+    "inclination",
     "lengths",
     "pixels",
     "plane",
@@ -18,4 +19,5 @@ NAMES = (
     "relative_pose",
     "sphere",
     "spherical",
+    "swivel",
 )

@@ -130,7 +130,7 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
 
 def located(machine: Machine, obs: Observations, wanted: NDArray[np.bool_]) -> Array:
     """T_base_platform (U, 4, 4) of the wanted configurations (U,) by forward kinematics, NaN where a length is missing or
-    the lengths do not tell."""
+    the lengths do not tell. Of fewer cables than the platform has freedoms it is where the platform would be without turning."""
     from robocal.cables.forward import forward
 
     out = np.full((len(wanted), 4, 4), np.nan)
@@ -138,12 +138,14 @@ def located(machine: Machine, obs: Observations, wanted: NDArray[np.bool_]) -> A
     table = np.full((len(wanted), len(robot.cables)), np.nan)
     table[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.value[:, 0]
     some = np.flatnonzero(wanted & np.isfinite(table).all(axis=1))
-    if len(some) and len(robot.cables) >= len(robot.axes):
+    turned = len(robot.cables) >= len(robot.axes)
+    axes = tuple(i for i in robot.axes if turned or i < 3)
+    if len(some) and len(robot.cables) >= len(axes):
         pull = None
         if "tension" in obs.extra and robot.elasticity is not None:
             pull = np.zeros_like(table)
             pull[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.extra["tension"]
-        found = forward(robot, table[some], tension=None if pull is None else pull[some])
+        found = forward(robot, table[some], tension=None if pull is None else pull[some], axes=axes)
         good = found.converged & np.isfinite(found.pose).all(axis=(1, 2))
         out[some[good]] = found.pose[good]
     return out

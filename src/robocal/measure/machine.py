@@ -75,6 +75,11 @@ class Machine(Protocol):
     def open_zeros(self) -> tuple[Zero, ...]:
         """The zeros of the joints that an identification may move."""
 
+    @property
+    def motions(self) -> Mapping[str, Mapping[str, float]]:
+        """Motions of the frames in which it is told, by what people call them, as rates of its parameters: its own sensors need not
+        see them."""
+
     def remarks(self) -> tuple[Remark, ...]:
         """What its geometry shows before anything is measured."""
 

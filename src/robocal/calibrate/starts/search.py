@@ -26,6 +26,7 @@ MODULES = (
     "frames",
     "cameras",
     "places",
+    "swivels",
 )  # of this package, in which starts are; no more of them are loaded than it takes
 
 

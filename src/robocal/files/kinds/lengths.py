@@ -1,22 +1,23 @@
-"""Lengths of cables, as their sensors say: one column for each cable, one row for each place of the platform."""
+"""What is read of every cable, one column for each, one row for each place of the platform: lengths as their sensors say, and the
+angles by which pulleys swivel."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robocal.errors import ModelError
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import DataModel, ValueModel
-from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, quantity
+from robocal.files.datamodel import DataModel, ScalarModel, ValueModel
+from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, quantity, scalar
 from robocal.files.units import Units
 from robocal.files.yamlio import Document
 from robocal.measure.data import Observations
 
-__all__ = ["COMPUTED", "LENGTHS"]
+__all__ = ["COMPUTED", "LENGTHS", "SWIVEL"]
 
 COMPUTED = "computed"
 
@@ -29,31 +30,54 @@ class LengthsModel(DataModel):
     tension: ValueModel | Literal["computed"] | None = None
 
 
+class SwivelModel(DataModel):
+    """Angles by which the pulleys of all cables swivel, and where their encoders count from: free unless stated."""
+
+    swivel: ValueModel = ValueModel()
+    zero: ScalarModel | None = None
+
+
+def _each(given: ValueModel, table: CsvTable, document: Document, key: str, si: str) -> tuple[Values, tuple[str, ...]]:
+    """Numbers (k, cables) of a quantity, and the names of their columns."""
+    if given.columns is None:
+        document.fail("a key is missing", (key, "columns"), expected="a column for each cable of the robot")
+    names = tuple(str(table.label(table.find(c))) for c in given.columns)
+    again = sorted({n for n in names if names.count(n) > 1})
+    if again:
+        document.fail(
+            "a column is named twice", (key, "columns"), found=", ".join(again), expected="one for each cable"
+        )
+    value, sigma, units = quantity(given, table, document, (key,), (si,) * len(names), names)
+    length, angle = (units[0], None) if si == "m" else (None, units[0])
+    return Values(value, sigma, length, angle, options={"columns": names}), names
+
+
 def read_lengths(model: LengthsModel, table: CsvTable, document: Document) -> Values:
     """Lengths (k, cables) in m."""
-    given = model.lengths
-    if given.columns is None:
-        document.fail("a key is missing", ("lengths", "columns"), expected="a column for each cable of the robot")
-    many = len(given.columns)
-    names = [str(table.label(table.find(c))) for c in given.columns]
-    value, sigma, units = quantity(given, table, document, ("lengths",), ("m",) * many, names)
-    extra: dict[str, NDArray[np.float64]] = {}
-    options: dict[str, object] = {"columns": tuple(names)}
+    values, names = _each(model.lengths, table, document, "lengths", "m")
     if isinstance(model.tension, str):
-        options["tension"] = COMPUTED
-    elif isinstance(model.tension, ValueModel):
-        if model.tension.columns is None:
-            document.fail("a key is missing", ("tension", "columns"), expected="a column for each cable, as of lengths")
-        pulls = [str(table.label(table.find(c))) for c in model.tension.columns]
-        if len(pulls) != many:
-            document.fail("wrong number of columns", ("tension", "columns"), found=len(pulls), expected=str(many))
-        pull = quantity(model.tension, table, document, ("tension",), ("N",) * many, pulls)[0]
-        table.insist(pull >= 0, pulls, "a cable does not push", pull, expected="a tension of 0 or above")
-        extra["tension"] = pull
-    return Values(value, sigma, units[0], extra=extra, options=options)
+        return replace(values, options={**values.options, "tension": COMPUTED})
+    if model.tension is None:
+        return values
+    pull, pulls = _each(model.tension, table, document, "tension", "N")
+    if len(pulls) != len(names):
+        document.fail("wrong number of columns", ("tension", "columns"), found=len(pulls), expected=str(len(names)))
+    table.insist(pull.value >= 0, pulls, "a cable does not push", pull.value, expected="a tension of 0 or above")
+    return replace(values, extra={"tension": pull.value})
 
 
-def parts(model: LengthsModel, values: Values, around: Around) -> Sequence[Part]:
+def read_swivel(model: SwivelModel, table: CsvTable, document: Document) -> Values:
+    """Angles (k, cables) in rad."""
+    return _each(model.swivel, table, document, "swivel", "rad")[0]
+
+
+def swivel_parts(model: SwivelModel, values: Values, around: Around) -> Sequence[Part]:
+    """As of lengths; the zero that is stated, or none, is that of every encoder."""
+    zero = {} if model.zero is None else scalar(model.zero, "rad", "zero", "swivel", around)
+    return parts(model, replace(values, options={**values.options, **zero}), around)
+
+
+def parts(model: DataModel, values: Values, around: Around) -> Sequence[Part]:
     """Every cable of every row is an observation."""
     rows, many = values.value.shape
     sigma = None if values.sigma is None else values.sigma.reshape(-1, 1)
@@ -65,8 +89,8 @@ def parts(model: LengthsModel, values: Values, around: Around) -> Sequence[Part]
     ]
 
 
-def write_lengths(obs: Observations, units: Units) -> Written:
-    """Raises ModelError: a table of lengths has one row for each place, not for each length."""
+def write_each(obs: Observations, units: Units) -> Written:
+    """Raises ModelError: such a table has one row for each place, not for each cable."""
     raise ModelError("this kind cannot be written to a table", found=obs.kind)
 
 
@@ -74,10 +98,21 @@ LENGTHS = KindFile(
     "lengths",
     LengthsModel,
     read_lengths,
-    write_lengths,
+    write_each,
     """lengths: {{columns: [c1, c2, c3, c4], unit: {length}, sigma: 1}}    # a column for each cable of the robot
 # tension: {{columns: [t1, t2, t3, t4], unit: N}}    # or tension: computed
 """,
     parts=parts,
     lengths="lengths",
+)
+
+SWIVEL = KindFile(
+    "swivel",
+    SwivelModel,
+    read_swivel,
+    write_each,
+    """swivel: {{columns: [s1, s2, s3, s4], unit: {angle}, sigma: 0.1}}    # a column for each cable of the robot
+# zero: {{value: 0, unit: {angle}, free: false}}    # where the encoders count from; left out: found, for each cable
+""",
+    parts=swivel_parts,
 )

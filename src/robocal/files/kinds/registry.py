@@ -25,7 +25,7 @@ MODULES = {
     "sphere": "contact",
     "pixels": "pixels",
 }
-LENGTHS = {"lengths": "lengths"}  # of cables
+CABLES = {"lengths": "lengths", "swivel": "lengths", "inclination": "inclination"}  # of robots that hang from some
 
 
 class Readers(Mapping[str, KindFile]):
@@ -52,10 +52,10 @@ READERS = Readers(MODULES)
 
 
 def reader_of(name: str) -> KindFile:
-    """Any kind by its name, lengths of cables too."""
-    return Readers(MODULES | LENGTHS)[name]
+    """Any kind by its name, those of cable robots too."""
+    return Readers(MODULES | CABLES)[name]
 
 
 def readers_of(machine: Machine) -> Readers:
-    """The kinds by which a machine can be measured: lengths of cables are those of a robot that has some."""
-    return Readers(MODULES | LENGTHS) if getattr(machine, "cables", ()) else READERS
+    """The kinds by which a machine can be measured: some are of robots that have cables alone."""
+    return Readers(MODULES | CABLES) if getattr(machine, "cables", ()) else READERS

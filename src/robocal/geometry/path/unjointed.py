@@ -37,6 +37,11 @@ class Unjointed:
         """The zeros of joints: none."""
         return ()
 
+    @property
+    def motions(self) -> Mapping[str, Mapping[str, float]]:
+        """Motions of its frames: none."""
+        return {}
+
     def phi(
         self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None, program: Program | None = None, /
     ) -> NDArray[np.float64]:

@@ -178,17 +178,18 @@ def _own_columns(data: DataSet, file: CableFile) -> None:
 
 
 def _named(obs: Observations, file: CableFile) -> Observations:
-    """Lengths by the names of their columns where these are names of cables, else in the robot's order."""
-    if obs.kind != "lengths":
+    """What is read of every cable by the names of its columns where these are names of cables, else in the robot's order."""
+    if "cable" not in obs.extra:
         return obs
     cables, columns = file.robot.cables, obs.options.get("columns", ())
     assert isinstance(columns, tuple)
     known = [c for c in columns if c in cables]
     if len(columns) != len(cables) or (known and (len(known) < len(columns) or len(set(known)) < len(known))):
         raise FormatError(
-            "these are not the cables of the robot", file=obs.source, key="lengths.columns", found=", ".join(columns),
+            "these are not the cables of the robot", file=obs.source, key=f"{obs.kind}.columns", found=", ".join(columns),
             expected=f"{len(cables)}: {', '.join(cables)}",
         )  # fmt: skip
+    obs = replace(obs, options={**obs.options, "cables": cables})
     if not known:
         return obs
     number = np.array([cables.index(c) for c in columns], dtype=float)

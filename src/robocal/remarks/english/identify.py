@@ -214,6 +214,19 @@ TABLE: dict[Code, Words] = {
         "these data hardly say how long the arm is (sigma of the scale {sigma:.2%}): the nominal lengths do",
         "State a length that gives the scale: a distance, a bar, the radius of a ball.",
     ),
+    Code.MOTIONS_UNSEEN: Words(
+        "nothing that was measured shows {motions}: the data cannot tell these {count}, and {held} stay where they were",
+        "State other numbers by --fix, or move the result by points that are known, where absolute coordinates matter.",
+    ),
+    Code.WORSE_THAN_UNMEASURED: Words(
+        "with {count} numbers held, these measurements alone know the others to {low:.0f~} to {high:.0f} (one standard deviation): "
+        "worse than a tape measure, which leaves {expected:.0f}",
+        "Measure more poses, spread wider, or some of them with an instrument.",
+    ),
+    Code.TOO_FEW_POSES: Words(
+        "{poses} poses leave {left} numbers, beyond what it takes to place them, for {unknown} unknowns[: it takes {needed} poses]",
+        "Measure more poses, measure some of them with an instrument as well, or state what is known by --prior.",
+    ),
     Code.PLACE_OPEN: Words(
         "only the shape is better known: nothing was measured that says where the coordinates of base and platform lie, so absolute poses "
         "may be further off than before",

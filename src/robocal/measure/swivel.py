@@ -1,0 +1,130 @@
+"""Swivel angles: r = wrap(atan2(e2 . d, e1 . d) - s0_i - y), d = p + R b_i - a_i, one row per cable and configuration.
+
+value (k, 1) and sigma (k, 1) in rad; extra["cable"] (k,) is the cable's number from 0; options["cables"] names the cables. A cable
+leaves the frame in the plane of its pulley, which swivels about the pulley's axis: from e1 (the base's x across that axis) towards
+e2 = axis x e1. Where the encoder of cable c counts from, s0, is the parameter `c.swivel`. The wheel's radius does not matter: axis and
+cable lie in one plane. Do not bring a platform anchor below its frame anchor: the angle has no meaning there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.pulley import Pulleys
+from robocal.errors import ModelError
+from robocal.measure.bearing import wrap
+from robocal.measure.builder import Builder
+from robocal.measure.data import Observations
+from robocal.measure.machine import Machine
+from robocal.measure.rows import Kind, Number, Rows, numbers, register
+from robocal.parameters import Parameter
+
+__all__ = ["SWIVEL", "across", "swivels", "zeros_at"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+ENDS = ("ax", "ay", "az", "bx", "by", "bz")
+SYMBOL = "swivel"
+UNSTATED = (2e-3,)
+ANYWHERE = 1.0  # rad, of a zero that nobody has said
+TINY = 1e-300
+
+
+def across(axis: Array) -> tuple[Array, Array]:
+    """e1 and e2 (c, 3) of swivel axes (c, 3): unit vectors across each, e1 nearest to the base's x, of an axis along x to its y."""
+    n = axis / np.linalg.norm(axis, axis=1, keepdims=True)
+    toward = np.where(np.abs(n[:, :1]) < 0.9, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+    one = toward - np.sum(toward * n, axis=1, keepdims=True) * n
+    one /= np.linalg.norm(one, axis=1, keepdims=True)
+    return one, np.cross(n, one)
+
+
+def swivels(d: Array, one: Array, two: Array) -> tuple[Array, Array]:
+    """Angles (...) of vectors d (..., 3) from e1 towards e2, and their gradient by d (..., 3)."""
+    x, y = np.sum(d * one, axis=-1), np.sum(d * two, axis=-1)
+    flat = np.maximum(x * x + y * y, TINY)[..., None]
+    return np.arctan2(y, x), (x[..., None] * two - y[..., None] * one) / flat
+
+
+class SwivelRows(Rows):
+    """The rows of all cables; columns are the carrier's, then the free numbers of every cable: its ends and its zero."""
+
+    def __init__(self, builder: Builder, obs: Observations, cables: Sequence[str]) -> None:
+        configurations, sight = np.unique(obs.configuration, return_inverse=True)
+        own = builder.rows(f"{c}.{s}" for c in cables for s in (*ENDS, SYMBOL))
+        every = np.arange(len(obs))
+        super().__init__(builder.tool(configurations), obs, every, UNSTATED, own, np.ascontiguousarray(sight.ravel()))
+        self.cable = obs.extra["cable"].astype(np.int64)
+        pulleys: Pulleys | None = getattr(builder.machine, "pulleys", None)
+        axis = np.tile([0.0, 0.0, 1.0], (len(cables), 1)) if pulleys is None else pulleys.axis
+        self.one, self.two = (e[self.cable] for e in across(np.asarray(axis, float)))
+
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        assert self.sight is not None
+        part = slice(first, first + rows)
+        sight, cable = self.sight[part], self.cable[part]
+        lo, hi = (int(sight.min()), int(sight.max()) + 1) if rows else (0, 0)
+        t, j, jl = (a[:, sight - lo] for a in self.carrier.pose(x, lo, hi - lo))
+        number = x[:, self.numbers].reshape(len(x), -1, 7)[:, cable]
+        turn = t[..., :3, :3]
+        lever = np.einsum("bmij,bmj->bmi", turn, number[..., 3:6])
+        angle, slope = swivels(t[..., :3, 3] + lever - number[..., :3], self.one[part], self.two[part])
+        r = wrap(angle - number[..., 6] - self.measured(which, first, rows)[..., 0])[..., None]
+        by_pose = np.concatenate([slope, np.cross(lever, slope)], axis=-1)[:, :, None]
+        by_number = np.concatenate(
+            [-slope, np.einsum("bmij,bmi->bmj", turn, slope), -np.ones((*slope.shape[:2], 1))], axis=-1
+        )
+        owner, symbol = np.divmod(self.own, 7)
+        mine = (owner == cable[:, None]) * by_number[..., symbol]
+        return r, np.concatenate([by_pose @ j, mine[:, :, None]], axis=3), by_pose @ jl
+
+
+def zeros_at(machine: Machine, obs: Observations, index: Ints, pose: Array) -> dict[str, float]:
+    """The zero of every cable's encoder by name, where the platform stood at poses (k, 4, 4) when rows `index` (k,) were read: the
+    mean direction of what is shown beyond the angle of the robot's ends."""
+    names = _cables(obs)
+    cable = obs.extra["cable"][index].astype(np.int64)
+    end = np.array([[machine.table[f"{c}.{s}"].value for s in ENDS] for c in names])[cable]
+    pulleys: Pulleys | None = getattr(machine, "pulleys", None)
+    axis = np.tile([0.0, 0.0, 1.0], (len(names), 1)) if pulleys is None else np.asarray(pulleys.axis, float)
+    one, two = (e[cable] for e in across(axis))
+    d = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], end[:, 3:]) - end[:, :3]
+    beyond = np.exp(1j * (swivels(d, one, two)[0] - obs.value[index, 0]))
+    return {
+        f"{c}.{SYMBOL}": float(np.angle(beyond[cable == i].sum())) for i, c in enumerate(names) if (cable == i).any()
+    }
+
+
+def _cables(obs: Observations) -> tuple[str, ...]:
+    names = obs.options.get("cables")
+    if not isinstance(names, tuple) or not names:
+        raise ModelError("swivel angles need the names of the cables", key=obs.label, expected="options['cables']")
+    return names
+
+
+def parameters(obs: Observations) -> list[Parameter]:
+    """The zero of every cable's encoder; all start from the one value that is stated, or are free from 0."""
+    return [
+        p for c in _cables(obs) for p in numbers(_owned(obs, c), [Number("zero", SYMBOL, "rad", expected=ANYWHERE)])
+    ]
+
+
+def _owned(obs: Observations, cable: str) -> Observations:
+    return Observations(obs.kind, obs.configuration, obs.value, options={**obs.options, "zero": cable}, group=obs.label)
+
+
+def terms(builder: Builder, obs: Observations) -> list[Rows]:
+    """One term for all cables."""
+    known: tuple[str, ...] = getattr(builder.machine, "cables", ())
+    names = _cables(obs)
+    if names != known:
+        raise ModelError(
+            "swivel angles are of the cables of a cable robot", found=", ".join(names), expected=", ".join(known) or "cables"
+        )  # fmt: skip
+    return [SwivelRows(builder, obs, names)] if len(obs) else []
+
+
+SWIVEL = register(Kind("swivel", 1, terms, parameters, parts=((0, 1, "rad"),)))
