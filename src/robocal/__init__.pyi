@@ -103,6 +103,7 @@ def drift(
     *,
     new_tool: bool = False,
     matters: str = '0.1mm',
+    history: _Path | None = None,
     output: _Path | None = None,
     watch: _Watch | None = None,
 ) -> Found:
@@ -114,6 +115,7 @@ def drift(
     second: The later run folder, identified from the same robot file.
     new_tool: The tool was mounted anew and may differ.
     matters: The change worth an alarm, with its unit: mean over the poses measured.
+    history: Add the runs to this CSV, a row for each number; they are not added twice.
     output: Write drift.json here.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 

@@ -233,3 +233,30 @@ def require(
 
     Raises InputError.
     """
+
+def drift(
+    runs: _Given | Sequence[_Given],
+    *,
+    zeros_unchanged: bool = False,
+    base_moves: bool = False,
+    history: _Path | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found:
+    """Which frame anchor of a cable robot moved between calibrations, what is a change of zero, scale or base, and how calibrations
+    scatter.
+
+    Every later run is compared with the first. Towards the platform an anchor and the zero of its cable look alike: unless
+    --zeros-unchanged says that the sensors counted on, that direction is known worst, and it is said how well.
+
+    runs: Run folders of one robot, the earliest first; robot files show how they scatter alone.
+    zeros_unchanged: The sensors counted on between the runs: their zeros are the same.
+    base_moves: The coordinates may differ by a motion: another instrument, another place of it.
+    history: Add the runs to this CSV, a row for each number; they are not added twice.
+    output: Write drift.json and report.html here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from robocal.remarks.remark import sentences
 from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
+from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
@@ -38,20 +39,26 @@ class Options(Told):
     matters: str = opt(
         "0.1mm", "The change worth an alarm, with its unit: mean over the poses measured", metavar="LENGTH"
     )
+    history: w.History = None
     output: Path | None = opt(None, "Write drift.json here", short="-o", metavar="DIR")
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Compares two run folders of one robot; a folder gets drift.json. Raises InputError when they cannot be compared."""
     from robocal.files.plain import json_text
+    from robocal.files.runfolder import open_run
     from robocal.files.units import parse_quantity
-    from robocal.files.writing import write_files
+    from robocal.files.writing import write_files, write_text
     from robocal.jobs.drift import drifted
+    from robocal.jobs.history import with_history
 
     matters = parse_quantity(o.matters, "m", key="--matters")
     made = drifted(o.first, o.second, o.new_tool, matters, command, watch)
+    added = None if o.history is None else with_history(o.history, [open_run(place) for place in (o.first, o.second)])
     if o.output is not None:
         made = replace(made, written=write_files(o.output, {"drift.json": json_text(made.document)}))
+    if o.history is not None and added is not None:
+        made = replace(made, written=(*made.written, write_text(o.history, added)))
     return Outcome(made, lambda: made.document, not made.void, made.warnings, written=made.written)
 
 

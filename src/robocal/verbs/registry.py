@@ -28,4 +28,5 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "workspace": "Where the platform can be held.",
     "poses": "Poses that can be reached.",
     "require": "Sensors and poses that a calibration needs.",
+    "drift": "What moved between calibrations?",
 })  # fmt: skip

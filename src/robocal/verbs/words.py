@@ -8,7 +8,7 @@ from typing import Annotated
 from robocal.verbs.option import Arg, Opt
 
 __all__ = [
-    "AnyRobot", "Base", "CableRobot", "CableTension", "Data", "Exclude", "Force", "Frame", "Kind", "MomentLength", "Noise",
+    "AnyRobot", "Base", "CableRobot", "CableTension", "Data", "Exclude", "Force", "Frame", "History", "Kind", "MomentLength", "Noise",
     "OutputFile", "Payload", "PlatformMass", "PlatformPoses", "Robot", "Sag", "Seed", "TensionLimits", "TensionMethod", "Tip",
 ]  # fmt: skip
 
@@ -27,6 +27,9 @@ Tip = Annotated[str | None, Opt("Last link of the chain in a URDF", metavar="LIN
 Seed = Annotated[int, Opt("For whatever is drawn at random", metavar="N", least=0)]
 Force = Annotated[bool, Opt("Replace files that exist")]
 OutputFile = Annotated[Path | None, Opt("Write here, not to the terminal", short="-o", metavar="FILE")]
+History = Annotated[
+    Path | None, Opt("Add the runs to this CSV, a row for each number; they are not added twice", metavar="FILE")
+]
 Kind = Annotated[
     str,
     Opt(

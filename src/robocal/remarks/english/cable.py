@@ -33,6 +33,33 @@ TABLE: dict[Code, Words] = {
         "tensions of the list are left aside: the elasticity of {robot} is not known",
         "State the elasticity of the cables in the robot file.",
     ),
+    Code.ANCHOR_MOVED: Words(
+        "{run}: the frame anchor of {cable} moved: {across:.3g} across its line of sight, {along:.3g~} ± {off:.2g} along it "
+        "({x:+.3g~}, {y:+.3g~}, {z:+.3g} in x, y, z)",
+        "Look at its pulley and what holds it; use the later calibration.",
+    ),
+    Code.ANCHOR_OR_ZERO: Words(
+        "{run}: anchor or zero of {cable} changed along its line of sight; the data do not say which (zero {zero:+.3g}, anchor "
+        "{along:+.3g})",
+        "--zeros-unchanged, where the sensors counted on in between, tells them apart.",
+    ),
+    Code.ZEROS_CHANGED: Words(
+        "{run}: the zeros of {cables} changed, as they do at a power-up; an anchor that moved along its line of sight looks the same",
+        "Compare runs of one power-up with --zeros-unchanged to see such a drift.",
+    ),
+    Code.NOTHING_MOVED: Words("{run}: no frame anchor moved by more than these calibrations would show by chance"),
+    Code.SMALLEST_DRIFT: Words(
+        "a drift of one anchor would be named with 95 % certainty from {along:.2g} along its line of sight and {across:.2g} across it"
+    ),
+    Code.SMALLEST_DRIFT_FREE: Words(
+        "zeros may have changed: a drift of one anchor would be named with 95 % certainty from {across:.2g} across its line of sight, "
+        "along it from {along:.2g}, where anchor and zero look alike",
+        "--zeros-unchanged, where the sensors counted on in between, sees much smaller ones along it.",
+    ),
+    Code.NOTHING_KNOWN_OF_ERRORS: Words(
+        "{run}: how far its numbers may be off is not known: nothing is said of what moved, only how the calibrations scatter",
+        "Compare run folders of `identify` (-o).",
+    ),
     Code.STRETCH_TAKEN: Words("stretch is taken off the lengths, up to {most}, by {how} tensions"),
     Code.STRETCH_LEFT: Words(
         "stretch is left in the lengths: no tensions are stated, and within its limits a cable's length changes by up to {most}",

@@ -1,0 +1,215 @@
+"""What `cable drift` finds: calibrations of one cable robot side by side; what moved, how they scatter, and what they could not see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.calibration.drift import CableChange, Compared, Known, Scattered, compared, scattered
+from robocal.cables.geometry import CableRobot
+from robocal.errors import FileError, ModelError
+from robocal.files.cable.cablefile import CableFile
+from robocal.files.cable.robot import read_cable
+from robocal.files.covariance import COVARIANCE, read_covariance
+from robocal.files.runfolder import Run, find_run
+from robocal.files.text import InputFile
+from robocal.jobs.cable.load import framed, robot_input
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+
+__all__ = ["Calibrated", "Drifts", "calibrated", "drifts"]
+
+Array = NDArray[np.float64]
+FEWEST = 2
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """One calibration: its robot, and where it is a run folder, the run and what is known of its numbers."""
+
+    place: str
+    file: CableFile
+    run: Run | None
+    known: Known | None
+
+    @property
+    def robot(self) -> CableRobot:
+        """The robot as it was found."""
+        return self.file.robot
+
+
+@dataclass(frozen=True, eq=False)
+class Drifts:
+    """Calibrations of one robot; every later one against the first, where both are runs."""
+
+    all: tuple[Calibrated, ...]
+    compared: tuple[tuple[str, Compared], ...]
+    scattered: Scattered
+    zeros_unchanged: bool
+    remarks: tuple[Remark, ...]
+    inputs: tuple[InputFile, ...]
+    command: str
+
+    @property
+    def robot(self) -> CableRobot:
+        """The first of them."""
+        return self.all[0].robot
+
+    @cached_property
+    def reasons(self) -> tuple[Remark, ...]:
+        """What every comparison comes to."""
+        return tuple(
+            r for place, found in self.compared for r in _reasons(self.labels[place], found, self.zeros_unchanged)
+        )
+
+    @cached_property
+    def labels(self) -> dict[str, str]:
+        """Short names for the places: as many of their last parts as it takes to tell them apart."""
+        parts = [Path(c.place).absolute().parts for c in self.all]
+        for n in range(1, max(map(len, parts)) + 1):
+            if len({p[-n:] for p in parts}) == len({*parts}):
+                break
+        return {c.place: str(Path(*p[-n:])) for c, p in zip(self.all, parts, strict=True)}
+
+    @property
+    def trusted(self) -> bool:
+        """Whether anything follows: at least one comparison of runs that were not refused."""
+        refused = any(c.run is not None and c.run.result.verdict.status == "refused" for c in self.all)
+        return bool(self.compared) and not refused
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What --json says: mm, mrad, ppm."""
+        s = self.scattered
+        scatter = {k: 1e3 * getattr(s, k) for k in ("component", "point", "zero", "moved", "scaled", "along", "across")}
+        found = {
+            "runs": [c.place for c in self.all],
+            "scatter_mm": {**scatter, "size_ppm": [1e6 * float(v) for v in s.size]},
+            "compared": [
+                {
+                    "run": place, "moved": list(c.moved), "chance": c.chance,
+                    "doubtful": [x.cable for x in c.cables if x.doubtful],
+                    "size_ppm": [1e6 * c.scale, 1e6 * c.scale_sigma] if np.isfinite(c.scale_sigma) else None,
+                    "base": None if c.base is None else (c.base * 1e3).tolist(),
+                    "cables": {x.cable: _cable(x) for x in c.cables},
+                }
+                for place, c in self.compared
+            ],
+            "reasons": [r.document for r in self.reasons],
+        }  # fmt: skip
+        return framed(self.robot, found, self.remarks, self.inputs, self.command)
+
+
+def _cable(x: CableChange) -> dict[str, Any]:
+    smallest = [1e3 * v if np.isfinite(v) else None for v in x.smallest]
+    return {
+        "shift_mm": (1e3 * x.shift).tolist(), "sigma_mm": (1e3 * x.sigma).tolist(), "along_mm": 1e3 * x.along, "across_mm": 1e3 * x.across,
+        "zero_mm": 1e3 * x.zero, "zero_sigma_mm": 1e3 * x.zero_sigma, "chance": x.chance, "of_all": x.of_all,
+        "smallest_mm": {"along": smallest[0], "across": smallest[1]},
+    }  # fmt: skip
+
+
+def _reasons(place: str, found: Compared, zeros_unchanged: bool) -> list[Remark]:
+    out = [
+        Remark.of(
+            Code.ANCHOR_MOVED, run=place, cable=c.cable, across=Quantity(c.across), along=Quantity(c.along),
+            off=Quantity(1.96 * c.along_sigma), x=Quantity(float(c.shift[0])), y=Quantity(float(c.shift[1])), z=Quantity(float(c.shift[2])),
+        )
+        for c in sorted(found.cables, key=lambda c: c.of_all)
+        if c.moved
+    ]  # fmt: skip
+    if not out:
+        out.append(Remark.of(Code.NOTHING_MOVED, run=place))
+    doubtful = [c for c in found.cables if c.doubtful]
+    if 2 * len(doubtful) > len(found.cables):
+        out.append(Remark.of(Code.ZEROS_CHANGED, run=place, cables=tuple(c.cable for c in doubtful)))
+    else:
+        amounts = ((c, {"zero": Quantity(c.zero), "along": Quantity(c.along)}) for c in doubtful)
+        out += [Remark.of(Code.ANCHOR_OR_ZERO, run=place, cable=c.cable, **both) for c, both in amounts]
+    seen = [c for c in found.cables if np.isfinite(c.smallest[0])]
+    if seen:
+        along, across = (max(c.smallest[i] for c in seen) for i in (0, 1))
+        code = Code.SMALLEST_DRIFT if zeros_unchanged else Code.SMALLEST_DRIFT_FREE
+        out.append(Remark.of(code, along=Quantity(along), across=Quantity(across)))
+    return out
+
+
+def calibrated(place: str) -> Calibrated:
+    """A run folder, or a robot file by itself, of which nothing is known but its numbers. Raises InputError."""
+    run = find_run(place)
+    if run is None:
+        return Calibrated(place, read_cable(place), None, None)
+    own = run.robot
+    if own is None:
+        raise FileError("this run has no calibrated robot", file=run.folder, expected="a run of `identify`")
+    told = run.part(COVARIANCE)
+    if told is None:
+        return Calibrated(place, read_cable(own), run, None)
+    read = read_covariance(told)
+    total = read.total
+    fitted = [i for i, n in enumerate(total.names) if total.noise[i, i] > 0 and n in read.values]
+    hidden = np.asarray(total.hidden)[fitted]
+    known = Known(
+        tuple(total.names[i] for i in fitted), np.array([read.values[total.names[i]] for i in fitted]), total.noise[np.ix_(fitted, fitted)],
+        hidden if hidden.any() else None,
+    )  # fmt: skip
+    return Calibrated(place, read_cable(own), run, known)
+
+
+def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, command: str = "") -> Drifts:
+    """Compares calibrations of one robot. Raises InputError where they cannot be compared."""
+    if len(places) < FEWEST:
+        raise ModelError(
+            "one calibration has nothing to be compared with", key="RUNS", found=len(places), expected="2 or more"
+        )
+    every = tuple(calibrated(p) for p in places)
+    first = every[0]
+    for other in every[1:]:
+        if other.robot.cables != first.robot.cables or other.robot.degrees != first.robot.degrees:
+            raise ModelError(
+                "these are different robots", key=other.place, found=f"{other.robot.name}: {', '.join(other.robot.cables)}",
+                expected=f"{first.robot.name}: {', '.join(first.robot.cables)}",
+            )  # fmt: skip
+        if np.abs(other.robot.b - first.robot.b).max() > 1e-9 and not any(
+            n.split(".")[1].startswith("b") for n in first.robot.table.free
+        ):
+            raise ModelError(
+                "the platform anchors differ: identify both from the same robot file", key=other.place,
+                expected=f"those of {first.place}",
+            )  # fmt: skip
+    remarks: list[Remark] = []
+    found = []
+    for other in every[1:]:
+        if first.known is None or other.known is None:
+            remarks.append(
+                Remark.of(Code.NOTHING_KNOWN_OF_ERRORS, run=other.place if other.known is None else first.place)
+            )
+            continue
+        if _same(first, other):
+            raise ModelError("this is the same run twice", key=other.place, expected="runs of other measurements")
+        made = compared(first.robot, first.known, other.known, zeros_unchanged=zeros_unchanged, base_moves=base_moves)
+        found.append((other.place, made))
+    for c in every:
+        if c.run is not None and c.run.result.verdict.status != "improved":
+            code = Code.RUN_REFUSED if c.run.result.verdict.status == "refused" else Code.RUN_NOT_IMPROVED
+            remarks.append(Remark.of(code, run=c.place))
+    anchors, zeros = (np.array([getattr(c.robot, k) for c in every]) for k in ("a", "zeros"))
+    inputs = tuple(robot_input(c.file, c.place) for c in every)
+    return Drifts(
+        every, tuple(found), scattered(first.robot, anchors, zeros), zeros_unchanged, tuple(remarks), inputs, command
+    )
+
+
+def _same(one: Calibrated, other: Calibrated) -> bool:
+    """Whether both were made of the same measurements."""
+    tables = [
+        {i.sha256 for i in c.run.result.provenance.inputs if i.file.lower().endswith(".csv")} if c.run else set()
+        for c in (one, other)
+    ]
+    return bool(tables[0] & tables[1])
