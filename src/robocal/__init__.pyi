@@ -44,6 +44,7 @@ __all__ = [
     "simulate",
     "table",
     "validate",
+    "verify",
 ]
 
 def check(
@@ -392,6 +393,31 @@ def validate(
     seed: For whatever is drawn at random, 0 or more.
     base: First link of the chain in a URDF.
     tip: Last link of the chain in a URDF.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def verify(
+    reference: _Given,
+    sources: _Given | Sequence[_Given] = (),
+    *,
+    summary: bool = False,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found:
+    """Compare poses with those that an external instrument saw: as measured, relative to the first one, and after the best alignment.
+
+    Files of poses are CSV whose headers carry units (id, x [mm], ..., rx [deg], ...) or data.yaml with kind: pose, whatever the form of
+    their orientations. Of two sources and a reference it is said who agrees with whom, and whether means of errors differ (one-way
+    analysis of variance).
+
+    reference: What the external instrument saw; with --summary a table of groups.
+    sources: The poses that are judged: of the robot, of its camera, ...; the same ids.
+    summary: Analysis of variance from means and standard deviations.
+    output: Write verify.json and report.html here.
+    force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
     Raises InputError.

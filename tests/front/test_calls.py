@@ -43,6 +43,7 @@ PAIRS = {
     "compensate": ("compensate run targets.csv --tool own", lambda: rc.compensate("run", "targets.csv", tool="own")),
     "export": ("export run --format csv", lambda: rc.export("run", form="csv")),
     "plan": ("plan robot.yaml -n 8 --draw 60", lambda: rc.plan("robot.yaml", count=8, candidates=60)),
+    "verify": ("verify places.csv places.csv", lambda: rc.verify("places.csv", "places.csv")),
     "new": ("new --list", lambda: rc.new(listing=True)),
     "inverse": ("cable inverse cable.yaml places.csv", lambda: rc.cable.inverse("cable.yaml", "places.csv")),
     "forward": (
@@ -58,6 +59,10 @@ PAIRS = {
         lambda: rc.cable.workspace("cable.yaml", cells=7, rays=100),
     ),
     "poses": ("cable poses free.yaml -n 5", lambda: rc.cable.poses("free.yaml", count=5)),
+    "cable.drift": (
+        "cable drift cable.yaml cable.yaml --base-moves",
+        lambda: rc.cable.drift(["cable.yaml", "cable.yaml"], base_moves=True),
+    ),
     "require": (
         "cable require cable.yaml list.csv --sigma 2mm --accuracy 4mm",
         lambda: rc.cable.require("cable.yaml", "list.csv", sigma="2mm", accuracy="4mm"),

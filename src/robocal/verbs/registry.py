@@ -15,6 +15,7 @@ VERBS: Mapping[str, str] = MappingProxyType({
     "identify": "Identify true parameters, and prove the gain.",
     "predict": "Where the tool is, with 95 % bands.",
     "validate": "Measure a model's error on other data.",
+    "verify": "Compare poses with an external instrument's.",
     "drift": "Has a robot changed between two calibrations?",
     "compensate": "Correct targets for a controller that keeps its model.",
     "export": "Hand a model on: YAML, URDF, table, offsets.",

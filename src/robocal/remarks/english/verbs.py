@@ -24,6 +24,10 @@ TABLE: dict[Code, Words] = {
         "were fitted",
         "Measure more configurations, or state where the instrument stands.",
     ),
+    Code.POSES_NOT_IN_ALL: Words(
+        "{count} poses are not in all files and are left out: {both} are compared",
+        "Check the ids where that was not meant.",
+    ),
     Code.NO_LENGTHS: Words(
         "no lengths were measured, and a model is validated in lengths",
         "Give measurements of positions, poses or distances.",

@@ -1,0 +1,153 @@
+"""Poses of a robot against those that an external instrument saw: errors, who of three agrees with whom, and whether means differ.
+
+    absolute   p_i - q_i,  log(R_i Q_i^T)                      both in one frame
+    relative   the same of T_1^-1 T_i and S_1^-1 S_i           to the first pose
+    aligned    the same of A T_i B, with A and B chosen best   another frame and another point of the platform
+
+Of three that read the same poses, a, b and c, with errors that have nothing in common, each has its own (Grubbs 1948):
+
+    s_a^2 = (d_ab^2 + d_ac^2 - d_bc^2) / 2
+
+with d the root mean square of what two differ by. A negative square says that two of them share an error, or that frames differ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from robocal.errors import ModelError
+from robocal.geometry import se3, so3
+
+__all__ = ["Agreement", "Anova", "Errors", "agreement", "aligned", "anova", "errors", "relative"]
+
+Array = NDArray[np.float64]
+FEWEST = 3  # poses for an alignment by a motion
+ROUNDS, END = 50, 1e-13
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of poses: of the position (k,) m, and of the orientation (k,) rad."""
+
+    position: Array
+    orientation: Array
+
+    @property
+    def rms(self) -> tuple[float, float]:
+        """Root mean squares."""
+        return float(np.sqrt(np.mean(self.position**2))), float(np.sqrt(np.mean(self.orientation**2)))
+
+
+@dataclass(frozen=True)
+class Anova:
+    """One-way analysis of variance: F with its degrees of freedom between and within groups, and the chance of as much where all means
+    are equal."""
+
+    f: float
+    between: int
+    within: int
+    chance: float
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Three that read the same poses: `apart` (ab, ac, bc), root mean squares of what two differ by; `own` (a, b, c), what each errs by
+    itself if errors have nothing in common, not a number where its square is negative; `shared` names the two that then agree better
+    than errors of their own allow (None: nobody)."""
+
+    apart: tuple[float, float, float]
+    own: tuple[float, float, float]
+    shared: tuple[int, int] | None
+
+
+def errors(found: Array, reference: Array) -> Errors:
+    """Errors of poses (k, 4, 4) in the reference's frame."""
+    d = found[:, :3, 3] - reference[:, :3, 3]
+    turn = so3.log(found[:, :3, :3] @ np.swapaxes(reference[:, :3, :3], 1, 2))
+    return Errors(np.linalg.norm(d, axis=1), np.linalg.norm(turn, axis=1))
+
+
+def relative(found: Array, reference: Array) -> Errors:
+    """Errors of the poses beside the first one, that is left out. Raises ModelError for fewer than two."""
+    if len(found) < 2:
+        raise ModelError("one pose has nothing to be compared with", found=len(found), expected="2 poses or more")
+    return errors(se3.inverse(found[:1]) @ found[1:], se3.inverse(reference[:1]) @ reference[1:])
+
+
+def aligned(found: Array, reference: Array, length: float = 1.0, *, point: bool = False) -> tuple[Errors, Array, Array]:
+    """Errors after the best alignment A T_i B, and A and B (4, 4); B is the identity unless `point`: the instrument may then watch
+    another frame on the platform. A turn of 1 rad counts as `length` m. Raises ModelError for too few poses."""
+    least = FEWEST + 2 * point
+    if len(found) < least:
+        raise ModelError("too few poses for an alignment", found=len(found), expected=f"{least} or more")
+    a, b = reference[0] @ se3.inverse(found[0]), np.eye(4)
+    for _ in range(ROUNDS):
+        here = a @ found @ b
+        r = np.concatenate(
+            [
+                here[:, :3, 3] - reference[:, :3, 3],
+                length * so3.log(here[:, :3, :3] @ np.swapaxes(reference[:, :3, :3], 1, 2)),
+            ],
+            axis=1,
+        )
+        # A small motion (v, w) of A moves all in its frame; one of B moves the points that are watched.
+        arm = here[:, :3, 3]
+        j = np.zeros((len(found), 6, 12 if point else 6))
+        j[:, :3, :3] = np.eye(3)
+        j[:, :3, 3:6] = -so3.skew(arm)
+        j[:, 3:, 3:6] = length * np.eye(3)
+        if point:
+            j[:, :3, 6:9] = here[:, :3, :3]
+            j[:, 3:, 9:] = length * here[:, :3, :3]
+        step = np.linalg.lstsq(j.reshape(-1, j.shape[2]), -r.ravel(), rcond=1e-10)[0]
+        a = _moved(step[:6]) @ a
+        if point:
+            b = b @ _moved(step[6:])
+        if np.abs(step).max() < END:
+            break
+    return errors(a @ found @ b, reference), a, b
+
+
+def _moved(step: Array) -> Array:
+    return np.asarray(se3.compose(so3.exp(step[3:]), step[:3]))
+
+
+def agreement(apart: Sequence[float]) -> Agreement:
+    """The agreement of three from what two differ by, (ab, ac, bc)."""
+    ab, ac, bc = (float(v) for v in apart)
+    squares = np.array([ab**2 + ac**2 - bc**2, ab**2 + bc**2 - ac**2, ac**2 + bc**2 - ab**2]) / 2
+    own = tuple(float(np.sqrt(s)) if s >= 0 else float("nan") for s in squares)
+    shared = None
+    if (squares < 0).any():
+        odd = int(np.argmin(squares))  # it lies between the other two
+        pairs = [(p, d) for p, d in (((0, 1), ab), ((0, 2), ac), ((1, 2), bc)) if odd in p]
+        shared = min(pairs, key=lambda pair: pair[1])[0]
+    return Agreement((ab, ac, bc), (own[0], own[1], own[2]), shared)
+
+
+def anova(means: Sequence[float], spreads: Sequence[float], counts: Sequence[int]) -> Anova:
+    """One-way analysis of variance from means, standard deviations (of n - 1) and counts of the groups. Raises ModelError for fewer than
+    two groups, or of fewer than two values."""
+    m, s, n = (np.asarray(v, float) for v in (means, spreads, counts))
+    if len(m) < 2 or len(s) != len(m) or len(n) != len(m) or (n < 2).any():
+        raise ModelError(
+            "an analysis of variance takes two groups or more of two values or more", found=[len(m), n.tolist()]
+        )
+    if not np.isfinite([*m, *s]).all() or (s < 0).any():
+        raise ModelError(
+            "means and standard deviations are finite, and no standard deviation is negative", found=s.tolist()
+        )
+    total = n.sum()
+    between, within = len(m) - 1, int(total) - len(m)
+    grand = float((n * m).sum() / total)
+    variance = float(((n - 1) * s**2).sum()) / within
+    explained = float((n * (m - grand) ** 2).sum()) / between
+    if variance == 0:
+        return Anova(float("inf") if explained else 0.0, between, within, 0.0 if explained else 1.0)
+    f = explained / variance
+    return Anova(f, between, within, float(special.fdtrc(between, within, f)))

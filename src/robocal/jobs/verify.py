@@ -1,0 +1,221 @@
+"""What `verify` finds: poses of one or several sources against those of an external instrument, and groups by their means."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.apply.verification import Agreement, Anova, Errors, agreement, aligned, anova, errors, relative
+from robocal.errors import FormatError, ModelError
+from robocal.files.csvtable import read_csv
+from robocal.files.dataset import read_datasets
+from robocal.files.parts import made_by
+from robocal.files.plain import plain
+from robocal.files.text import InputFile
+from robocal.geometry import se3
+from robocal.measure.machine import Rig
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark, told
+
+__all__ = ["VIEWS", "Source", "Summary", "Verified", "summarised", "verified"]
+
+Array = NDArray[np.float64]
+VIEWS = ("as measured", "relative to the first", "aligned", "aligned, another point")
+FEWEST = 2  # poses that several files have in common
+
+
+@dataclass(frozen=True)
+class Source:
+    """Poses (k, 4, 4) by id."""
+
+    name: str
+    ids: tuple[str, ...]
+    poses: Array
+
+    def take(self, ids: Sequence[str]) -> Source:
+        """Those of some ids, in their order."""
+        at = [self.ids.index(i) for i in ids]
+        return replace(self, ids=tuple(ids), poses=self.poses[at])
+
+
+@dataclass(frozen=True)
+class Verified:
+    """Sources against a reference, all at the same poses: what each errs in every view, groups compared, and where there are two
+    sources, who agrees with whom once both are aligned."""
+
+    reference: Source
+    sources: tuple[Source, ...]
+    errors: tuple[dict[str, Errors], ...]
+    left_out: int
+    remarks: tuple[Remark, ...]
+    inputs: tuple[InputFile, ...]
+    command: str
+
+    @cached_property
+    def anova(self) -> dict[str, tuple[Anova, Anova]]:
+        """Of every view that all sources have, by position and orientation."""
+        views = [v for v in VIEWS if all(v in e for e in self.errors)]
+        if len(self.sources) < 2:
+            return {}
+        return {v: (_of([e[v].position for e in self.errors]), _of([e[v].orientation for e in self.errors])) for v in views
+                if all(len(e[v].position) > 1 for e in self.errors)}  # fmt: skip
+
+    @cached_property
+    def agreement(self) -> tuple[Agreement, Agreement] | None:
+        """Of two sources and the reference: position (m) and orientation (rad)."""
+        if len(self.sources) != 2 or any("aligned" not in e for e in self.errors):
+            return None
+        one, two = (aligned(s.poses, self.reference.poses) for s in self.sources)
+        between = errors(one[1] @ self.sources[0].poses, two[1] @ self.sources[1].poses)
+        pairs = list(zip(between.rms, one[0].rms, two[0].rms, strict=True))
+        return agreement(pairs[0]), agreement(pairs[1])
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What --json says: mm and deg."""
+        out = {
+            s.name: {v: _both(e) for v, e in each.items()} for s, each in zip(self.sources, self.errors, strict=True)
+        }
+        both = self.agreement
+        names = [*(s.name for s in self.sources), self.reference.name]
+        return {
+            "robocal": 1,
+            "reference": self.reference.name,
+            "poses": list(self.reference.ids),
+            "sources": out,
+            "anova": {v: {"position": plain(p), "orientation": plain(o)} for v, (p, o) in self.anova.items()},
+            "agreement": None if both is None else {
+                "position_mm": _agreed(both[0], names, 1e3), "orientation_deg": _agreed(both[1], names, 180 / np.pi),
+            },
+            **told(self.remarks),
+            "provenance": plain(made_by(self.command, self.inputs)),
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Groups by their means and standard deviations, and the analysis of variance of every quantity."""
+
+    groups: tuple[str, ...]
+    found: dict[str, Anova]
+    inputs: tuple[InputFile, ...]
+    command: str
+    remarks: tuple[Remark, ...] = ()
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What --json says."""
+        return {
+            "robocal": 1, "groups": list(self.groups), "anova": {k: plain(v) for k, v in self.found.items()},
+            "provenance": plain(made_by(self.command, self.inputs)),
+        }  # fmt: skip
+
+
+def _both(e: Errors) -> dict[str, Any]:
+    return {"position_mm": _told(1e3 * e.position), "orientation_deg": _told(np.degrees(e.orientation))}
+
+
+def _told(values: Array) -> dict[str, Any]:
+    return {
+        "n": len(values),
+        "mean": values.mean(),
+        "sd": values.std(ddof=1) if len(values) > 1 else None,
+        "max": values.max(),
+    }
+
+
+def _agreed(found: Agreement, names: Sequence[str], factor: float) -> dict[str, Any]:
+    pairs = [f"{a} - {b}" for a, b in combinations(names, 2)]
+    own = {n: factor * v if np.isfinite(v) else None for n, v in zip(names, found.own, strict=True)}
+    shared = None if found.shared is None else [names[i] for i in found.shared]
+    return {"apart": {p: factor * v for p, v in zip(pairs, found.apart, strict=True)}, "own": own, "shared": shared}
+
+
+def _of(groups: Sequence[Array]) -> Anova:
+    return anova([float(g.mean()) for g in groups], [float(g.std(ddof=1)) for g in groups], [len(g) for g in groups])
+
+
+def _read(place: str) -> tuple[Source, tuple[InputFile, ...], tuple[Remark, ...]]:
+    reading = read_datasets([place], Rig())
+    seen = reading.dataset.observations
+    if len(seen) != 1 or seen[0].kind != "pose":
+        kinds = ", ".join(dict.fromkeys(o.kind for o in seen))
+        raise FormatError(
+            "poses are compared, and these are others", file=place, key="kind", found=kinds, expected="pose"
+        )
+    obs = seen[0]
+    ids = tuple(reading.dataset.configurations.ids[c] for c in obs.configuration)
+    if len(set(ids)) < len(ids):
+        again = next(i for i in ids if ids.count(i) > 1)
+        raise FormatError(
+            "an id stands for two poses",
+            file=place,
+            key="configuration.id",
+            found=again,
+            expected="one row for each id",
+        )
+    return Source(Path(place).stem, ids, se3.from_vector(obs.value)), reading.files, reading.warnings
+
+
+def verified(reference: str, places: Sequence[str], command: str = "") -> Verified:
+    """Poses of sources against those of a reference, row by row of the same id. Raises InputError."""
+    if not places:
+        raise ModelError("a reference has nothing to be compared with", key="SOURCES", expected="files with poses")
+    read = [_read(p) for p in (reference, *places)]
+    every = [r[0] for r in read]
+    names = [s.name for s in every]
+    if len(set(names)) < len(names):
+        every = [replace(s, name=str(p)) for s, p in zip(every, (reference, *places), strict=True)]
+    both = [i for i in every[0].ids if all(i in s.ids for s in every[1:])]
+    if len(both) < FEWEST:
+        raise FormatError(
+            "the files have no poses in common", file=places[0], key="configuration.id", found=f"{len(both)} ids of {reference}",
+            expected=f"{FEWEST} or more",
+        )  # fmt: skip
+    first, *sources = (s.take(both) for s in every)
+    left = max(len(s.ids) for s in every) - len(both)
+    said = [r for _, _, warnings in read for r in warnings]
+    if left:
+        said.append(Remark.of(Code.POSES_NOT_IN_ALL, count=left, both=len(both)))
+    found = tuple(_views(s.poses, first.poses) for s in sources)
+    inputs = tuple(i for _, files, _ in read for i in files)
+    return Verified(first, tuple(sources), found, left, tuple(said), inputs, command)
+
+
+def _views(found: Array, reference: Array) -> dict[str, Errors]:
+    out = {VIEWS[0]: errors(found, reference), VIEWS[1]: relative(found, reference)}
+    for view, point, least in ((VIEWS[2], False, 3), (VIEWS[3], True, 5)):
+        if len(found) >= least:
+            out[view] = aligned(found, reference, point=point)[0]
+    return out
+
+
+def summarised(place: str, command: str = "") -> Summary:
+    """An analysis of variance from a CSV of groups: `group`, `n`, and for every quantity `NAME_mean` and `NAME_sd`. Raises
+    InputError."""
+    table = read_csv(place)
+    names = [str(n) for n in table.names]
+    quantities = [n[: -len("_mean")] for n in names if n.endswith("_mean")]
+    for need in ("group", "n", *(f"{q}_sd" for q in quantities)):
+        if need not in names:
+            raise table.fail("a column is missing", None, need, expected="group, n, NAME_mean, NAME_sd")
+    if not quantities:
+        raise table.fail("a column is missing", None, "NAME_mean", expected="group, n, NAME_mean, NAME_sd")
+    counts = table.numbers(["n"])[:, 0]
+    table.insist(
+        (counts >= 2) & (counts == np.round(counts)), ["n"], "not a count", counts, expected="a whole number, 2 or more"
+    )
+    found = {}
+    for q in quantities:
+        mean, spread = table.numbers([f"{q}_mean", f"{q}_sd"]).T
+        table.insist(spread >= 0, [f"{q}_sd"], "a standard deviation is not negative", spread, expected="0 or above")
+        found[q] = anova(mean.tolist(), spread.tolist(), counts.astype(int).tolist())
+    groups = tuple(str(g) for g in table.texts("group"))
+    return Summary(groups, found, (InputFile(Path(place), table.sha256),), command)
