@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from cables.cable_robots import PUBLISHED, directions, poses, published
@@ -9,6 +11,8 @@ from cables.cable_robots import PUBLISHED, directions, poses, published
 from robocal.cables.calibration.exact import exact, flat
 from robocal.cables.calibration.per_cable import per_cable
 from robocal.cables.geometry import CableRobot, cable_robot
+from robocal.cables.inverse import inverse
+from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
 
@@ -165,6 +169,29 @@ def test_stretch_is_taken_off():
     assert np.abs(found.anchors[0] - robot.a).max() < EXACT and np.abs(found.zeros[0] - robot.zeros).max() < EXACT
     without = per_cable(nobody, t, y)
     assert np.abs(without.anchors[0] - robot.a).max() > 1e-4
+
+
+@pytest.mark.parametrize("poses_of", [5, 40])
+@pytest.mark.parametrize("cables", [6, 8, 12])
+def test_over_pulleys_the_same_without_a_guess(cables, poses_of):
+    """And under tensions, by which these cables stretch too."""
+    robot = made(4, cables)
+    rng = np.random.default_rng(cables)
+    axis = rng.normal(size=(cables, 3)) * 0.2 + [0, 0, 1]
+    robot = replace(
+        robot, pulleys=Pulleys(rng.uniform(0.02, 0.08, cables), axis / np.linalg.norm(axis, axis=1, keepdims=True)),
+        elasticity=np.full(cables, 2.5e-5),
+    )  # fmt: skip
+    t, tension = poses(robot, rng, poses_of), rng.uniform(20, 125, (poses_of, cables))
+    y, _ = inverse(robot, t, tension=tension)
+    nobody = replace(blank(robot), pulleys=robot.pulleys, elasticity=robot.elasticity)
+    found = per_cable(nobody, t, y, tensions=tension)
+    assert found.converged.all()
+    assert np.abs(found.anchors[0] - robot.a).max() < EXACT and np.abs(found.zeros[0] - robot.zeros).max() < EXACT
+    straight = per_cable(blank(robot), t, y)
+    assert np.abs(straight.anchors[0] - robot.a).max() > 1e-3
+    with pytest.raises(ModelError, match="straight"):
+        per_cable(nobody, t, y, residual="squared")
 
 
 def test_lists_at_once_are_lists_one_by_one():

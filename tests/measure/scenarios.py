@@ -203,6 +203,17 @@ def stretched(rng):
     return made(replace(platform(), elasticity=np.linspace(1e-4, 4e-4, 4)), [obs], rng, m)
 
 
+def set_anew(rng):
+    """Two power-ups: the second counts from zeros of its own."""
+    m, machine = 6, platform()
+    extra = {"cable": np.tile(np.arange(4), m)}
+    obs = observations("lengths", m, 1e-3, each=4, extra=extra, group="morning")
+    other = observations(
+        "lengths", m, 1e-3, each=4, extra=extra, group="evening", options={"zeros": "evening", "cables": machine.cables}
+    )
+    return made(machine, [obs, other], rng, m)
+
+
 def swivelling(rng):
     """Pulleys that swivel about axes that lean, one of them along the base's x."""
     m, machine = 5, platform()
@@ -245,6 +256,7 @@ SCENARIOS = {
     **differences(),
     "distance/two frames": distance,
     "swivel/free poses": swivelling,
+    "lengths/free poses, zeros of their own": set_anew,
     "lengths/free poses": lengths,
     "lengths/free poses, stretched": stretched,
     "pixels/arm, camera on the base": lambda rng: made(arm(), [pixels(3, EYE, (BALL,))], rng, 3),

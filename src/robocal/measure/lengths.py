@@ -2,7 +2,8 @@
 
 value (k, 1) in m; extra["cable"] (k,) is the cable's number from 0; the cable's anchors and sensor zero are the
 machine's parameters; its pulley, if any, is taken as stated. With extra["tension"] (k,) in N and the machine's elasticity e the
-sensor shows what stretch leaves, l_i / (1 + e t).
+sensor shows what stretch leaves, l_i / (1 + e t). options["zeros"] names whoever's zeros these are, where they are not the
+robot's: those of one power-up; they are the parameters `owner.cable`, and options["cables"] names the cables.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal._jit import as_kernel_array
-from robocal.cables.geometry import SYMBOLS, CableRobot
+from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
@@ -23,13 +24,16 @@ from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.machine import Machine
 from robocal.measure.rows import Kind, Rows, register
+from robocal.parameters import Parameter
 
-__all__ = ["LENGTHS", "located"]
+__all__ = ["LENGTHS", "located", "owner", "zeros_at"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 CHUNK = 1 << 17  # numbers of poses and their Jacobians at once
 UNSTATED = (1e-3,)
+ZERO = "l0"
+ANYWHERE = 10.0  # m, of a zero that nobody has said
 
 
 class LengthRows(Rows):
@@ -37,7 +41,8 @@ class LengthRows(Rows):
 
     def __init__(self, builder: Builder, obs: Observations, cables: Sequence[str], index: Ints) -> None:
         configurations, sight = np.unique(obs.configuration[index], return_inverse=True)
-        numbers = builder.rows(f"{name}.{s}" for name in cables for s in SYMBOLS)
+        own = owner(obs)
+        numbers = builder.rows(f"{own}.{c}" if own and s == ZERO else f"{c}.{s}" for c in cables for s in SYMBOLS)
         super().__init__(
             builder.tool(configurations), obs, index, UNSTATED, numbers, np.ascontiguousarray(sight.ravel())
         )
@@ -111,6 +116,34 @@ class LengthRows(Rows):
         return True
 
 
+def owner(obs: Observations) -> str:
+    """Whose zeros these lengths count from, where they have some of their own."""
+    return str(obs.options.get("zeros") or "")
+
+
+def parameters(obs: Observations) -> list[Parameter]:
+    """The zeros of lengths that have some of their own: free, from what was stated of the robot's."""
+    own, names = owner(obs), obs.options.get("cables")
+    if not own:
+        return []
+    if not isinstance(names, tuple):
+        raise ModelError("zeros of their own need the names of the cables", key=obs.label, expected="options['cables']")
+    return [Parameter(f"{own}.{c}", 0.0, "m", True, expected=ANYWHERE) for c in names]
+
+
+def zeros_at(machine: Machine, obs: Observations, index: Ints, pose: Array) -> dict[str, float]:
+    """The zeros of such lengths by name, where the platform stood at poses (k, 4, 4) when rows `index` (k,) were read: the median of
+    what the robot's lengths are beyond them."""
+    robot, cable = cast(CableRobot, machine), obs.extra["cable"][index].astype(np.int64)
+    out = {}
+    for i, name in enumerate(robot.cables):
+        mine = np.flatnonzero(cable == i)
+        if len(mine):
+            full = lengths(pose[mine][None], np.append(robot.numbers[i, :6], 0.0)[None], robot.pulley(i))[0][0]
+            out[f"{owner(obs)}.{name}"] = float(np.median(full - obs.value[index[mine], 0]))
+    return out
+
+
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term for all cables, their rows one cable after the other."""
     machine = builder.machine
@@ -134,6 +167,8 @@ def located(machine: Machine, obs: Observations, wanted: NDArray[np.bool_]) -> A
     from robocal.cables.forward import forward
 
     out = np.full((len(wanted), 4, 4), np.nan)
+    if owner(obs):
+        return out  # nobody knows what they count from
     robot = cast(CableRobot, machine)
     table = np.full((len(wanted), len(robot.cables)), np.nan)
     table[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.value[:, 0]
@@ -151,4 +186,4 @@ def located(machine: Machine, obs: Observations, wanted: NDArray[np.bool_]) -> A
     return out
 
 
-LENGTHS = register(Kind("lengths", 1, terms, parts=((0, 1, "m"),), metric=True))
+LENGTHS = register(Kind("lengths", 1, terms, parameters, parts=((0, 1, "m"),), metric=True))

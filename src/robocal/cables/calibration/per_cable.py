@@ -5,7 +5,8 @@
 
 With poses as measured nothing joins the cables, and the problem of m cables is m problems of four numbers. The start solves the
 squared equations (`exact`), so that nobody must guess. The squared residual is here to be compared with: noise enters its slopes,
-and it errs by what does not fade with the number of poses (`propagation.bias_of_squares`).
+and it errs by what does not fade with the number of poses (`propagation.bias_of_squares`). Where cables run over pulleys, the straight
+ones are refined (`wrapped`).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal._jit import as_kernel_array, as_kernel_indices
 from robocal.cables.calibration.exact import flat
+from robocal.cables.calibration.wrapped import refined
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError, nearest
 
@@ -79,6 +81,8 @@ def per_cable(
         raise ModelError(
             "unknown residual", found=residual, expected=" or ".join(RESIDUALS), suggestion=nearest(residual, RESIDUALS)
         )
+    if residual == "squared" and robot.pulleys is not None:
+        raise ModelError("the squared residual is of straight cables", found="pulleys", expected="residual='length'")
     t, y = _lists(poses, 4, "poses"), _lists(readings, 3, "readings")
     m = len(robot.cables)
     if y.shape[1:] != (t.shape[1], m) or len({len(t), len(y), 1}) > 2:
@@ -105,6 +109,9 @@ def per_cable(
     if start is None and len(lost):
         _refuse(robot, t, read, axes, *lost[0])
     numbers = np.broadcast_to(read.sum(axis=1), (batch, m))
+    if robot.pulleys is not None:
+        x, cost, info, arrived = refined(robot, t, np.where(read, y, 0.0), 1 / (1 + strain), weight, x, axes)
+        return Fit(x[..., :3], x[..., 3], cost, count, arrived, info, axes, numbers)
     return Fit(x[..., :3], x[..., 3], cost, count, reason == kernels.SETTLED, info, axes, numbers)
 
 

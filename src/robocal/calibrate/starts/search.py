@@ -26,7 +26,7 @@ MODULES = (
     "frames",
     "cameras",
     "places",
-    "swivels",
+    "encoders",
 )  # of this package, in which starts are; no more of them are loaded than it takes
 
 

@@ -13,6 +13,7 @@ from robocal.errors import ModelError
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, ScalarModel, ValueModel
 from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, quantity, scalar
+from robocal.files.schema import Name
 from robocal.files.units import Units
 from robocal.files.yamlio import Document
 from robocal.measure.data import Observations
@@ -24,10 +25,11 @@ COMPUTED = "computed"
 
 class LengthsModel(DataModel):
     """Lengths of all cables, in the robot's order or in columns that are called as its cables are, and the tensions under which they
-    stretched: read, or computed for the platform's weight."""
+    stretched: read, or computed for the platform's weight. `zeros` names the power-up whose zeros these are, not the robot's."""
 
     lengths: ValueModel = ValueModel()
     tension: ValueModel | Literal["computed"] | None = None
+    zeros: Name | None = None
 
 
 class SwivelModel(DataModel):
@@ -55,6 +57,8 @@ def _each(given: ValueModel, table: CsvTable, document: Document, key: str, si: 
 def read_lengths(model: LengthsModel, table: CsvTable, document: Document) -> Values:
     """Lengths (k, cables) in m."""
     values, names = _each(model.lengths, table, document, "lengths", "m")
+    if model.zeros is not None:
+        values = replace(values, options={**values.options, "zeros": model.zeros})
     if isinstance(model.tension, str):
         return replace(values, options={**values.options, "tension": COMPUTED})
     if model.tension is None:
@@ -101,6 +105,7 @@ LENGTHS = KindFile(
     write_each,
     """lengths: {{columns: [c1, c2, c3, c4], unit: {length}, sigma: 1}}    # a column for each cable of the robot
 # tension: {{columns: [t1, t2, t3, t4], unit: N}}    # or tension: computed
+# zeros: evening    # the sensors were set anew: zeros of their own, free, shared by all files that say so
 """,
     parts=parts,
     lengths="lengths",

@@ -16,6 +16,7 @@ from robocal.files.cable.cablefile import CableFile
 from robocal.files.kinds.lengths import COMPUTED
 from robocal.geometry import se3
 from robocal.measure.data import DataSet, Observations
+from robocal.measure.lengths import owner
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -68,6 +69,8 @@ def _said(file: CableFile, obs: Observations) -> list[Remark]:
         return [Remark.of(Code.TENSIONS_ASIDE, robot=robot.name)] if "tension" in obs.extra else []
     cable = obs.extra["cable"].astype(np.int64)
     full = obs.value[:, 0] + robot.zeros[cable]
+    if owner(obs):  # what they count from is not known yet
+        full = np.linalg.norm(robot.home[:3, 3] - robot.a, axis=1)[cable]
     if "tension" in obs.extra:
         most = float(np.max(robot.elasticity[cable] * obs.extra["tension"] * full, initial=0.0))
         how = "computed" if obs.options.get("tension") == COMPUTED else "measured"

@@ -145,7 +145,8 @@ TABLE: dict[Code, Words] = {
     Code.SEGMENT_OF_ZERO: Words(
         "{file}: from row {first} to row {last} {zero} is off[ by {shift:.3g}], as if what it belongs to had slipped or its sensor "
         "been set anew ({count} rows, {strength:.1f} times what is left elsewhere)",
-        "Look at the drum and at the sensor; do without these rows (--exclude {first}-{last}), or calibrate them by themselves.",
+        "Look at the drum and at the sensor; do without these rows (--exclude {first}-{last}), or, where it was set anew, put them into a "
+        "file of their own with `zeros: NAME`.",
     ),
     # --- what a careful colleague would say about data and fit ---
     Code.PARALLEL_AXES: Words(
