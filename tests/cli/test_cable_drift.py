@@ -97,6 +97,20 @@ def test_a_sensor_set_anew_is_anchor_or_zero(cell, tmp_path):
     assert ran.status == 0 and "anchor or zero of c4 changed along its line of sight" in " ".join(ran.out.split())
 
 
+def test_poses_of_a_run_hold_what_its_calibration_leaves(cell):
+    """Of a calibrated robot's own file they hold the noise of the lengths alone."""
+    alone = cell / "copy.yaml"
+    shutil.copy(cell / "first" / "run" / "calibrated.yaml", alone)
+    said = []
+    for robot in (alone, cell / "first" / "run"):
+        ran = robocal("cable", "forward", robot, cell / "first" / "lengths.csv", "--sigma", "0.0005", "--json")
+        assert ran.status == 0, ran.remarks
+        found = json.loads(ran.out)
+        said.append(np.array([p["sigma_position_m"] for p in found["poses"]]))
+        assert ("calibration" in ran.remarks) == (robot != alone)
+    assert (said[1] > said[0]).all() and (said[1] < 5 * said[0]).all()
+
+
 def test_history_grows_and_holds_a_run_once(cell, tmp_path):
     place = tmp_path / "laval.csv"
     for names in (("first", "same"), ("first", "moved"), ("first", "moved")):

@@ -37,7 +37,7 @@ def lists(robot, rng, n, noise, count):
         t = listed(robot, rng, n)
         y = np.stack([read(robot, one) for one in t]) + noise.length * rng.normal(size=(AT_ONCE, n, 8))
         seen = t.copy()
-        if noise.position:
+        if noise.position or noise.orientation:
             seen[..., :3, 3] += noise.position * rng.normal(size=(AT_ONCE, n, 3))
             seen[..., :3, :3] = so3.exp(noise.orientation * rng.normal(size=(AT_ONCE, n, 3))) @ t[..., :3, :3]
         yield seen, y, t
@@ -98,6 +98,34 @@ def test_the_first_row_of_table_3_1():
         f"anchors {mean[0]:.1f} mm (seed 13.0, one run scatters by {scatter[0]:.1f}), zeros {mean[1]:.1f} mm (20.0, {scatter[1]:.1f})"
     )
     assert mean == pytest.approx([13.0, 20.0], rel=0.25)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("noise", "printed"),
+    [(Noise(position=2e-3), (5.3, 9.2)), (Noise(orientation=np.radians(0.4)), (2.5, 4.2))],
+    ids=["p", "Q"],
+)
+def test_the_other_rows_of_table_3_1(noise, printed):
+    """2.0 mm on the position, 0.4 degrees on the orientation, of every component. The first is met within the scatter of a run. The second
+    is a third of ours: it is proportional to the levers b, which are not printed, and how its noise is meant is not either."""
+    robot, rng = published("laval"), np.random.default_rng(2)
+    runs = {"length": [], "squared": []}
+    model = []
+    for seen, y, t in lists(robot, rng, 100, noise, size(3000, 300)):
+        for residual, out in runs.items():
+            found = per_cable(blank(robot), seen, y, residual=residual)
+            a, z = ((found.anchors - robot.a) ** 2).mean(axis=(1, 2)), ((found.zeros - robot.zeros) ** 2).mean(axis=1)
+            out.append(1e3 * np.sqrt(np.column_stack([a, z])))
+        model += [1e3 * np.array(Design(robot, one).expected(Design(robot, one).covariance(noise))) for one in t[::10]]
+    told = {k: (np.concatenate(v).mean(axis=0), np.concatenate(v).std(axis=0)) for k, v in runs.items()}
+    foretold = np.sqrt(np.mean(np.square(model), axis=0))
+    for k, (mean, scatter) in told.items():
+        print(
+            f"{k}: anchors {mean[0]:.1f} ({scatter[0]:.1f}), zeros {mean[1]:.1f} mm ({scatter[1]:.1f}); foretold {foretold.round(1)}, seed {printed}"
+        )
+    rms_of = np.sqrt((np.concatenate(runs["length"]) ** 2).mean(axis=0))
+    assert rms_of == pytest.approx(foretold, rel=0.05)
 
 
 @pytest.mark.slow

@@ -49,6 +49,8 @@ def forward(
 ) -> Found:
     """Poses of the platform from lengths of its cables, with how sure they are and whether they are the only ones.
 
+    Of a run folder (ROBOT) the standard deviations hold what its calibration leaves as well.
+
     Exit status 3 when a pose was not found, is not the only one, or does not fit its lengths.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.

@@ -211,6 +211,7 @@ class Code(StrEnum):
     SMALLEST_DRIFT = "smallest-drift"
     SMALLEST_DRIFT_FREE = "smallest-drift-free"
     NOTHING_KNOWN_OF_ERRORS = "nothing-known-of-errors"
+    CALIBRATION_CARRIED = "calibration-carried"
     POSES_NOT_IN_ALL = "poses-not-in-all"
     STRETCH_TAKEN = "stretch-taken"
     STRETCH_LEFT = "stretch-left"

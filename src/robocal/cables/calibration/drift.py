@@ -41,6 +41,11 @@ class Known:
     covariance: Array
     hidden: Array | None = None
 
+    @property
+    def whole(self) -> Array:
+        """The covariance of estimate minus truth (n, n), what was held included."""
+        return self.covariance if self.hidden is None else self.covariance + self.hidden @ self.hidden.T
+
     def taken(self, names: Sequence[str]) -> tuple[Array, Array, Array]:
         """Values, covariance and hidden root of some names."""
         at = [self.names.index(n) for n in names]

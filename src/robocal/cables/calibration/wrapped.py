@@ -21,7 +21,7 @@ AX, L0 = 0, 6
 
 def refined(
     robot: CableRobot, t: Array, y: Array, share: Array, weight: Array, x: Array, axes: tuple[int, ...]
-) -> tuple[Array, Array, Array, Array]:
+) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
     """x (B, m, 4), cost (B, m), normal matrices (B, m, k, k) and whether each fit arrived (B, m).
 
     t (1 or B, n, 4, 4), y, share and weight (1 or B, n, m) as in `per_cable`; x (B, m, 4) is where the fit starts.
@@ -49,4 +49,4 @@ def refined(
                 break
         done[:, c] |= np.abs(step).max(axis=1) < 1e-9
         out[:, c] = numbers[:, [0, 1, 2, L0]]
-    return out, cost, info, done
+    return out, np.asarray(cost), np.asarray(info), done

@@ -11,37 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.calibration.drift import CableChange, Compared, Known, Scattered, compared, scattered
+from robocal.cables.calibration.drift import CableChange, Compared, Scattered, compared, scattered
 from robocal.cables.geometry import CableRobot
-from robocal.errors import FileError, ModelError
-from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.robot import read_cable
-from robocal.files.covariance import COVARIANCE, read_covariance
-from robocal.files.runfolder import Run, find_run
+from robocal.errors import ModelError
 from robocal.files.text import InputFile
+from robocal.jobs.cable.calibrated import Calibrated, calibrated
 from robocal.jobs.cable.load import framed, robot_input
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["Calibrated", "Drifts", "calibrated", "drifts"]
+__all__ = ["Drifts", "drifts"]
 
 Array = NDArray[np.float64]
 FEWEST = 2
-
-
-@dataclass(frozen=True)
-class Calibrated:
-    """One calibration: its robot, and where it is a run folder, the run and what is known of its numbers."""
-
-    place: str
-    file: CableFile
-    run: Run | None
-    known: Known | None
-
-    @property
-    def robot(self) -> CableRobot:
-        """The robot as it was found."""
-        return self.file.robot
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,28 +120,6 @@ def _reasons(place: str, found: Compared, zeros_unchanged: bool) -> list[Remark]
         code = Code.SMALLEST_DRIFT if zeros_unchanged else Code.SMALLEST_DRIFT_FREE
         out.append(Remark.of(code, along=Quantity(along), across=Quantity(across)))
     return out
-
-
-def calibrated(place: str) -> Calibrated:
-    """A run folder, or a robot file by itself, of which nothing is known but its numbers. Raises InputError."""
-    run = find_run(place)
-    if run is None:
-        return Calibrated(place, read_cable(place), None, None)
-    own = run.robot
-    if own is None:
-        raise FileError("this run has no calibrated robot", file=run.folder, expected="a run of `identify`")
-    told = run.part(COVARIANCE)
-    if told is None:
-        return Calibrated(place, read_cable(own), run, None)
-    read = read_covariance(told)
-    total = read.total
-    fitted = [i for i, n in enumerate(total.names) if total.noise[i, i] > 0 and n in read.values]
-    hidden = np.asarray(total.hidden)[fitted]
-    known = Known(
-        tuple(total.names[i] for i in fitted), np.array([read.values[total.names[i]] for i in fitted]), total.noise[np.ix_(fitted, fitted)],
-        hidden if hidden.any() else None,
-    )  # fmt: skip
-    return Calibrated(place, read_cable(own), run, known)
 
 
 def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, command: str = "") -> Drifts:

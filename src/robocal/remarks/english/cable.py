@@ -60,6 +60,9 @@ TABLE: dict[Code, Words] = {
         "{run}: how far its numbers may be off is not known: nothing is said of what moved, only how the calibrations scatter",
         "Compare run folders of `identify` (-o).",
     ),
+    Code.CALIBRATION_CARRIED: Words(
+        "standard deviations hold what the calibration of {run} leaves, beside the noise of these lengths"
+    ),
     Code.STRETCH_TAKEN: Words("stretch is taken off the lengths, up to {most}, by {how} tensions"),
     Code.STRETCH_LEFT: Words(
         "stretch is left in the lengths: no tensions are stated, and within its limits a cable's length changes by up to {most}",

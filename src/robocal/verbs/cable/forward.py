@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robocal.report.sections import Section, Text
@@ -17,6 +17,8 @@ __all__ = ["Options", "run", "sections"]
 @dataclass(frozen=True)
 class Options(Told):
     """Poses of the platform from lengths of its cables, with how sure they are and whether they are the only ones.
+
+    Of a run folder (ROBOT) the standard deviations hold what its calibration leaves as well.
 
     Exit status 3 when a pose was not found, is not the only one, or does not fit its lengths.
 
@@ -41,17 +43,21 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Poses with their residuals, covariance and number of solutions. Raises InputError."""
     import numpy as np
 
+    from robocal.cables.calibration.carried import carried
     from robocal.cables.forward import forward
     from robocal.errors import ModelError
     from robocal.files.cable.lists import read_cable_lengths
-    from robocal.files.cable.robot import read_cable
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing
+    from robocal.jobs.cable.calibrated import calibrated
     from robocal.jobs.cable.forward import Poses
     from robocal.jobs.cable.load import fitting, framed, located, robot_input, tensions_of
+    from robocal.remarks.code import Code
+    from robocal.remarks.remark import Remark
 
     refuse_existing(o.output, (), o.force)
-    file = read_cable(o.robot)
+    made_of = calibrated(o.robot)
+    file = made_of.file
     rows = read_cable_lengths(o.lengths, file.robot)
     si, rng = o.si(file.units), np.random.default_rng(o.seed)
     pull, said = tensions_of(rows, si.tension, file, o.sag)
@@ -60,6 +66,10 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         found = forward(file.robot, rows.values, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
     except ModelError as error:
         raise located(error, o.lengths, rows) from None
+    if made_of.known is not None:
+        names, spread = made_of.known.names, made_of.known.whole
+        found = replace(found, covariance=found.covariance + carried(file.robot, found.pose, names, spread))
+        said = (*said, Remark.of(Code.CALIBRATION_CARRIED, run=o.robot))
     made = Poses(file, rows.names, found, si.sigma)
     remarks = (*file.warnings, *rows.warnings, *said, *made.doubts)
     inputs = (robot_input(file, o.robot), InputFile(Path(o.lengths), rows.sha256))

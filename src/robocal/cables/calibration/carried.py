@@ -1,0 +1,33 @@
+"""What a calibration leaves of poses that follow from lengths: dT = -L^+ (dl / dx) dx, to first order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
+
+__all__ = ["carried"]
+
+Array = NDArray[np.float64]
+
+
+def carried(robot: CableRobot, pose: ArrayLike, names: Sequence[str], covariance: ArrayLike) -> Array:
+    """Covariance (k, d, d) of the twist (v, w) of poses (k, 4, 4), in the components that the robot has, that a covariance (n, n) of
+    its anchors and zeros `names` leaves where lengths are exact. Not a number where a pose is none."""
+    t = np.asarray(pose, float)
+    by_pose, by_number = np.empty((len(t), len(robot.cables), 6)), np.zeros((len(t), len(robot.cables), len(names)))
+    at = {n: i for i, n in enumerate(names)}
+    for i, cable in enumerate(robot.cables):
+        _, one, seven = lengths(t[None], robot.numbers[i][None], robot.pulley(i))
+        by_pose[:, i] = one[0]
+        for s, symbol in enumerate(SYMBOLS):
+            if (where := at.get(f"{cable}.{symbol}")) is not None:
+                by_number[:, i, where] = seven[0, :, s]
+    good = np.isfinite(by_pose).all(axis=(1, 2))
+    out = np.full((len(t), len(robot.axes), len(robot.axes)), np.nan)
+    through = np.linalg.pinv(by_pose[good][..., list(robot.axes)]) @ by_number[good]
+    out[good] = through @ np.asarray(covariance, float) @ through.swapaxes(1, 2)
+    return out
