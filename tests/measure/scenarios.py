@@ -214,6 +214,23 @@ def set_anew(rng):
     return made(machine, [obs, other], rng, m)
 
 
+def drums(each):
+    def made_of(rng):
+        """Drums that wind up more or less than they show."""
+        m, machine = 5, platform()
+        options = {"gain": "drums", "each": each, "values": {"gain": 1.02}, "free": ("gain",), "cables": machine.cables}
+        obs = observations("lengths", m, 1e-3, each=4, extra={"cable": np.tile(np.arange(4), m)}, options=options)
+        return made(
+            machine,
+            [obs],
+            rng,
+            m,
+            free=list(machine.table.names) + ([f"drums.c{i}.gain" for i in range(1, 5)] if each else ["drums.gain"]),
+        )
+
+    return made_of
+
+
 def swivelling(rng):
     """Pulleys that swivel about axes that lean, one of them along the base's x."""
     m, machine = 5, platform()
@@ -257,6 +274,8 @@ SCENARIOS = {
     "distance/two frames": distance,
     "swivel/free poses": swivelling,
     "lengths/free poses, zeros of their own": set_anew,
+    "lengths/free poses, a gain of all drums": drums(False),
+    "lengths/free poses, a gain of each drum": drums(True),
     "lengths/free poses": lengths,
     "lengths/free poses, stretched": stretched,
     "pixels/arm, camera on the base": lambda rng: made(arm(), [pixels(3, EYE, (BALL,))], rng, 3),

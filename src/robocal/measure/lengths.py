@@ -3,12 +3,14 @@
 value (k, 1) in m; extra["cable"] (k,) is the cable's number from 0; the cable's anchors and sensor zero are the
 machine's parameters; its pulley, if any, is taken as stated. With extra["tension"] (k,) in N and the machine's elasticity e the
 sensor shows what stretch leaves, l_i / (1 + e t). options["zeros"] names whoever's zeros these are, where they are not the
-robot's: those of one power-up; they are the parameters `owner.cable`, and options["cables"] names the cables.
+robot's: those of one power-up; they are the parameters `owner.cable`, and options["cables"] names the cables. options["gain"] names
+the drums, of which a length g times as long winds up what the sensor shows: y = l / g, with g the parameter `drums.gain`, or, with
+options["each"], `drums.cable.gain` of every cable.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import cast
 
 import numpy as np
@@ -33,6 +35,7 @@ Ints = NDArray[np.int64]
 CHUNK = 1 << 17  # numbers of poses and their Jacobians at once
 UNSTATED = (1e-3,)
 ZERO = "l0"
+DRUM = 0.02  # of its circumference, with the cable that lies on it
 ANYWHERE = 10.0  # m, of a zero that nobody has said
 
 
@@ -43,6 +46,10 @@ class LengthRows(Rows):
         configurations, sight = np.unique(obs.configuration[index], return_inverse=True)
         own = owner(obs)
         numbers = builder.rows(f"{own}.{c}" if own and s == ZERO else f"{c}.{s}" for c in cables for s in SYMBOLS)
+        gains = gain_names(obs)
+        # Of every cable, where its gain is behind the seven numbers of all; nowhere where lengths are as their sensors show.
+        self.gains = np.resize(np.arange(len(gains)) + len(numbers), len(cables)) if gains else None
+        numbers = np.concatenate([numbers, builder.rows(gains)])
         super().__init__(
             builder.tool(configurations), obs, index, UNSTATED, numbers, np.ascontiguousarray(sight.ravel())
         )
@@ -69,37 +76,34 @@ class LengthRows(Rows):
         r, jac = np.empty((len(x), rows, 1)), np.zeros((len(x), rows, 1, k + len(self.own)))
         jloc = np.empty((len(x), rows, 1, jl.shape[3]))
         evaluate_lengths(
-            t,
-            j,
-            jl,
-            self._numbers(x),
-            self.radius,
-            self.axis,
-            self.share[part],
-            own - lo,
-            self.cable[part],
-            *self._free,
-            value,
-            r,
-            jac,
-            jloc,
-        )
+            t, j, jl, self._numbers(x), self.radius, self.axis, self.share[part], own - lo, self.cable[part], *self._free, value,
+            r, jac, jloc,
+        )  # fmt: skip
+        if self.gains is not None:
+            where = self.gains[self.cable[part]]
+            g = x[:, self.numbers[where], None]
+            length = r + value
+            r = length / g - value
+            jac, jloc = jac / g[..., None], jloc / g[..., None]
+            for c in np.flatnonzero(self.own >= len(SYMBOLS) * len(self.radius)):
+                jac[..., 0, k + c] = np.where(where == self.own[c], -length[..., 0] / g[..., 0] ** 2, 0.0)
         return r, jac, jloc
 
     def _numbers(self, x: Array) -> Array:
         """The numbers of every cable, (B, C, 7)."""
-        return np.ascontiguousarray(x[:, self.numbers].reshape(len(x), -1, len(SYMBOLS)))
+        seven = self.numbers[: len(SYMBOLS) * len(self.radius)]
+        return np.ascontiguousarray(x[:, seven].reshape(len(x), -1, len(SYMBOLS)))
 
     @property
     def _free(self) -> tuple[Ints, Ints]:
         """Where the free numbers of each cable begin (C + 1,), and which of the seven each is (c,)."""
-        owner, symbol = np.divmod(self.own, len(SYMBOLS))
+        owner, symbol = np.divmod(self.own[self.own < len(SYMBOLS) * len(self.radius)], len(SYMBOLS))
         return np.searchsorted(owner, np.arange(len(self.radius) + 1)), symbol
 
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         from robocal.measure.cable._kernels import accumulate_lengths
 
-        if self.touches[1]:
+        if self.touches[1] or self.gains is not None:
             return False
         assert self.sight is not None
         poses = int(self.sight.max(initial=-1)) + 1
@@ -121,14 +125,35 @@ def owner(obs: Observations) -> str:
     return str(obs.options.get("zeros") or "")
 
 
-def parameters(obs: Observations) -> list[Parameter]:
-    """The zeros of lengths that have some of their own: free, from what was stated of the robot's."""
-    own, names = owner(obs), obs.options.get("cables")
-    if not own:
+def gain_names(obs: Observations) -> list[str]:
+    """The parameters of the gains of the drums: one of all, one of each, or none."""
+    drums = obs.options.get("gain")
+    if not drums:
         return []
+    return [f"{drums}.{c}.gain" for c in _names(obs)] if obs.options.get("each") else [f"{drums}.gain"]
+
+
+def _names(obs: Observations) -> tuple[str, ...]:
+    names = obs.options.get("cables")
     if not isinstance(names, tuple):
-        raise ModelError("zeros of their own need the names of the cables", key=obs.label, expected="options['cables']")
-    return [Parameter(f"{own}.{c}", 0.0, "m", True, expected=ANYWHERE) for c in names]
+        raise ModelError(
+            "numbers of every cable need the names of the cables", key=obs.label, expected="options['cables']"
+        )
+    return names
+
+
+def _gain(obs: Observations) -> float:
+    """The gain that is stated."""
+    values = obs.options.get("values")
+    return float(values["gain"]) if isinstance(values, Mapping) and "gain" in values else 1.0
+
+
+def parameters(obs: Observations) -> list[Parameter]:
+    """The zeros of lengths that have some of their own, free from anywhere, and the gains of the drums, free unless stated."""
+    own, free = owner(obs), obs.options.get("free")
+    zeros = [Parameter(f"{own}.{c}", 0.0, "m", True, expected=ANYWHERE) for c in _names(obs)] if own else []
+    loose = "gain" in free if isinstance(free, tuple) else "values" not in obs.options
+    return [*zeros, *(Parameter(n, _gain(obs), "1", loose, expected=DRUM) for n in gain_names(obs))]
 
 
 def zeros_at(machine: Machine, obs: Observations, index: Ints, pose: Array) -> dict[str, float]:
@@ -140,7 +165,7 @@ def zeros_at(machine: Machine, obs: Observations, index: Ints, pose: Array) -> d
         mine = np.flatnonzero(cable == i)
         if len(mine):
             full = lengths(pose[mine][None], np.append(robot.numbers[i, :6], 0.0)[None], robot.pulley(i))[0][0]
-            out[f"{owner(obs)}.{name}"] = float(np.median(full - obs.value[index[mine], 0]))
+            out[f"{owner(obs)}.{name}"] = float(np.median(full - _gain(obs) * obs.value[index[mine], 0]))
     return out
 
 
@@ -171,7 +196,7 @@ def located(machine: Machine, obs: Observations, wanted: NDArray[np.bool_]) -> A
         return out  # nobody knows what they count from
     robot = cast(CableRobot, machine)
     table = np.full((len(wanted), len(robot.cables)), np.nan)
-    table[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.value[:, 0]
+    table[obs.configuration, obs.extra["cable"].astype(np.int64)] = _gain(obs) * obs.value[:, 0]
     some = np.flatnonzero(wanted & np.isfinite(table).all(axis=1))
     turned = len(robot.cables) >= len(robot.axes)
     axes = tuple(i for i in robot.axes if turned or i < 3)

@@ -23,6 +23,12 @@ __all__ = ["COMPUTED", "LENGTHS", "SWIVEL"]
 COMPUTED = "computed"
 
 
+class GainModel(ScalarModel):
+    """How much longer a cable is than its sensor shows, of all drums or of each."""
+
+    each: bool = False
+
+
 class LengthsModel(DataModel):
     """Lengths of all cables, in the robot's order or in columns that are called as its cables are, and the tensions under which they
     stretched: read, or computed for the platform's weight. `zeros` names the power-up whose zeros these are, not the robot's."""
@@ -30,6 +36,7 @@ class LengthsModel(DataModel):
     lengths: ValueModel = ValueModel()
     tension: ValueModel | Literal["computed"] | None = None
     zeros: Name | None = None
+    gain: GainModel | None = None
 
 
 class SwivelModel(DataModel):
@@ -75,6 +82,16 @@ def read_swivel(model: SwivelModel, table: CsvTable, document: Document) -> Valu
     return _each(model.swivel, table, document, "swivel", "rad")[0]
 
 
+def length_parts(model: LengthsModel, values: Values, around: Around) -> Sequence[Part]:
+    """As of every cable, with the gain of the drums."""
+    if model.gain is None:
+        return parts(model, values, around)
+    if model.gain.value is not None and not model.gain.value > 0:
+        around.document.fail("a gain is above 0", ("gain", "value"), found=model.gain.value, expected="a number near 1")
+    options = {**values.options, **scalar(model.gain, "1", "gain", "gain", around), "each": model.gain.each}
+    return parts(model, replace(values, options=options), around)
+
+
 def swivel_parts(model: SwivelModel, values: Values, around: Around) -> Sequence[Part]:
     """As of lengths; the zero that is stated, or none, is that of every encoder."""
     zero = {} if model.zero is None else scalar(model.zero, "rad", "zero", "swivel", around)
@@ -105,9 +122,10 @@ LENGTHS = KindFile(
     write_each,
     """lengths: {{columns: [c1, c2, c3, c4], unit: {length}, sigma: 1}}    # a column for each cable of the robot
 # tension: {{columns: [t1, t2, t3, t4], unit: N}}    # or tension: computed
+# gain: {{name: drums, each: true}}    # each drum winds up a little more or less than it shows; without each, all alike
 # zeros: evening    # the sensors were set anew: zeros of their own, free, shared by all files that say so
 """,
-    parts=parts,
+    parts=length_parts,
     lengths="lengths",
 )
 
