@@ -54,7 +54,7 @@ def test_what_is_written_is_read_back(tmp_path, kind, units):
 
 
 def test_every_kind_is_known_to_files_but_those_of_machines_without_an_arm():
-    assert set(MEASURED) - set(READERS) == {"lengths", "swivel", "inclination"}
+    assert set(MEASURED) - set(READERS) == {"lengths", "swivel", "load", "inclination"}
 
 
 @pytest.mark.parametrize("kind", ["spherical", "bearing", "displacement", "relative_pose"])

@@ -231,6 +231,32 @@ def drums(each):
     return made_of
 
 
+def weighed(planar):
+    def made_of(rng):
+        """Cables with load cells: what they read does not quite balance the weight."""
+        m = 5
+        if planar:
+            a = np.array([(-1.0, 0, 0), (1, 0, 0), (1, 0, 1), (-1, 0, 1)])
+            b = 0.1 * np.array([(-1.0, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)])
+            machine = cable_robot("plane", a, b, degrees="1R2T", plane="xz")
+        else:
+            machine = cable_robot("eight", rng.normal(size=(8, 3)) * 2, 0.2 * rng.normal(size=(8, 3)))
+        d, n = len(machine.axes), len(machine.cables)
+        extra = {"axis": np.tile(np.arange(d), m), "tension": np.repeat(rng.uniform(20, 100, (m, n)), d, axis=0)}
+        options = {
+            "platform": "platform",
+            "values": {"mass": 5.0, "cx": 0.02, "cy": -0.01, "cz": 0.03},
+            "free": ("mass", "cx", "cy", "cz"),
+        }
+        obs = observations("load", m, 1.0, each=d, extra=extra, options=options)
+        ends = [f"{c}.{s}" for c in machine.cables for s in ("ax", "ay", "az", "bx", "by", "bz")]
+        return made(
+            machine, [obs], rng, m, free=[*ends, *(f"platform.{s}" for s in ("mass", "cx", "cy", "cz"))], error=0.5
+        )
+
+    return made_of
+
+
 def swivelling(rng):
     """Pulleys that swivel about axes that lean, one of them along the base's x."""
     m, machine = 5, platform()
@@ -273,6 +299,8 @@ SCENARIOS = {
     **differences(),
     "distance/two frames": distance,
     "swivel/free poses": swivelling,
+    "load/free poses": weighed(False),
+    "load/free poses, in a plane": weighed(True),
     "lengths/free poses, zeros of their own": set_anew,
     "lengths/free poses, a gain of all drums": drums(False),
     "lengths/free poses, a gain of each drum": drums(True),

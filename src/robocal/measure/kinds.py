@@ -10,6 +10,7 @@ NAMES = (
     "distance",
     "inclination",
     "lengths",
+    "load",
     "pixels",
     "plane",
     "point",

@@ -1,5 +1,5 @@
-"""What is read of every cable, one column for each, one row for each place of the platform: lengths as their sensors say, and the
-angles by which pulleys swivel."""
+"""What is read of every cable, one column for each, one row for each place of the platform: lengths as their sensors say, the
+angles by which pulleys swivel, and the tensions that load cells read."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
+from pydantic import Field
 
 from robocal.errors import ModelError
 from robocal.files.csvtable import CsvTable
@@ -18,7 +19,7 @@ from robocal.files.units import Units
 from robocal.files.yamlio import Document
 from robocal.measure.data import Observations
 
-__all__ = ["COMPUTED", "LENGTHS", "SWIVEL"]
+__all__ = ["COMPUTED", "LENGTHS", "LOAD", "SWIVEL"]
 
 COMPUTED = "computed"
 
@@ -44,6 +45,13 @@ class SwivelModel(DataModel):
 
     swivel: ValueModel = ValueModel()
     zero: ScalarModel | None = None
+
+
+class LoadModel(DataModel):
+    """Tensions that load cells read while the platform is at rest, and which of `mass`, `cx`, `cy`, `cz` of the platform are free."""
+
+    load: ValueModel = ValueModel()
+    free: list[Literal["mass", "cx", "cy", "cz"]] = Field(default_factory=list)
 
 
 def _each(given: ValueModel, table: CsvTable, document: Document, key: str, si: str) -> tuple[Values, tuple[str, ...]]:
@@ -92,6 +100,17 @@ def length_parts(model: LengthsModel, values: Values, around: Around) -> Sequenc
     return parts(model, replace(values, options=options), around)
 
 
+def read_load(model: LoadModel, table: CsvTable, document: Document) -> Values:
+    """Tensions (k, cables) in N."""
+    values, names = _each(model.load, table, document, "load", "N")
+    table.insist(values.value >= 0, names, "a cable does not push", values.value, expected="a tension of 0 or above")
+    if values.sigma is not None and np.ptp(values.sigma) > 0:
+        document.fail(
+            "load cells have one standard deviation", ("load", "sigma"), expected="one number for all cells and rows"
+        )
+    return replace(values, options={**values.options, "free": tuple(model.free)})
+
+
 def swivel_parts(model: SwivelModel, values: Values, around: Around) -> Sequence[Part]:
     """As of lengths; the zero that is stated, or none, is that of every encoder."""
     zero = {} if model.zero is None else scalar(model.zero, "rad", "zero", "swivel", around)
@@ -138,4 +157,15 @@ SWIVEL = KindFile(
 # zero: {{value: 0, unit: {angle}, free: false}}    # where the encoders count from; left out: found, for each cable
 """,
     parts=swivel_parts,
+)
+
+LOAD = KindFile(
+    "load",
+    LoadModel,
+    read_load,
+    write_each,
+    """load: {{columns: [t1, t2, t3, t4], unit: N, sigma: 1}}    # a load cell in every cable, the platform at rest
+# free: [mass, cx, cy, cz]    # of the platform: else as the robot's file states them
+""",
+    parts=parts,
 )

@@ -25,7 +25,12 @@ MODULES = {
     "sphere": "contact",
     "pixels": "pixels",
 }
-CABLES = {"lengths": "lengths", "swivel": "lengths", "inclination": "inclination"}  # of robots that hang from some
+CABLES = {
+    "lengths": "lengths",
+    "swivel": "lengths",
+    "load": "lengths",
+    "inclination": "inclination",
+}  # of robots that hang from some
 
 
 class Readers(Mapping[str, KindFile]):

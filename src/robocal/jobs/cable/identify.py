@@ -23,6 +23,7 @@ from robocal.files.text import InputFile
 from robocal.geometry import se3
 from robocal.jobs.cable.load import robot_input
 from robocal.jobs.cable.stretch import stretched
+from robocal.jobs.cable.weighed import weighed
 from robocal.jobs.inputs import chosen
 from robocal.jobs.watching import Watch, computable
 from robocal.measure.data import DataSet, Observations
@@ -190,7 +191,6 @@ def _named(obs: Observations, file: CableFile) -> Observations:
             expected=f"{len(cables)}: {', '.join(cables)}",
         )  # fmt: skip
     obs = replace(obs, options={**obs.options, "cables": cables})
-    if not known:
-        return obs
-    number = np.array([cables.index(c) for c in columns], dtype=float)
-    return replace(obs, extra={**obs.extra, "cable": number[obs.extra["cable"].astype(np.int64)]})
+    number = np.array([cables.index(c) for c in columns] if known else range(len(cables)), dtype=float)
+    named = replace(obs, extra={**obs.extra, "cable": number[obs.extra["cable"].astype(np.int64)]})
+    return weighed(file, named) if obs.kind == "load" else named

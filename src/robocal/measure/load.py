@@ -1,0 +1,140 @@
+"""Load cells in the cables of a platform at rest: r = C^-1 (W t + w), C C^T = W W^T, one row per component of the twist and
+configuration.
+
+W (d, m) is the structure matrix, w the wrench of the platform's weight, t (m,) what the cells read, extra["tension"] (k, m) in N beside
+each of d rows; extra["axis"] (k,) numbers the component from 0; value (k, 1) is 0. C makes of independent errors s of the
+cells independent errors s of the rows, whatever the pose: sigma (k, 1) is that of a cell, in N. options["platform"] names the owner of
+`mass` (kg) and of the centre of mass `cx`, `cy`, `cz` (m, platform axes). Cables are straight and light, sigma the same for all.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import ModelError
+from robocal.geometry import so3
+from robocal.measure.builder import Builder
+from robocal.measure.data import Observations
+from robocal.measure.rows import Kind, Number, Rows, number_names, numbers, register
+from robocal.parameters import Parameter
+
+__all__ = ["LOAD"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+ENDS = ("ax", "ay", "az", "bx", "by", "bz")
+BODY = ("mass", "cx", "cy", "cz")
+GRAVITY = 9.80665  # m/s^2, along -z of the base
+UNSTATED = (1.0,)
+NUMBERS = (
+    Number("platform", "mass", "kg", 0.0, 1.0),
+    *(Number("platform", s, "m", 0.0, 0.02) for s in BODY[1:]),
+)
+
+
+class LoadRows(Rows):
+    """The rows of all configurations; columns are the carrier's, then the cables' ends and the platform's mass and centre."""
+
+    def __init__(self, builder: Builder, obs: Observations) -> None:
+        machine = builder.machine
+        cables: tuple[str, ...] = machine.cables  # type: ignore[attr-defined]
+        self.axes = np.array(machine.axes, dtype=np.int64)  # type: ignore[attr-defined]
+        configurations, sight = np.unique(obs.configuration, return_inverse=True)
+        own = builder.rows([*(f"{c}.{s}" for c in cables for s in ENDS), *number_names(obs, NUMBERS)])
+        every = np.arange(len(obs))
+        super().__init__(builder.tool(configurations), obs, every, UNSTATED, own, np.ascontiguousarray(sight.ravel()))
+        self.axis = obs.extra["axis"].astype(np.int64)
+        self.tension = np.zeros((len(configurations), len(cables)))
+        self.tension[self.sight] = obs.extra["tension"]
+
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        assert self.sight is not None
+        part = slice(first, first + rows)
+        sight, axis = self.sight[part], self.axis[part]
+        lo, hi = (int(sight.min()), int(sight.max()) + 1) if rows else (0, 0)
+        t, j, jl = self.carrier.pose(x, lo, hi - lo)
+        r, by_pose, by_number = self._balance(x, t, self.tension[lo:hi])
+        at = sight - lo
+        jac = np.concatenate([by_pose @ j, by_number[..., self.own]], axis=3)
+        local = by_pose @ jl
+        return (
+            r[:, at, axis][..., None] - self.measured(which, first, rows),
+            np.ascontiguousarray(jac[:, at, axis][:, :, None]),
+            np.ascontiguousarray(local[:, at, axis][:, :, None]),
+        )
+
+    def _balance(self, x: Array, t: Array, tension: Array) -> tuple[Array, Array, Array]:
+        """r (B, k, d), and its derivatives by the twist of the pose (B, k, d, 6) and by all numbers (B, k, d, 6 m + 4)."""
+        m = tension.shape[1]
+        number = x[:, self.numbers]
+        ends, body = number[:, : 6 * m].reshape(len(x), 1, m, 6), number[:, 6 * m :]
+        turn = t[:, :, None, :3, :3]
+        lever = (turn @ ends[..., 3:, None])[..., 0]
+        d = ends[..., :3] - t[:, :, None, :3, 3] - lever  # from the platform to the frame, as the cable pulls
+        far = np.linalg.norm(d, axis=-1, keepdims=True)
+        u = d / far
+        w = np.concatenate([u, np.cross(lever, u)], axis=-1)[..., self.axes]  # (B, k, m, d)
+        centre = (t[:, :, :3, :3] @ body[:, None, 1:, None])[..., 0]
+        weight = np.zeros((*centre.shape[:2], 3))
+        weight[..., 2] = -GRAVITY * body[:, :1]
+        load = np.concatenate([weight, np.cross(centre, weight)], axis=-1)[..., self.axes]
+        root = np.linalg.cholesky(np.einsum("bkmi,bkmj->bkij", w, w))
+        r = np.linalg.solve(root, (np.einsum("bkmi,km->bki", w, tension) + load)[..., None])[..., 0]
+        # A change of d_i and of the lever moves column i: du = (I - u u^T) dd / |d|.
+        flat = (np.eye(3) - u[..., :, None] * u[..., None, :]) / far[..., None]
+        change = np.zeros((*u.shape[:3], 6, 6))
+        change[..., :3, :3] = flat
+        change[..., 3:, :3] = so3.skew(lever) @ flat
+        change[..., 3:, 3:] = -so3.skew(u)
+        inner = np.linalg.solve(root[:, :, None], change[..., self.axes, :])  # C^-1 dw, (B, k, m, d, 6)
+        own = np.linalg.solve(root, w.swapaxes(-1, -2)).swapaxes(-1, -2)  # C^-1 w, (B, k, m, d)
+        slope = tension[:, :, None, None] * inner - _root_moved(inner, own, r)
+        by_end = np.empty((*slope.shape[:4], 6))
+        by_end[..., :3] = slope[..., :3]
+        by_end[..., 3:] = (slope[..., 3:] - slope[..., :3]) @ turn
+        arm = so3.skew(lever)  # d(lever) = w x lever = -[lever] w, d(d) = -v - w x lever
+        by_pose = np.concatenate([-slope[..., :3], slope[..., :3] @ arm - slope[..., 3:] @ arm], axis=-1).sum(axis=2)
+        body_slope = np.zeros((*centre.shape[:2], 6, 10))  # by w (3), mass, centre in platform axes (3)
+        push = -so3.skew(weight)  # d(centre x F) = -F x d(centre)
+        body_slope[..., 3:, 3:6] = push @ -so3.skew(centre)
+        body_slope[..., 2, 6] = -GRAVITY
+        body_slope[..., 3:, 6] = np.cross(centre, [0.0, 0.0, -GRAVITY])
+        body_slope[..., 3:, 7:] = push @ t[:, :, :3, :3]
+        by_body = np.linalg.solve(root, body_slope[..., self.axes, :])
+        by_pose += by_body[..., :6]
+        ends_slope = by_end.transpose(0, 1, 3, 2, 4).reshape(*by_pose.shape[:3], 6 * m)
+        return r, by_pose, np.concatenate([ends_slope, by_body[..., 6:]], axis=-1)
+
+
+def _root_moved(inner: Array, own: Array, r: Array) -> Array:
+    """phi(C^-1 dA C^-T) r with dA = dw w^T + w dw^T: what the change of the root takes, (B, k, m, d, 6); phi is the lower triangle
+    with half the diagonal."""
+    before = _before(own * r[:, :, None])
+    behind = _before(inner * r[:, :, None, :, None], axis=3)
+    return np.asarray(inner * before[..., None] + own[..., None] * behind + inner * (own * r[:, :, None])[..., None])
+
+
+def _before(a: Array, axis: int = -1) -> Array:
+    """Sums of what stands before each."""
+    return np.asarray(np.cumsum(a, axis=axis) - a)
+
+
+def parameters(obs: Observations) -> list[Parameter]:
+    """Mass and centre of mass of the platform: held at what is stated unless they are free."""
+    return numbers(obs, NUMBERS)
+
+
+def terms(builder: Builder, obs: Observations) -> list[Rows]:
+    """One term for all configurations."""
+    machine = builder.machine
+    if not getattr(machine, "cables", ()):
+        raise ModelError("load cells need a cable robot", found=machine.name, expected="kind: cable")
+    if getattr(machine, "pulleys", None) is not None:
+        raise ModelError("load cells of cables over pulleys are not modelled", key="pulley", expected="straight cables")
+    if not obs.options.get("platform"):
+        raise ModelError("load cells need the platform's mass", key=obs.label, expected="options['platform']")
+    return [LoadRows(builder, obs)] if len(obs) else []
+
+
+LOAD = register(Kind("load", 1, terms, parameters, parts=((0, 1, "N"),)))
