@@ -15,6 +15,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
 # Exit status of every command of an example, in order.
 STATUS = {
+    "cable-calibration": (0, 0, 0, 0, 0, 0, 0),
     "cable-laval": (0, 0, 0, 0),
     "cable-planar": (0, 0, 0, 3),
 }
@@ -97,3 +98,33 @@ def test_laval_says_what_was_measured(place):
     shares = [robocal(*shlex.split(c)[1:-2], "--json").document["stopped_by"] for c in (large, small)]
     assert f"{100 * shares[0]['statics'] / 300:.0f} % of the poses near the boundary" in said
     assert shares[1]["box"] == 300
+
+
+@pytest.mark.slow
+def test_calibrations_say_what_was_found(place):
+    """The numbers of the README."""
+    ran = [robocal(*shlex.split(c)[1:]) for c in commands("cable-calibration")]
+    assert all(r.status == 0 for r in ran)
+    said = " ".join(readme("cable-calibration").split())
+    for run, words in (
+        ("camera", r"from ([\d.]+) to ([\d.]+) mm\. ```sh robocal identify \S+ \S+ \S+ -o camera"),
+        ("alone", r"from ([\d.]+) to ([\d.]+) mm: the shape"),
+    ):
+        left = json.loads((place / run / "result.json").read_text())["residuals"]
+        before, after = (float(v) for v in re.search(words, said).groups())
+        assert left["held_out_before"]["mean"] == pytest.approx(before, abs=0.06)
+        assert left["held_out"]["mean"] == pytest.approx(after, abs=0.06)
+    drift = " ".join(ran[-2].out.split())
+    across, along = re.search(r"named, ([\d.]+) mm across its line of sight and ([\d.]+) mm along", said).groups()
+    found = re.search(r"anchor of c6 moved: ([\d.]+) mm across its line of sight, ([\d.]+) ±", drift)
+    assert float(found[1]) == pytest.approx(float(across), abs=0.06) and float(found[2]) == pytest.approx(
+        float(along), abs=0.06
+    )
+
+
+def test_calibration_data_are_what_the_script_makes():
+    script = EXAMPLES / "cable-calibration" / "make.py"
+    namespace = {"__name__": "make", "__file__": str(script)}
+    exec(compile(script.read_text(), "make.py", "exec"), namespace)
+    for name, text in namespace["texts"]().items():
+        assert (EXAMPLES / "cable-calibration" / name).read_text() == text, name

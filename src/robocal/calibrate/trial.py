@@ -15,6 +15,7 @@ from robocal.calibrate.gross import neither, set_aside
 from robocal.calibrate.options import Options
 from robocal.calibrate.poses import own_poses
 from robocal.calibrate.split import Split
+from robocal.calibrate.starts.own import placed
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
@@ -61,8 +62,17 @@ def trial(
     known = renoised(model, (clean, begun), part.data, fitted, *by)
     if known.problem.blocks:
         # What nobody fitted has no place yet: it is placed by its own rows before anything is said of them.
-        known = replace(known, x=own_poses(known.problem, known.x, one.held)[0])
-        part = replace(part, solution=replace(part.solution, x=own_poses(part.problem, part.solution.x, one.held)[0]))
+        # From where the identified machine has it as well: one that is decimetres off may have it upside down.
+        names = part.problem.table.names
+        ended = zip(names, map(float, part.solution.x[0]), strict=False)
+        better = model.with_values({n: v for n, v in ended if n in model.table})
+        other = placed(
+            better, replace(clean, configurations=replace(clean.configurations, start=None))
+        ).configurations.start
+        known = replace(known, x=own_poses(known.problem, known.x, one.held, other)[0])
+        part = replace(
+            part, solution=replace(part.solution, x=own_poses(part.problem, part.solution.x, one.held, other)[0])
+        )
     base, base_x = known.problem, known.x
     aside = neither(model, clean, known, part, fitted)
     local = local_names(model, base)
