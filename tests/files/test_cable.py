@@ -90,10 +90,13 @@ def test_what_the_file_cannot_hold_is_said():
     _, left = render_cable(made(lists), {"c1.ax": -2.1, "c1.l0": 0.3})
     assert left == ("c1.l0",)
     shared = ROBOT.replace("name: c2,", "name: c2, frame: left foot,")
-    with pytest.raises(ModelError, match=r"c1.ax and c2.ax are one anchor"):
-        render_cable(made(shared), {"c1.ax": -2.1})
-    text, _ = render_cable(made(shared), {"c1.ax": -2.1, "c2.ax": -2.1})
-    assert made(text).robot.table["c2.ax"].value == -2.1
+    # Cables that share an anchor share its parameters: it is one number, and moves for both.
+    text, _ = render_cable(made(shared), {"c1.ax": -2.1})
+    robot = made(text).robot
+    assert "c2.ax" not in robot.table and robot.row("c2.ax") == "c1.ax" and (robot.a[:2, 0] == -2.1).all()
+    assert (made(describe_cable(robot)).robot.a == robot.a).all() and made(
+        describe_cable(robot)
+    ).robot.shared == robot.shared
     assert "c1 and c2 leave the frame at the same point" in made(shared).warnings[0].sentence
 
 

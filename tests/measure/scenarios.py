@@ -257,6 +257,24 @@ def weighed(planar):
     return made_of
 
 
+def sharing(rng):
+    """Cables that share anchors on the frame and on the platform, not always with the same one."""
+    m = 5
+    a = np.array([(-2, -1.5, 2.5), (-2, 1.5, 2.5), (-2, 1.5, 2.5), (2, 1.5, 2.5), (2, -1.5, 2.5)])
+    b = 0.15 * rng.normal(size=(5, 3))
+    b[3] = b[0]
+    shared = {"c3.a": "c2.a", "c4.b": "c1.b"}
+    each = {f"{k}{s}": f"{v}{s}" for k, v in shared.items() for s in "xyz"}
+    machine = cable_robot(
+        "sharing", a, b, np.full(5, 0.3), free=("ax", "ay", "az", "bx", "by", "bz", "l0"), shared=each
+    )
+    obs = observations("lengths", m, 1e-3, each=5, extra={"cable": np.tile(np.arange(5), m)})
+    turned = observations(
+        "swivel", m, 1e-3, each=5, extra={"cable": np.tile(np.arange(5), m)}, options={"cables": machine.cables}
+    )
+    return made(machine, [obs, turned], rng, m)
+
+
 def swivelling(rng):
     """Pulleys that swivel about axes that lean, one of them along the base's x."""
     m, machine = 5, platform()
@@ -299,6 +317,7 @@ SCENARIOS = {
     **differences(),
     "distance/two frames": distance,
     "swivel/free poses": swivelling,
+    "lengths/free poses, shared anchors": sharing,
     "load/free poses": weighed(False),
     "load/free poses, in a plane": weighed(True),
     "lengths/free poses, zeros of their own": set_anew,

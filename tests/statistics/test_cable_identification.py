@@ -112,6 +112,24 @@ def test_as_few_poses_as_there_are_unknowns_prove_nothing(seed):
     assert OFF < low < high and high > 2.0 and "tape measure" in worse.sentence
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_after_six_numbers_are_fixed_all_others_are_told(seed):
+    """Lengths tell 4 m - 6 numbers: none is missing once six are held, and which six the report chose, or somebody else."""
+    robot, nominal, data = measured(np.random.default_rng(seed), 100, False)
+    first = identify(nominal, data)
+    assert first.identifiability.structural_rank == 4 * 8 - 6
+    held = [n for n in nominal.table.free if n not in first.identifiability.kept]
+    assert len(held) == 6
+    for fixed in (held, ["c1.ax", "c1.ay", "c1.az", "c2.ax", "c2.az", "c3.az"]):
+        free = [n for n in nominal.table.free if n not in fixed]
+        found = identify(replace(nominal, table=nominal.table.with_free(free)), data)
+        assert found.identifiability.structural_rank == 26 and len(found.identifiability.kept) == 26
+        assert not [r for r in found.warnings if r.code == "motions-unseen"]
+    by = {p.name: p.status for p in found.parameters}
+    print(f"seed {seed}: {sum(by[n] == 'identified' for n in free)} of 26 identified by the numbers of somebody else")
+
+
 @pytest.mark.parametrize(("poses", "enough"), [(10, False), (12, False), (13, True)])
 def test_fewer_poses_than_unknowns_are_refused(poses, enough):
     """Eight cables leave two numbers of every pose: (4 m - 6) / (m - 6) = 13 poses tell the 26 unknowns, unless priors were stated."""

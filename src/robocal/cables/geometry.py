@@ -48,7 +48,8 @@ class CableRobot(Unjointed):
     greatest tension in N; elasticity (m,) in 1/N: strain per tension; density (m,): weight per unstretched length in
     N/m; diameter (m,) in m. None: not known. `degrees` is a key of DEGREES; a planar robot moves in `plane` of the
     base (xz and yz stand upright). `sources` says where values come from, `assumed` names those that were chosen:
-    c1.a, c1.b, c1.zero, c1.tension, c1.pulley, ..., mass, com, inertia; the source of them all is under "".
+    c1.a, c1.b, c1.zero, c1.tension, c1.pulley, ..., mass, com, inertia; the source of them all is under "". Cables that share an
+    anchor share its parameters: `shared` says whose they are ("c2.ax": "c1.ax"), and the table has them once.
     """
 
     name: str
@@ -64,13 +65,18 @@ class CableRobot(Unjointed):
     diameter: Array | None = None
     degrees: str = "3R3T"
     plane: str = "xz"
+    shared: Mapping[str, str] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
     assumed: tuple[str, ...] = ()
 
     @cached_property
     def numbers(self) -> Array:
         """The seven numbers of every cable in the order of SYMBOLS, (m, 7)."""
-        return np.array([[self.table[f"{c}.{s}"].value for s in SYMBOLS] for c in self.cables])
+        return np.array([[self.table[self.row(f"{c}.{s}")].value for s in SYMBOLS] for c in self.cables])
+
+    def row(self, name: str) -> str:
+        """The parameter that stands for a name: its own, or that of the cable whose anchor it shares."""
+        return self.shared.get(name, name)
 
     @property
     def a(self) -> Array:
@@ -121,7 +127,7 @@ class CableRobot(Unjointed):
             for i in self.axes:
                 along = np.eye(3)[i % 3]
                 rate = np.tile(along, (len(points), 1)) if i < 3 else np.cross(along, points)
-                names = [f"{c}.{symbol}{s}" for c in self.cables for s in "xyz"]
+                names = [self.row(f"{c}.{symbol}{s}") for c in self.cables for s in "xyz"]
                 moved = {n: float(v) for n, v in zip(names, rate.ravel(), strict=True) if v != 0.0}
                 out[f"the {whose} {'along' if i < 3 else 'about'} {'xyz'[i % 3]}"] = moved
         return out
@@ -157,10 +163,11 @@ def cable_robot(
     free: Sequence[str] = (),
     *,
     names: Sequence[str] | None = None,
+    shared: Mapping[str, str] | None = None,
     **known: object,
 ) -> CableRobot:
-    """A robot from anchors (m, 3) and (m, 3); `free` lists the symbols that are to be identified, `known` the other
-    fields of CableRobot.
+    """A robot from anchors (m, 3) and (m, 3); `free` lists the symbols that are to be identified, `shared` the numbers that are another
+    cable's, `known` the other fields of CableRobot.
 
     Raises ModelError when there are not as many of one as of the other.
     """
@@ -177,8 +184,9 @@ def cable_robot(
         Parameter(f"{cable}.{s}", float(v), "m", s in free, expected=EXPECTED)
         for cable, numbers in zip(cables, np.column_stack([a, b, l0]), strict=True)
         for s, v in zip(SYMBOLS, numbers, strict=True)
+        if f"{cable}.{s}" not in (shared or {})
     ]
-    return CableRobot(name, cables, Table(tuple(rows)), **known)  # type: ignore[arg-type]
+    return CableRobot(name, cables, Table(tuple(rows)), shared=dict(shared or {}), **known)  # type: ignore[arg-type]
 
 
 def lengths(pose: Array, cable: Array, pulley: Pulleys | None = None) -> tuple[Array, Array, Array]:

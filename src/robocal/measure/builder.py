@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,7 +34,8 @@ class Builder:
 
     def rows(self, names: Iterable[str]) -> Ints:
         """The table rows of some parameters."""
-        return np.array([self.table.index[name] for name in names], dtype=np.int64)
+        shared: Mapping[str, str] = getattr(self.machine, "shared", {})
+        return np.array([self.table.index[shared.get(name, name)] for name in names], dtype=np.int64)
 
     def path(self, elements: Sequence[Element], configuration: Ints) -> Path:
         """A path of elements at some configurations."""

@@ -9,10 +9,12 @@ cable lie in one plane. Do not bring a platform anchor below its frame anchor: t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.cables.geometry import CableRobot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.measure.bearing import wrap
@@ -87,7 +89,8 @@ def zeros_at(machine: Machine, obs: Observations, index: Ints, pose: Array) -> d
     mean direction of what is shown beyond the angle of the robot's ends."""
     names = _cables(obs)
     cable = obs.extra["cable"][index].astype(np.int64)
-    end = np.array([[machine.table[f"{c}.{s}"].value for s in ENDS] for c in names])[cable]
+    robot = cast(CableRobot, machine)
+    end = robot.numbers[cable, :6]
     pulleys: Pulleys | None = getattr(machine, "pulleys", None)
     axis = np.tile([0.0, 0.0, 1.0], (len(names), 1)) if pulleys is None else np.asarray(pulleys.axis, float)
     one, two = (e[cable] for e in across(axis))

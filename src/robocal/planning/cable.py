@@ -129,7 +129,7 @@ def _free(robot: CableRobot) -> tuple[str, ...]:
     if robot.table.free:
         return tuple(robot.table.free)
     still = [f"a{'xyz'[i]}" for i in range(3) if i not in robot.axes]
-    return tuple(f"{cable}.{s}" for cable in robot.cables for s in DEFAULT if s not in still)
+    return tuple(dict.fromkeys(robot.row(f"{cable}.{s}") for cable in robot.cables for s in DEFAULT if s not in still))
 
 
 def _by_parameters(robot: CableRobot, poses: Array, names: Sequence[str]) -> Array:
@@ -138,8 +138,8 @@ def _by_parameters(robot: CableRobot, poses: Array, names: Sequence[str]) -> Arr
     for i, cable in enumerate(robot.cables):
         _, _, own = lengths(poses[None], robot.numbers[i][None], robot.pulley(i))
         for s, symbol in enumerate(SYMBOLS):
-            if f"{cable}.{symbol}" in names:
-                out[:, i, names.index(f"{cable}.{symbol}")] = own[0, :, s]
+            if (name := robot.row(f"{cable}.{symbol}")) in names:
+                out[:, i, names.index(name)] += own[0, :, s]
     return out
 
 

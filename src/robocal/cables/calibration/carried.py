@@ -24,7 +24,7 @@ def carried(robot: CableRobot, pose: ArrayLike, names: Sequence[str], covariance
         _, one, seven = lengths(t[None], robot.numbers[i][None], robot.pulley(i))
         by_pose[:, i] = one[0]
         for s, symbol in enumerate(SYMBOLS):
-            if (where := at.get(f"{cable}.{symbol}")) is not None:
+            if (where := at.get(robot.row(f"{cable}.{symbol}"))) is not None:
                 by_number[:, i, where] = seven[0, :, s]
     good = np.isfinite(by_pose).all(axis=(1, 2))
     out = np.full((len(t), len(robot.axes), len(robot.axes)), np.nan)

@@ -122,6 +122,7 @@ class _Difference:
     names: tuple[str, ...]
     d: Array
     c: Array
+    shared: Mapping[str, str]
 
     @cached_property
     def at(self) -> dict[str, int]:
@@ -130,7 +131,8 @@ class _Difference:
 
     def of(self, cable: str, symbols: Sequence[str]) -> list[int]:
         """Where those of a cable are that both know."""
-        return [self.at[f"{cable}.{s}"] for s in symbols if f"{cable}.{s}" in self.at]
+        names = (self.shared.get(f"{cable}.{s}", f"{cable}.{s}") for s in symbols)
+        return [self.at[n] for n in names if n in self.at]
 
     def without(self, given: list[int]) -> _Difference:
         """Conditioned on some of d being zero."""
@@ -142,12 +144,13 @@ class _Difference:
             tuple(self.names[i] for i in rest),
             self.d[rest] - gain @ self.d[given],
             self.c[np.ix_(rest, rest)] - gain @ self.c[np.ix_(given, rest)],
+            self.shared,
         )
 
     def only(self, symbol: str) -> _Difference:
         """Without the numbers of other kinds."""
         at = [i for i, n in enumerate(self.names) if n.rpartition(".")[2].startswith(symbol)]
-        return _Difference(tuple(self.names[i] for i in at), self.d[at], self.c[np.ix_(at, at)])
+        return _Difference(tuple(self.names[i] for i in at), self.d[at], self.c[np.ix_(at, at)], self.shared)
 
     def columns(self, rates: Sequence[Mapping[str, float]]) -> Array:
         """Tangents (n, k) of motions."""
@@ -180,7 +183,7 @@ def compared(
     (x, a, h), (y, b, k) = first.taken(names), second.taken(names)
     # What both hide alike cancels; where they hide different things, each counts by itself.
     hidden = k - h if h.shape == k.shape else np.hstack([h, k])
-    full = _Difference(names, y - x, a + b + hidden @ hidden.T + TINY * np.eye(len(names)))
+    full = _Difference(names, y - x, a + b + hidden @ hidden.T + TINY * np.eye(len(names)), robot.shared)
     if zeros_unchanged:
         full = full.without([i for i, n in enumerate(names) if n.endswith(".l0")])
     diff = full.only("a")
@@ -197,7 +200,9 @@ def compared(
         base, sigma = (cov @ free.T @ w @ diff.d)[: len(rates)], np.sqrt(np.diag(cov))[: len(rates)]
     u, p = diff.beside(ground)
     middle = robot.a.mean(axis=0)
-    away = dict(zip((f"{c}.a{s}" for c in robot.cables for s in XYZ), (robot.a - middle).ravel(), strict=True))
+    away = dict(
+        zip((robot.row(f"{c}.a{s}") for c in robot.cables for s in XYZ), (robot.a - middle).ravel(), strict=True)
+    )
     u_rest, p_rest = diff.beside(free)
     grown = diff.columns([away])[:, 0]
     information = float(grown @ p_rest @ grown)
@@ -210,7 +215,7 @@ def compared(
 
 def _own(diff: _Difference, cables: Sequence[str], symbols: Sequence[str]) -> Array:
     """Columns (n, k) of the numbers of some cables."""
-    at = [i for c in cables for i in diff.of(c, symbols)]
+    at = list(dict.fromkeys(i for c in cables for i in diff.of(c, symbols)))
     return np.eye(len(diff.names))[:, at]
 
 
@@ -221,7 +226,8 @@ def _moved(
     out = list(known)
     while len(out) < len(cables):
         free = np.hstack([ground, _own(diff, out, symbols)])
-        rest = [c for c in cables if c not in out and diff.of(c, symbols)]
+        told = {i for c in out for i in diff.of(c, symbols)}
+        rest = [c for c in cables if c not in out and diff.of(c, symbols) and not set(diff.of(c, symbols)) <= told]
         if not rest or len(diff.d) - free.shape[1] <= len(symbols):
             break
         found = [diff.change(diff.of(c, symbols), free) for c in rest]
@@ -239,8 +245,8 @@ def _cable(
     i, m = robot.cables.index(cable), len(robot.cables)
     towards = robot.home[:3, 3] + robot.b[i] - robot.a[i]
     sight = towards / np.linalg.norm(towards)
-    others = [c for c in moved if c != cable]
     at = diff.of(cable, ANCHOR)
+    others = [c for c in moved if c != cable and diff.of(c, ANCHOR) != at]
     found, cov, chance = diff.change(at, np.hstack([diff.columns(rates), _own(diff, others, ANCHOR)]))
     axes = [XYZ.index(diff.names[where][-1]) for where in at]
     shift, spread = np.zeros(3), np.zeros((3, 3))
@@ -248,7 +254,7 @@ def _cable(
     zero = full.of(cable, ("l0",))
     zeroed = (float(full.d[zero[0]]), float(np.sqrt(full.c[zero[0], zero[0]]))) if zero else (0.0, 0.0)
     return CableChange(
-        cable, shift, spread, *zeroed, sight, chance, min(1.0, m * chance), cable in moved, cable in either,
+        cable, shift, spread, *zeroed, sight, chance, min(1.0, m * chance), any(diff.of(c, ANCHOR) == at for c in moved), cable in either,
         _smallest(cov, sight, m, len(at)),
     )  # fmt: skip
 

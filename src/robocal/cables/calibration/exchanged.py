@@ -50,8 +50,7 @@ def exchanged(robot: CableRobot, poses: ArrayLike, readings: ArrayLike) -> Excha
         return None
     left, found = np.empty((m, m)), np.empty((m, m, 3))
     for i in range(m):  # every column by platform anchor i
-        name = f"{robot.cables[i]}.b"
-        same = {f"{c}.b{s}": robot.table[f"{name}{s}"].value for c in robot.cables for s in "xyz"}
+        same = {robot.row(f"{c}.b{s}"): float(v) for c in robot.cables for s, v in zip("xyz", robot.b[i], strict=True)}
         try:
             fit = per_cable(replace(robot, table=robot.table.with_values(same)), poses, y)
         except ModelError:

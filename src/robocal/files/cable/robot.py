@@ -183,6 +183,7 @@ def _robot(
         np.array([platform[b][0] for _, _, b in rows]).reshape(-1, 3),
         zeros,
         names=names,
+        shared=_shared(rows, names),
         degrees=model.degrees,
         plane=model.plane,
         **known,
@@ -203,6 +204,18 @@ def _robot(
                 )
         robot = replace(robot, table=robot.table.with_free(free))
     return robot, _places(rows, names, frame, platform, values)
+
+
+def _shared(rows: list[tuple[CableModel, str, str]], names: list[str]) -> dict[str, str]:
+    """Whose numbers those of a cable are that shares an anchor with an earlier one."""
+    out: dict[str, str] = {}
+    for letter, at in (("a", 1), ("b", 2)):
+        first: dict[str, str] = {}
+        for name, row in zip(names, rows, strict=True):
+            owner = first.setdefault(str(row[at]), name)
+            if owner != name:
+                out.update({f"{name}.{letter}{s}": f"{owner}.{letter}{s}" for s in "xyz"})
+    return out
 
 
 def _materials(model: CableRobotModel, rows: list[CableModel], names: list[str], values: Values) -> dict[str, Any]:

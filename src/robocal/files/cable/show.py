@@ -25,7 +25,8 @@ def describe_cable(robot: CableRobot, units: CableUnits | None = None) -> str:
         lines.append(f"{key}:")
         rows = [_numbers(p, units, "m") for p in points]
         for i, (cable, row) in enumerate(zip(robot.cables, rows, strict=True), start=1):
-            lines.append(f"  {letter}{i}: {_said(robot, f'{cable}.{letter.lower()}', row)}")
+            if _owner(robot, cable, letter.lower()) == i:
+                lines.append(f"  {letter}{i}: {_said(robot, f'{cable}.{letter.lower()}', row)}")
     lines += _cables(robot, units)
     body = []
     if robot.mass is not None:
@@ -63,7 +64,11 @@ def _cables(robot: CableRobot, units: CableUnits) -> list[str]:
             own.append((key, shown))
     lines = ["cables:"]
     for i, cable in enumerate(robot.cables):
-        words = [f"name: {quoted(cable)}", f"frame: A{i + 1}", f"platform: B{i + 1}"]
+        ends = (
+            f"{word}: {letter}{_owner(robot, cable, letter.lower())}"
+            for word, letter in (("frame", "A"), ("platform", "B"))
+        )
+        words = [f"name: {quoted(cable)}", *ends]
         words.append(f"zero: {_said(robot, f'{cable}.zero', _numbers(robot.zeros[i], units, 'm'))}")
         words += [f"{key}: {shown[i]}" for key, shown in own]
         if robot.pulleys is not None and robot.pulleys.radius[i] > 0:
@@ -71,6 +76,11 @@ def _cables(robot: CableRobot, units: CableUnits) -> list[str]:
             words.append(f"pulley: {{radius: {radius}, axis: {_numbers(robot.pulleys.axis[i], units, '1')}}}")
         lines.append(f"  - {{{', '.join(words)}}}")
     return lines + ([f"every_cable: {{{', '.join(common)}}}"] if common else [])
+
+
+def _owner(robot: CableRobot, cable: str, letter: str) -> int:
+    """The number of the cable whose anchor a cable has, from 1."""
+    return robot.cables.index(robot.row(f"{cable}.{letter}x").rpartition(".")[0]) + 1
 
 
 def _numbers(value: NDArray[np.float64], units: CableUnits, si: str) -> str:

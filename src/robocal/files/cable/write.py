@@ -27,6 +27,8 @@ def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tup
     out: dict[Path_, float | str] = {}
     owner: dict[Path_, str] = {}
     for name, (path, unit) in file.places.items():
+        if name not in after_values:
+            continue  # another cable's, who shares its anchor
         first = owner.setdefault(path, name)
         if first != name and not same(after_values[first], after_values[name]):
             raise ModelError(
