@@ -104,3 +104,24 @@ def add_step(values, step, at, columns, rows, adds):
             values[b, rows[i]] += step[b, adds[i]]
     if at.shape[0] > 0:
         turn_vectors(values, at, step, columns)
+
+
+@kernel
+def left_inverse(w, out):
+    """out (3, 3) <- the inverse of the left Jacobian of the rotation vector w, I - [w] / 2 + e [w]^2."""
+    n2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
+    if n2 < 1e-6:
+        e = 1.0 / 12.0 + n2 / 720.0
+    else:
+        h = 0.5 * math.sqrt(n2)
+        e = (1.0 - h * math.cos(h) / math.sin(h)) / n2
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = e * w[i] * w[j]
+        out[i, i] += 1.0 - e * n2
+    out[0, 1] += 0.5 * w[2]
+    out[0, 2] -= 0.5 * w[1]
+    out[1, 0] -= 0.5 * w[2]
+    out[1, 2] += 0.5 * w[0]
+    out[2, 0] += 0.5 * w[1]
+    out[2, 1] -= 0.5 * w[0]
