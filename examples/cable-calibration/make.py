@@ -5,7 +5,6 @@ The eight-cable robot of Table D.1 with the attachments of `examples/cable-laval
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -63,8 +62,8 @@ def eight() -> CableRobot:
 
 def off(robot: CableRobot, rng: np.random.Generator, size: float) -> CableRobot:
     """Its frame anchors and zeros as a tape measure leaves them."""
-    values = {n: robot.table[n].value + size * rng.normal() for n in robot.table.names if ".b" not in n}
     bare = cable_robot(robot.name, robot.a, robot.b, robot.zeros)
+    values = {n: robot.table[n].value + size * rng.normal() for n in bare.table.names if ".b" not in n}
     return bare.with_values(values)
 
 
@@ -73,7 +72,7 @@ def seen(
 ) -> dict[str, str]:
     """Lengths and poses of one calibration, with the noises that are stated."""
     t = drawn(robot, rng, n, 0.8, np.radians(20))
-    y = inverse(replace(robot, pulleys=None), t)[0] + length * rng.normal(size=(n, len(robot.cables)))
+    y = inverse(robot.having(pulleys=None), t)[0] + length * rng.normal(size=(n, len(robot.cables)))
     ids = [f"p{i + 1:03}" for i in range(n)]
     columns = ", ".join(robot.cables)
     pose = f"position: {{columns: [x, y, z], sigma: {1e3 * place:g}}}\n"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from cables.cable_robots import PUBLISHED, directions, poses, published
@@ -178,13 +176,12 @@ def test_over_pulleys_the_same_without_a_guess(cables, poses_of):
     robot = made(4, cables)
     rng = np.random.default_rng(cables)
     axis = rng.normal(size=(cables, 3)) * 0.2 + [0, 0, 1]
-    robot = replace(
-        robot, pulleys=Pulleys(rng.uniform(0.02, 0.08, cables), axis / np.linalg.norm(axis, axis=1, keepdims=True)),
+    robot = robot.having(pulleys=Pulleys(rng.uniform(0.02, 0.08, cables), axis / np.linalg.norm(axis, axis=1, keepdims=True)),
         elasticity=np.full(cables, 2.5e-5),
     )  # fmt: skip
     t, tension = poses(robot, rng, poses_of), rng.uniform(20, 125, (poses_of, cables))
     y, _ = inverse(robot, t, tension=tension)
-    nobody = replace(blank(robot), pulleys=robot.pulleys, elasticity=robot.elasticity)
+    nobody = blank(robot).having(pulleys=robot.pulleys, elasticity=robot.elasticity)
     found = per_cable(nobody, t, y, tensions=tension)
     assert found.converged.all()
     assert np.abs(found.anchors[0] - robot.a).max() < EXACT and np.abs(found.zeros[0] - robot.zeros).max() < EXACT

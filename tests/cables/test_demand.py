@@ -49,7 +49,7 @@ def upright():
 
 
 def over_pulleys(machine):
-    return replace(machine, pulleys=Pulleys(np.full(8, 0.08), np.tile([0.0, 0.0, 1.0], (8, 1))))
+    return machine.having(pulleys=Pulleys(np.full(8, 0.08), np.tile([0.0, 0.0, 1.0], (8, 1))))
 
 
 def worst(robot, demand, position):

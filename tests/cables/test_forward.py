@@ -105,7 +105,7 @@ def test_planar_robots_stay_in_their_plane(degrees, plane, model, rng):
     for m in (4, 8, 12):
         plain, wheel = planar(degrees, plane, m, rng)
         known = {"elasticity": np.linspace(1e-5, 4e-5, m), "density": np.linspace(0.05, 0.6, m)}
-        robot = replace(plain, **known, pulleys=wheel if "pulley" in model else None)
+        robot = plain.having(**known, pulleys=wheel if "pulley" in model else None)
         axes, (_, pull, sags) = list(robot.axes), MODELS[model]
         twist, step = np.zeros((2, 40, 6))
         twist[:, axes] = rng.uniform(-0.25, 0.25, (40, len(axes)))
@@ -151,7 +151,7 @@ def test_covariance_is_the_scatter(case, rng):
     change, pull, sags = MODELS[model]
     if flat:
         plain, wheel = planar(case.split()[0], "xz", 5, rng)
-        robot, one = replace(plain, pulleys=wheel if "pulleys" in case else None), plain.home[None]
+        robot, one = plain.having(pulleys=wheel if "pulleys" in case else None), plain.home[None]
     else:
         robot, one = change(box(), rng), poses(box(), rng, 1)
     m, axes, pose = len(robot.cables), list(robot.axes), np.broadcast_to(one, (n, 4, 4))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from cables.cable_robots import box, poses
@@ -121,7 +119,7 @@ def test_stretch_sag_and_pulley_add_up(rng):
     the tension along the cable, which is not that at the platform."""
     w, t, e, r = 0.122, 60.0, 2.5e-5, 0.05
     wheel = Pulleys(np.full(8, r), np.tile(UP, (8, 1)))
-    robot = replace(box(), pulleys=wheel, density=np.full(8, w), elasticity=np.full(8, e))
+    robot = box().having(pulleys=wheel, density=np.full(8, w), elasticity=np.full(8, e))
     pose = poses(robot, rng, 20)
     extra = inverse(robot, pose, t, sag=True)[0] - inverse(robot, pose, t)[0]
     d = pose[:, None, :3, 3] + robot.b @ pose[:, :3, :3].swapaxes(1, 2) - robot.a
@@ -135,7 +133,7 @@ def test_stretch_sag_and_pulley_add_up(rng):
 
 
 def test_what_cannot_hang_over_a_pulley_says_so(rng):
-    robot = replace(heavy(box()), pulleys=wheels(rng), density=np.array([0.1] * 7 + [90.0]))
+    robot = heavy(box()).having(pulleys=wheels(rng), density=np.array([0.1] * 7 + [90.0]))
     with pytest.raises(ModelError, match="c8 cannot hang so"):
         inverse(robot, robot.home[None], 20.0, sag=True)
     inside = hang(np.array([0.1, 0.0, 0.01]), 50.0, 0.1, 0.0, Pulleys(np.array(0.1), UP))

@@ -36,17 +36,17 @@ def some(pulleys):
 
 def heavy(robot):
     m = len(robot.cables)
-    return replace(robot, elasticity=np.linspace(1e-5, 4e-5, m), density=np.linspace(0.1, 3.0, m))
+    return robot.having(elasticity=np.linspace(1e-5, 4e-5, m), density=np.linspace(0.1, 3.0, m))
 
 
 MODELS = {
     "straight": (lambda robot, rng: robot, None, False),
-    "pulleys": (lambda robot, rng: replace(robot, pulleys=wheels(rng, len(robot.cables))), None, False),
+    "pulleys": (lambda robot, rng: robot.having(pulleys=wheels(rng, len(robot.cables))), None, False),
     "stretch": (lambda robot, rng: heavy(robot), 60.0, False),
-    "stretch over pulleys": (lambda robot, rng: replace(heavy(robot), pulleys=wheels(rng)), 60.0, False),
+    "stretch over pulleys": (lambda robot, rng: heavy(robot).having(pulleys=wheels(rng)), 60.0, False),
     "sag": (lambda robot, rng: heavy(robot), 60.0, True),
-    "sag over pulleys": (lambda robot, rng: replace(heavy(robot), pulleys=wheels(rng)), 60.0, True),
-    "sag over some pulleys": (lambda robot, rng: replace(heavy(robot), pulleys=some(wheels(rng))), 60.0, True),
+    "sag over pulleys": (lambda robot, rng: heavy(robot).having(pulleys=wheels(rng)), 60.0, True),
+    "sag over some pulleys": (lambda robot, rng: heavy(robot).having(pulleys=some(wheels(rng))), 60.0, True),
 }
 
 
@@ -88,7 +88,7 @@ def test_stretch_of_the_seed():
     """0.0025 %/N: a cable of 4925 mm gets 12.31 mm longer under 100 N, in the catenary and in a robot's lengths."""
     end, _ = catenary(np.array([100.0, 0.0]), np.array(4.925), 0.0, 2.5e-5)
     assert 1e3 * (end[0] - 4.925) == pytest.approx(12.31, abs=0.01)
-    robot = replace(box(), elasticity=np.full(8, 2.5e-5), density=np.zeros(8))
+    robot = box().having(elasticity=np.full(8, 2.5e-5), density=np.zeros(8))
     pose = robot.home[None].copy()
     toward = robot.b[0] + pose[0, :3, 3] - robot.a[0]
     pose[0, :3, 3] = robot.a[0] - robot.b[0] + toward * 4.93731 / np.linalg.norm(toward)
@@ -169,7 +169,7 @@ def test_pulley_of_no_radius_is_an_eyelet(rng):
 
 def test_measured_lengths_know_the_pulleys(rng):
     """The kind `lengths` predicts what inverse kinematics says, and moves with the anchors as it should."""
-    robot = replace(box(), pulleys=wheels(rng))
+    robot = box().having(pulleys=wheels(rng))
     pose = poses(robot, rng, 5)
     exact, _ = inverse(robot, pose)
     rows = Observations(

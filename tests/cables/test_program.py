@@ -144,7 +144,7 @@ def test_every_waypoint_is_held_within_the_limits_and_free(machine):
 def test_lengths_are_what_the_sensors_show():
     machine = robot()
     listing = listed(machine, 8)
-    plain, stretched = program(machine, listing, 3), program(replace(machine, elasticity=np.full(8, 2e-5)), listing, 3)
+    plain, stretched = program(machine, listing, 3), program(machine.having(elasticity=np.full(8, 2e-5)), listing, 3)
     assert not plain.stretched and stretched.stretched
     geometric, _ = inverse(machine, plain.pose.reshape(-1, 4, 4))
     np.testing.assert_allclose(plain.lengths.reshape(-1, 8), geometric, atol=1e-12)

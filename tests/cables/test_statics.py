@@ -110,7 +110,7 @@ def test_stiffness_is_the_difference_of_wrenches(rig, rng, wheels, degrees):
     expected = -np.stack(columns, axis=2)[:, rows][:, :, rows]
     np.testing.assert_allclose(k, expected, rtol=1e-6, atol=1e-6 * np.abs(k).max())
     if wheels:
-        assert np.abs(k - stiffness(replace(robot, pulleys=None), pose, tension, load)).max() > 1e-3 * np.abs(k).max()
+        assert np.abs(k - stiffness(robot.having(pulleys=None), pose, tension, load)).max() > 1e-3 * np.abs(k).max()
 
 
 def test_curvature_over_a_pulley(rng):
@@ -159,7 +159,7 @@ def test_cables_over_pulleys_hold_a_weight_from_above(rng):
     """The sign of it all: the weight pulls down, so that what the cables add up to points up, and is m g."""
     robot = replace(box(), mass=7.0, com=np.array([0.02, 0, 0.05]), limits=np.tile([20.0, 800.0], (8, 1)))
     wheel = Pulleys(np.full(8, 0.05), np.tile([0.0, 0, 1], (8, 1)))
-    for machine in (robot, replace(robot, pulleys=wheel)):
+    for machine in (robot, robot.having(pulleys=wheel)):
         pose = machine.home[None]
         w, load = structure_of(machine, pose), gravity_wrench(pose, machine.mass, machine.com)
         found = distribute(w, load, machine.limits)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,7 +24,7 @@ READ = "tension: {columns: [t1, t2, t3, t4, t5, t6, t7, t8], unit: N}\n"
 def cell(tmp_path_factory):
     """Anchors 10 mm off, poses that a tracker on the base measured, lengths of cables that stretch by 7 mm and more."""
     folder = tmp_path_factory.mktemp("cell")
-    robot = replace(published("laval"), elasticity=np.full(8, SOFT))
+    robot = published("laval").having(elasticity=np.full(8, SOFT))
     rng, m = np.random.default_rng(1), 80
     truth = robot.with_values({n: robot.table[n].value + rng.normal(0, 0.01) for n in robot.geometric if ".a" in n})
     turn = np.concatenate([rng.uniform(-0.7, 0.7, (600, 3)), rng.uniform(-0.2, 0.2, (600, 3))], axis=1)
@@ -38,7 +37,7 @@ def cell(tmp_path_factory):
     full = np.linalg.norm(pose[:, None, :3, 3] + truth.b @ pose[:, :3, :3].swapaxes(1, 2) - truth.a, axis=2)
     y = full / (1 + SOFT * found.tension) - truth.zeros + NOISE * rng.normal(size=full.shape)
     ids = [f"p{i}" for i in range(m)]
-    for name, made in (("robot", robot), ("stiff", replace(robot, elasticity=None))):
+    for name, made in (("robot", robot), ("stiff", robot.having(elasticity=None))):
         (folder / f"{name}.yaml").write_text(describe_cable(made) + "calibrate: {free: [ax, ay, az, l0]}\n")
     names = [f"{c} [mm]" for c in robot.cables]
     (folder / "lengths.csv").write_text(

@@ -200,7 +200,7 @@ def stretched(rng):
     m = 5
     extra = {"cable": np.tile(np.arange(4), m), "tension": np.linspace(20.0, 400.0, 4 * m)}
     obs = observations("lengths", m, 1e-3, each=4, extra=extra)
-    return made(replace(platform(), elasticity=np.linspace(1e-4, 4e-4, 4)), [obs], rng, m)
+    return made(platform().having(elasticity=np.linspace(1e-4, 4e-4, 4)), [obs], rng, m)
 
 
 def set_anew(rng):
@@ -275,6 +275,34 @@ def sharing(rng):
     return made(machine, [obs, turned], rng, m)
 
 
+def wheeled(common):
+    def made_of(rng):
+        """Cables over pulleys that lean, of which one has none, stretched by tensions and hanging; or all over one kind of pulley."""
+        m, machine = 5, platform()
+        axis = np.array([[0.1, 0.2, 1.1], [0.2, -0.1, 0.8], [0.3, 0, 0.9], [0, 0.3, -1.2]])
+        extra = {
+            "cable": np.tile(np.arange(4), m),
+            "tension": np.linspace(20.0, 400.0, 4 * m),
+            "hanging": np.linspace(0.9, 1.1, 4 * m),
+        }
+        if common:
+            shared = {
+                f"{c}.{s}": f"cables.{s}" for c in machine.cables for s in ("radius", "nx", "ny", "nz", "elasticity")
+            }
+            wheels = Pulleys(np.full(4, 0.05), np.tile([0.0, 0.0, 1.0], (4, 1)))
+            machine = cable_robot(
+                "alike", machine.a, machine.b, shared=shared, pulleys=wheels, elasticity=np.full(4, 2e-4)
+            )
+            assert {p.name for p in machine.table.rows if p.name.startswith("cables.")} == set(shared.values())
+        else:
+            wheels = Pulleys(np.array([0.03, 0.0, 0.07, 0.05]), axis)
+            machine = machine.having(pulleys=wheels, elasticity=np.linspace(1e-4, 4e-4, 4))
+        obs = observations("lengths", m, 1e-3, each=4, extra=extra, options={"cables": machine.cables})
+        return made(machine, [obs], rng, m)
+
+    return made_of
+
+
 def swivelling(rng):
     """Pulleys that swivel about axes that lean, one of them along the base's x."""
     m, machine = 5, platform()
@@ -282,7 +310,7 @@ def swivelling(rng):
     obs = observations(
         "swivel", m, 1e-3, each=4, extra={"cable": np.tile(np.arange(4), m)}, options={"cables": machine.cables}
     )
-    return made(replace(machine, pulleys=Pulleys(np.full(4, 0.05), axis)), [obs], rng, m)
+    return made(machine.having(pulleys=Pulleys(np.full(4, 0.05), axis)), [obs], rng, m)
 
 
 def lens(names):
@@ -316,6 +344,8 @@ SCENARIOS = {
     **{k: v for kind in OWN for k, v in places_of(kind).items()},
     **differences(),
     "distance/two frames": distance,
+    "lengths/free poses, pulleys of each": wheeled(False),
+    "lengths/free poses, pulleys of all alike": wheeled(True),
     "swivel/free poses": swivelling,
     "lengths/free poses, shared anchors": sharing,
     "load/free poses": weighed(False),

@@ -51,11 +51,15 @@ def dense(p, lin):
 
 
 def check(p, scale=1.0):
+    # A strain per newton is a small number: its column is compared per millionth.
+    unit = np.ones(columns(p))
+    unit[: len(p.free)] = [1e-6 if p.table[n].unit == "1/N" else 1.0 for n in p.free]
+
     def residual(step):
-        return p.linearize(p.retract(p.start, *split(p, step))).r
+        return p.linearize(p.retract(p.start, *split(p, unit * step))).r
 
     def jacobian(step):
-        return scale * dense(p, p.linearize(p.retract(p.start, *split(p, step))))
+        return scale * unit * dense(p, p.linearize(p.retract(p.start, *split(p, unit * step))))
 
     check_jacobian(residual, jacobian, np.zeros(columns(p)), tolerance=1e-7)
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import EllipsisType
 from typing import Self
 
 import numpy as np
@@ -23,10 +24,28 @@ from robocal.geometry import se3
 from robocal.geometry.path.unjointed import Unjointed
 from robocal.parameters import Parameter, Table
 
-__all__ = ["DEGREES", "EXPECTED", "SYMBOLS", "CableRobot", "cable_robot", "home", "lengths", "straight"]
+__all__ = [
+    "COMMON",
+    "DEGREES",
+    "EXPECTED",
+    "STRETCH",
+    "SYMBOLS",
+    "WHEEL",
+    "CableRobot",
+    "cable_robot",
+    "home",
+    "lengths",
+    "straight",
+]
 
 Array = NDArray[np.float64]
 SYMBOLS = ("ax", "ay", "az", "bx", "by", "bz", "l0")
+WHEEL = ("radius", "nx", "ny", "nz")
+STRETCH = "elasticity"
+COMMON = "cables"  # whose a number is that all cables have together
+UNITS = {"radius": "m", STRETCH: "1/N"}
+WHEEL_EXPECTED = (0.005, 0.05, 0.05, 0.05)  # m, and what an axis is off that somebody set by eye
+SOFTER = 0.5  # of itself: what a catalogue knows of a rope's elasticity
 SPATIAL = (0, 1, 2, 3, 4, 5)
 # What a tape measure or radio beacons leave, by the thesis; four poses and more improve it a hundredfold.
 EXPECTED = 0.1  # m
@@ -44,9 +63,10 @@ class CableRobot(Unjointed):
     """Anchors and sensor zeros of m cables, as a parameter table `c1.ax` ... `c1.bz`, `c1.l0` in m, and what else is
     known of them.
 
-    mass in kg, com (3,) in m and inertia (3, 3) in kg m2 about com, all in platform axes; limits (m, 2): least and
-    greatest tension in N; elasticity (m,) in 1/N: strain per tension; density (m,): weight per unstretched length in
-    N/m; diameter (m,) in m. None: not known. `degrees` is a key of DEGREES; a planar robot moves in `plane` of the
+    The table also has what is known of pulleys, `c1.radius` in m and the swivel axis `c1.nx` ... `c1.nz` of any length,
+    and of stretch, `c1.elasticity` in 1/N: strain per tension. mass in kg, com (3,) in m and inertia (3, 3) in kg m2
+    about com, all in platform axes; limits (m, 2): least and greatest tension in N; density (m,): weight per unstretched
+    length in N/m; diameter (m,) in m. None: not known. `degrees` is a key of DEGREES; a planar robot moves in `plane` of the
     base (xz and yz stand upright). `sources` says where values come from, `assumed` names those that were chosen:
     c1.a, c1.b, c1.zero, c1.tension, c1.pulley, ..., mass, com, inertia; the source of them all is under "". Cables that share an
     anchor share its parameters: `shared` says whose they are ("c2.ax": "c1.ax"), and the table has them once.
@@ -59,8 +79,6 @@ class CableRobot(Unjointed):
     com: Array = field(default_factory=lambda: np.zeros(3))
     inertia: Array | None = None
     limits: Array | None = None
-    pulleys: Pulleys | None = None
-    elasticity: Array | None = None
     density: Array | None = None
     diameter: Array | None = None
     degrees: str = "3R3T"
@@ -77,6 +95,45 @@ class CableRobot(Unjointed):
     def row(self, name: str) -> str:
         """The parameter that stands for a name: its own, or that of the cable whose anchor it shares."""
         return self.shared.get(name, name)
+
+    @cached_property
+    def pulleys(self) -> Pulleys | None:
+        """The pulleys, radii (m,) and axes (m, 3) of length 1; radius 0 where a cable has none. None: no cable has one."""
+        found = self._stated(WHEEL)
+        if np.isnan(found[:, 0]).all():
+            return None
+        bare = np.isnan(found[:, 0])
+        found[bare] = 0.0, 0.0, 0.0, 1.0
+        return Pulleys(found[:, 0], found[:, 1:] / np.linalg.norm(found[:, 1:], axis=1, keepdims=True))
+
+    @cached_property
+    def elasticity(self) -> Array | None:
+        """Strain per tension (m,) in 1/N. None: not known."""
+        found = self._stated((STRETCH,))[:, 0]
+        return None if np.isnan(found).any() else found
+
+    def _stated(self, symbols: Sequence[str]) -> Array:
+        """Numbers (m, k) of the table by symbol, not a number where a cable has none."""
+        names = [[self.row(f"{c}.{s}") for s in symbols] for c in self.cables]
+        return np.array([[self.table[n].value if n in self.table else np.nan for n in own] for own in names])
+
+    def having(
+        self,
+        *,
+        pulleys: Pulleys | EllipsisType | None = ...,
+        elasticity: ArrayLike | EllipsisType | None = ...,
+        **known: object,
+    ) -> Self:
+        """The same robot with other pulleys, or with none, with cables that stretch otherwise, and other fields."""
+        wheels = self.pulleys if isinstance(pulleys, EllipsisType) else pulleys
+        strain = self.elasticity if isinstance(elasticity, EllipsisType) else elasticity
+        gone = () if isinstance(pulleys, EllipsisType) else WHEEL
+        gone = gone if isinstance(elasticity, EllipsisType) else (*gone, STRETCH)
+        left = {k: v for k, v in self.shared.items() if k.rpartition(".")[2] not in gone}
+        kept = [p for p in self.table.rows if p.name.rpartition(".")[2] not in gone]
+        names = {p.name for p in kept}
+        more = [p for p in _material(self.cables, wheels, strain, left) if p.name not in names]
+        return replace(self, table=Table((*kept, *more), self.table.together), shared=left, **known)  # type: ignore[arg-type]
 
     @property
     def a(self) -> Array:
@@ -111,8 +168,8 @@ class CableRobot(Unjointed):
 
     @property
     def geometric(self) -> tuple[str, ...]:
-        """What its making leaves: the anchors. Where a length sensor counts from may be anything."""
-        return tuple(n for n in self.table.names if not n.endswith(".l0"))
+        """What its making leaves: anchors and radii. Where a length sensor counts from may be anything."""
+        return tuple(n for n in self.table.names if n.rpartition(".")[2] in (*SYMBOLS[:6], "radius"))
 
     @property
     def lengths(self) -> tuple[str, ...]:
@@ -164,10 +221,12 @@ def cable_robot(
     *,
     names: Sequence[str] | None = None,
     shared: Mapping[str, str] | None = None,
+    pulleys: Pulleys | None = None,
+    elasticity: ArrayLike | None = None,
     **known: object,
 ) -> CableRobot:
     """A robot from anchors (m, 3) and (m, 3); `free` lists the symbols that are to be identified, `shared` the numbers that are another
-    cable's, `known` the other fields of CableRobot.
+    cable's or of all, `known` the other fields of CableRobot.
 
     Raises ModelError when there are not as many of one as of the other.
     """
@@ -186,7 +245,32 @@ def cable_robot(
         for s, v in zip(SYMBOLS, numbers, strict=True)
         if f"{cable}.{s}" not in (shared or {})
     ]
+    rows += [
+        replace(p, free=p.name.rpartition(".")[2] in free) for p in _material(cables, pulleys, elasticity, shared or {})
+    ]
     return CableRobot(name, cables, Table(tuple(rows)), shared=dict(shared or {}), **known)  # type: ignore[arg-type]
+
+
+def _material(
+    cables: Sequence[str], pulleys: Pulleys | None, elasticity: ArrayLike | None, shared: Mapping[str, str]
+) -> list[Parameter]:
+    """What is known of pulleys and of stretch, as parameters; a cable without a pulley has none."""
+    rows: dict[str, Parameter] = {}
+
+    def put(name: str, value: float, expected: float) -> None:
+        whose = shared.get(name, name)
+        rows.setdefault(whose, Parameter(whose, value, UNITS.get(name.rpartition(".")[2], "1"), expected=expected))
+
+    for i, cable in enumerate(cables):
+        if pulleys is not None and np.broadcast_to(pulleys.radius, len(cables))[i] != 0:
+            axis = np.broadcast_to(pulleys.axis, (len(cables), 3))[i]
+            numbers = float(np.broadcast_to(pulleys.radius, len(cables))[i]), *map(float, axis)
+            for symbol, value, expected in zip(WHEEL, numbers, WHEEL_EXPECTED, strict=True):
+                put(f"{cable}.{symbol}", value, expected)
+        if elasticity is not None:
+            strain = float(np.broadcast_to(np.asarray(elasticity, float), len(cables))[i])
+            put(f"{cable}.{STRETCH}", strain, max(SOFTER * strain, 1e-7))
+    return list(rows.values())
 
 
 def lengths(pose: Array, cable: Array, pulley: Pulleys | None = None) -> tuple[Array, Array, Array]:

@@ -8,7 +8,8 @@ radius r has its centre at (s, h) = (r, 0). With e = (s - r, h):
     length         l = r beta + f
 
 The taut string moves its end along itself, so dl/dB is the unit vector of the free segment,
-u = sin(beta) d_perp / s + cos(beta) n; the pulley turns with B and does not matter to first order.
+u = sin(beta) d_perp / s + cos(beta) n; the pulley turns with B and does not matter to first order. By the radius it is
+beta - sin(beta), and by the axis, which stays a unit vector, (s cos(beta) - h sin(beta)) d_perp / s.
 Source: Pott, Cable-Driven Parallel Robots (2018), section 4.2.5 (the extended kinematics of one pulley).
 """
 
@@ -19,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Pulleys", "curvature", "run", "taut"]
+__all__ = ["Pulleys", "by_wheel", "curvature", "run", "taut"]
 
 Array = NDArray[np.float64]
 
@@ -41,6 +42,14 @@ def run(d: Array, pulleys: Pulleys | None) -> tuple[Array, Array]:
         return full, d / np.where(full > 0, full, np.inf)[..., None]
     free, beta, _, side = taut(d, pulleys)
     return pulleys.radius * beta + free, np.sin(beta)[..., None] * side + np.cos(beta)[..., None] * pulleys.axis
+
+
+def by_wheel(d: Array, pulleys: Pulleys) -> Array:
+    """Derivatives (..., 4) of the length by the radius and by the three numbers of an axis of length 1."""
+    _, beta, s, side = taut(d, pulleys)
+    h = (d * pulleys.axis).sum(axis=-1)
+    turning = s * np.cos(beta) - h * np.sin(beta)
+    return np.concatenate([(beta - np.sin(beta))[..., None], turning[..., None] * side], axis=-1)
 
 
 def curvature(d: Array, pulleys: Pulleys | None) -> Array:

@@ -1,11 +1,11 @@
 """Cable lengths: r = l_i(T_base_platform) - y, one row per cable and configuration.
 
 value (k, 1) in m; extra["cable"] (k,) is the cable's number from 0; the cable's anchors and sensor zero are the
-machine's parameters; its pulley, if any, is taken as stated. With extra["tension"] (k,) in N and the machine's elasticity e the
-sensor shows what stretch leaves, l_i / (1 + e t). options["zeros"] names whoever's zeros these are, where they are not the
-robot's: those of one power-up; they are the parameters `owner.cable`, and options["cables"] names the cables. options["gain"] names
-the drums, of which a length g times as long winds up what the sensor shows: y = l / g, with g the parameter `drums.gain`, or, with
-options["each"], `drums.cable.gain` of every cable.
+machine's parameters, as are those of its pulley and its elasticity e. With extra["tension"] (k,) in N the sensor shows what stretch
+leaves, l_i / (1 + e t); extra["hanging"] (k,) is what sag makes of that. options["zeros"] names whoever's zeros these are, where they
+are not the robot's: those of one power-up; they are the parameters `owner.cable`, and options["cables"] names the cables.
+options["gain"] names the drums, of which a length g times as long winds up what the sensor shows: y = l / g, with g the parameter
+`drums.gain`, or, with options["each"], `drums.cable.gain` of every cable.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from robocal._jit import as_kernel_array
 from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
-from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
 from robocal.estimate.rows import Normal
 from robocal.measure.builder import Builder
+from robocal.measure.cable.material import Material
 from robocal.measure.data import Observations
 from robocal.measure.machine import Machine
 from robocal.measure.rows import Kind, Rows, register
@@ -49,20 +49,21 @@ class LengthRows(Rows):
         gains = gain_names(obs)
         # Of every cable, where its gain is behind the seven numbers of all; nowhere where lengths are as their sensors show.
         self.gains = np.resize(np.arange(len(gains)) + len(numbers), len(cables)) if gains else None
-        numbers = np.concatenate([numbers, builder.rows(gains)])
+        robot, tense = cast(CableRobot, builder.machine), "tension" in obs.extra
+        self.material = Material(
+            robot, obs.extra["tension"][index] if tense else None, obs.extra["cable"][index].astype(np.int64)
+        )
+        self.behind = len(numbers) + len(gains)  # where the numbers of pulleys and elasticities begin
+        numbers = np.concatenate([numbers, builder.rows([*gains, *self.material.names])])
         super().__init__(
             builder.tool(configurations), obs, index, UNSTATED, numbers, np.ascontiguousarray(sight.ravel())
         )
         self.walk = np.argsort(sight.ravel(), kind="stable")
         self.cable = obs.extra["cable"][index].astype(np.int64)
-        pulleys: Pulleys | None = getattr(builder.machine, "pulleys", None)
-        eyelets = Pulleys(np.zeros(len(cables)), np.tile([0.0, 0.0, 1.0], (len(cables), 1)))
-        self.pulleys = pulleys
-        self.share = np.ones(len(index))
-        elasticity = getattr(builder.machine, "elasticity", None)
-        if "tension" in obs.extra and elasticity is not None:
-            self.share = 1.0 / (1.0 + np.asarray(elasticity, float)[self.cable] * obs.extra["tension"][index])
-        self.radius, self.axis = as_kernel_array((pulleys or eyelets).radius, (pulleys or eyelets).axis)
+        self.hanging = obs.extra["hanging"][index] if "hanging" in obs.extra else np.ones(len(index))
+        self.radius, self.axis, self.share = self.material.at(self.material.stated)
+        self.share = self.hanging * self.share
+        self.radius, self.axis = as_kernel_array(self.radius, self.axis)
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         from robocal.measure.cable._kernels import evaluate_lengths
@@ -75,19 +76,41 @@ class LengthRows(Rows):
         k = j.shape[3]
         r, jac = np.empty((len(x), rows, 1)), np.zeros((len(x), rows, 1, k + len(self.own)))
         jloc = np.empty((len(x), rows, 1, jl.shape[3]))
-        evaluate_lengths(
-            t, j, jl, self._numbers(x), self.radius, self.axis, self.share[part], own - lo, self.cable[part], *self._free, value,
-            r, jac, jloc,
-        )  # fmt: skip
+        numbers, edges = self._numbers(x), self._free
+        if self._as_stated(x):
+            evaluate_lengths(
+                t, j, jl, numbers, self.radius, self.axis, self.share[part], own - lo, self.cable[part], *edges, value, r, jac, jloc
+            )  # fmt: skip
+        else:
+            for b in range(len(x)):
+                one, known = slice(b, b + 1), value if len(value) == 1 else value[b : b + 1]
+                stated = x[b, self.numbers[self.behind :]]
+                radius, axis, share = self.material.at(stated, part)
+                radius, axis = as_kernel_array(radius, axis)
+                share = share * self.hanging[part]
+                evaluate_lengths(
+                    t[one], j[one], jl[one], numbers[one], radius, axis, share, own - lo, self.cable[part], *edges,
+                    known, r[one], jac[one], jloc[one],
+                )  # fmt: skip
+                free = np.flatnonzero(self.own >= self.behind)
+                if len(free):
+                    at = t[b, own - lo]
+                    slopes = self.material.slopes(stated, at, numbers[b], part) * share[:, None]
+                    jac[b, :, 0, k + free] = slopes[:, self.own[free] - self.behind].T
         if self.gains is not None:
             where = self.gains[self.cable[part]]
             g = x[:, self.numbers[where], None]
             length = r + value
             r = length / g - value
             jac, jloc = jac / g[..., None], jloc / g[..., None]
-            for c in np.flatnonzero(self.own >= len(SYMBOLS) * len(self.radius)):
+            for c in np.flatnonzero((self.own >= len(SYMBOLS) * len(self.radius)) & (self.own < self.behind)):
                 jac[..., 0, k + c] = np.where(where == self.own[c], -length[..., 0] / g[..., 0] ** 2, 0.0)
         return r, jac, jloc
+
+    def _as_stated(self, x: Array) -> bool:
+        """Whether pulleys and elasticities are those of the machine, and stay so."""
+        free = len(self.own) > 0 and bool(self.own[-1] >= self.behind)
+        return not free and bool((x[:, self.numbers[self.behind :]] == self.material.stated).all())
 
     def _numbers(self, x: Array) -> Array:
         """The numbers of every cable, (B, C, 7)."""
@@ -103,7 +126,7 @@ class LengthRows(Rows):
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         from robocal.measure.cable._kernels import accumulate_lengths
 
-        if self.touches[1] or self.gains is not None:
+        if self.touches[1] or self.gains is not None or not self._as_stated(x):
             return False
         assert self.sight is not None
         poses = int(self.sight.max(initial=-1)) + 1

@@ -14,11 +14,12 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.geometry import CableRobot
+from robocal.cables.geometry import WHEEL, CableRobot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.measure.bearing import wrap
 from robocal.measure.builder import Builder
+from robocal.measure.cable.material import known
 from robocal.measure.data import Observations
 from robocal.measure.machine import Machine
 from robocal.measure.rows import Kind, Number, Rows, numbers, register
@@ -36,12 +37,47 @@ TINY = 1e-300
 
 
 def across(axis: Array) -> tuple[Array, Array]:
-    """e1 and e2 (c, 3) of swivel axes (c, 3): unit vectors across each, e1 nearest to the base's x, of an axis along x to its y."""
-    n = axis / np.linalg.norm(axis, axis=1, keepdims=True)
-    toward = np.where(np.abs(n[:, :1]) < 0.9, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
-    one = toward - np.sum(toward * n, axis=1, keepdims=True) * n
-    one /= np.linalg.norm(one, axis=1, keepdims=True)
+    """e1 and e2 (..., 3) of swivel axes (..., 3): unit vectors across each, e1 nearest to the base's x, of an axis along x to its y."""
+    n = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
+    one = _toward(n) - np.sum(_toward(n) * n, axis=-1, keepdims=True) * n
+    one /= np.linalg.norm(one, axis=-1, keepdims=True)
     return one, np.cross(n, one)
+
+
+def _toward(n: Array) -> Array:
+    return np.where(np.abs(n[..., :1]) < 0.9, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+
+
+def by_axis(d: Array, axis: Array, one: Array, two: Array) -> Array:
+    """Derivatives (..., 3) of the angles of vectors d (..., 3) by the three numbers of swivel axes (..., 3), whose e1 turns with them.
+
+    Where n moves by alpha e1 + beta e2 the angle moves by h (alpha Y - beta X) / (X^2 + Y^2) + beta (t . n) / (t . e1), with d = X e1 +
+    Y e2 + h n and t the axis of the base to which e1 is nearest.
+    """
+    size = np.linalg.norm(axis, axis=-1, keepdims=True)
+    n = axis / size
+    x, y, h = (np.sum(d * e, axis=-1, keepdims=True) for e in (one, two, n))
+    toward = _toward(n)
+    tilt = np.sum(toward * n, axis=-1, keepdims=True) / np.sum(toward * one, axis=-1, keepdims=True)
+    flat = np.maximum(x * x + y * y, TINY)
+    return np.asarray((h * y / flat * one + (tilt - h * x / flat) * two) / size)
+
+
+class Axes:
+    """The swivel axes of a robot's pulleys as parameters: upright where a cable has no pulley."""
+
+    def __init__(self, robot: CableRobot) -> None:
+        self.names, *self._which = known(robot, WHEEL[1:])
+        self.cables = len(robot.cables)
+        owner, symbol = np.divmod(np.arange(7 * self.cables), 7)
+        # Of every number of the rows: whose it is, and which of a cable's ten.
+        self.of = np.concatenate([owner, self._which[0]]), np.concatenate([symbol, 7 + self._which[1]])
+
+    def at(self, values: Array) -> Array:
+        """Axes (B, cables, 3) from the numbers (B, n)."""
+        out = np.tile([0.0, 0.0, 1.0], (len(values), self.cables, 1))
+        out[:, self._which[0], self._which[1]] = values
+        return out
 
 
 def swivels(d: Array, one: Array, two: Array) -> tuple[Array, Array]:
@@ -57,12 +93,12 @@ class SwivelRows(Rows):
     def __init__(self, builder: Builder, obs: Observations, cables: Sequence[str]) -> None:
         configurations, sight = np.unique(obs.configuration, return_inverse=True)
         own = builder.rows(f"{c}.{s}" for c in cables for s in (*ENDS, SYMBOL))
+        robot = cast(CableRobot, builder.machine)
+        self.axes = Axes(robot)
+        own = np.concatenate([own, builder.rows(self.axes.names)])
         every = np.arange(len(obs))
         super().__init__(builder.tool(configurations), obs, every, UNSTATED, own, np.ascontiguousarray(sight.ravel()))
         self.cable = obs.extra["cable"].astype(np.int64)
-        pulleys: Pulleys | None = getattr(builder.machine, "pulleys", None)
-        axis = np.tile([0.0, 0.0, 1.0], (len(cables), 1)) if pulleys is None else pulleys.axis
-        self.one, self.two = (e[self.cable] for e in across(np.asarray(axis, float)))
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         assert self.sight is not None
@@ -70,16 +106,20 @@ class SwivelRows(Rows):
         sight, cable = self.sight[part], self.cable[part]
         lo, hi = (int(sight.min()), int(sight.max()) + 1) if rows else (0, 0)
         t, j, jl = (a[:, sight - lo] for a in self.carrier.pose(x, lo, hi - lo))
-        number = x[:, self.numbers].reshape(len(x), -1, 7)[:, cable]
+        seven = 7 * self.axes.cables
+        number = x[:, self.numbers[:seven]].reshape(len(x), -1, 7)[:, cable]
+        n = self.axes.at(x[:, self.numbers[seven:]])[:, cable]
+        one, two = across(n)
         turn = t[..., :3, :3]
         lever = np.einsum("bmij,bmj->bmi", turn, number[..., 3:6])
-        angle, slope = swivels(t[..., :3, 3] + lever - number[..., :3], self.one[part], self.two[part])
+        d = t[..., :3, 3] + lever - number[..., :3]
+        angle, slope = swivels(d, one, two)
         r = wrap(angle - number[..., 6] - self.measured(which, first, rows)[..., 0])[..., None]
         by_pose = np.concatenate([slope, np.cross(lever, slope)], axis=-1)[:, :, None]
         by_number = np.concatenate(
-            [-slope, np.einsum("bmij,bmi->bmj", turn, slope), -np.ones((*slope.shape[:2], 1))], axis=-1
-        )
-        owner, symbol = np.divmod(self.own, 7)
+            [-slope, np.einsum("bmij,bmi->bmj", turn, slope), -np.ones((*slope.shape[:2], 1)), by_axis(d, n, one, two)], axis=-1
+        )  # fmt: skip
+        owner, symbol = (v[self.own] for v in self.axes.of)
         mine = (owner == cable[:, None]) * by_number[..., symbol]
         return r, np.concatenate([by_pose @ j, mine[:, :, None]], axis=3), by_pose @ jl
 
@@ -121,11 +161,11 @@ def _owned(obs: Observations, cable: str) -> Observations:
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term for all cables."""
-    known: tuple[str, ...] = getattr(builder.machine, "cables", ())
+    cables: tuple[str, ...] = getattr(builder.machine, "cables", ())
     names = _cables(obs)
-    if names != known:
+    if names != cables:
         raise ModelError(
-            "swivel angles are of the cables of a cable robot", found=", ".join(names), expected=", ".join(known) or "cables"
+            "swivel angles are of the cables of a cable robot", found=", ".join(names), expected=", ".join(cables) or "cables"
         )  # fmt: skip
     return [SwivelRows(builder, obs, names)] if len(obs) else []
 

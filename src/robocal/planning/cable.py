@@ -12,13 +12,14 @@ every plan (`estimate.criteria`, `estimate.selection`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.geometry import EXPECTED, SYMBOLS, CableRobot, lengths, straight
+from robocal.cables.geometry import EXPECTED, CableRobot, straight
+from robocal.cables.gradient import by_parameters
 from robocal.errors import ModelError
 from robocal.estimate.selection import Design, greedy, limit, select
 from robocal.planning.design import Blocks, gathered, posed, predicted
@@ -112,7 +113,7 @@ def cable_blocks(robot: CableRobot, poses: Array, noise: Noise) -> Blocks:
     names = _free(robot)
     rows = list(robot.axes)
     gradient = straight(robot, poses)[1][..., rows]
-    j = _by_parameters(robot, poses, names) * EXPECTED
+    j = by_parameters(robot, poses, names)[1] * EXPECTED
     spread = np.array([noise.position] * 3 + [noise.orientation] * 3)[rows]
     m = len(robot.cables)
     cover = noise.length**2 * np.eye(m) + (gradient * spread**2) @ gradient.swapaxes(1, 2)
@@ -130,17 +131,6 @@ def _free(robot: CableRobot) -> tuple[str, ...]:
         return tuple(robot.table.free)
     still = [f"a{'xyz'[i]}" for i in range(3) if i not in robot.axes]
     return tuple(dict.fromkeys(robot.row(f"{cable}.{s}") for cable in robot.cables for s in DEFAULT if s not in still))
-
-
-def _by_parameters(robot: CableRobot, poses: Array, names: Sequence[str]) -> Array:
-    """J (k, m, n): gradient of the lengths with respect to the free parameters."""
-    out = np.zeros((len(poses), len(robot.cables), len(names)))
-    for i, cable in enumerate(robot.cables):
-        _, _, own = lengths(poses[None], robot.numbers[i][None], robot.pulley(i))
-        for s, symbol in enumerate(SYMBOLS):
-            if (name := robot.row(f"{cable}.{symbol}")) in names:
-                out[:, i, names.index(name)] += own[0, :, s]
-    return out
 
 
 def _errors(b: Blocks, chosen: Ints) -> dict[str, float]:

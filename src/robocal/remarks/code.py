@@ -214,6 +214,7 @@ class Code(StrEnum):
     CALIBRATION_CARRIED = "calibration-carried"
     POSES_NOT_IN_ALL = "poses-not-in-all"
     STRETCH_TAKEN = "stretch-taken"
+    SAG_TAKEN = "sag-taken"
     STRETCH_LEFT = "stretch-left"
     NO_DIAMETER = "no-diameter"
     NO_PULLEYS = "no-pulleys"

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
+from robocal.cables.geometry import CableRobot
+from robocal.cables.gradient import by_parameters
 
 __all__ = ["carried"]
 
@@ -16,16 +17,9 @@ Array = NDArray[np.float64]
 
 def carried(robot: CableRobot, pose: ArrayLike, names: Sequence[str], covariance: ArrayLike) -> Array:
     """Covariance (k, d, d) of the twist (v, w) of poses (k, 4, 4), in the components that the robot has, that a covariance (n, n) of
-    its anchors and zeros `names` leaves where lengths are exact. Not a number where a pose is none."""
+    its anchors, zeros and pulleys `names` leaves where lengths are exact. Not a number where a pose is none."""
     t = np.asarray(pose, float)
-    by_pose, by_number = np.empty((len(t), len(robot.cables), 6)), np.zeros((len(t), len(robot.cables), len(names)))
-    at = {n: i for i, n in enumerate(names)}
-    for i, cable in enumerate(robot.cables):
-        _, one, seven = lengths(t[None], robot.numbers[i][None], robot.pulley(i))
-        by_pose[:, i] = one[0]
-        for s, symbol in enumerate(SYMBOLS):
-            if (where := at.get(robot.row(f"{cable}.{symbol}"))) is not None:
-                by_number[:, i, where] = seven[0, :, s]
+    by_pose, by_number = by_parameters(robot, t, names)
     good = np.isfinite(by_pose).all(axis=(1, 2))
     out = np.full((len(t), len(robot.axes), len(robot.axes)), np.nan)
     through = np.linalg.pinv(by_pose[good][..., list(robot.axes)]) @ by_number[good]

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from robocal.cables.geometry import SYMBOLS, CableRobot, cable_robot
+from robocal.cables.geometry import COMMON, STRETCH, SYMBOLS, WHEEL, CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError, nearest
 from robocal.files.cable.cablefile import CableFile, checked
@@ -30,6 +30,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["parse_cable", "read_cable"]
 
 Place = tuple[Path_, Unit]
+MATERIAL = {"pulley": WHEEL, "elasticity": (STRETCH,)}  # keys of a cable, and the parameters that they are
 
 
 def read_cable(path: str | os.PathLike[str]) -> CableFile:
@@ -183,7 +184,7 @@ def _robot(
         np.array([platform[b][0] for _, _, b in rows]).reshape(-1, 3),
         zeros,
         names=names,
-        shared=_shared(rows, names),
+        shared=_shared(rows, names) | _common(model, rows, names),
         degrees=model.degrees,
         plane=model.plane,
         **known,
@@ -198,12 +199,12 @@ def _robot(
             try:
                 free.update(robot.table.match([word]))
             except ModelError as error:
-                expected = f"a parameter, a cable or one of {', '.join(SYMBOLS)}"
+                expected = f"a parameter, a cable or one of {', '.join((*SYMBOLS, *WHEEL, STRETCH))}"
                 document.fail(
                     error.message, ("calibrate", "free", i), found=word, expected=expected, suggestion=error.suggestion
                 )
         robot = replace(robot, table=robot.table.with_free(free))
-    return robot, _places(rows, names, frame, platform, values)
+    return robot, _places(model, rows, names, frame, platform, values)
 
 
 def _shared(rows: list[tuple[CableModel, str, str]], names: list[str]) -> dict[str, str]:
@@ -216,6 +217,19 @@ def _shared(rows: list[tuple[CableModel, str, str]], names: list[str]) -> dict[s
             if owner != name:
                 out.update({f"{name}.{letter}{s}": f"{owner}.{letter}{s}" for s in "xyz"})
     return out
+
+
+def _common(model: CableRobotModel, rows: list[tuple[CableModel, str, str]], names: list[str]) -> dict[str, str]:
+    """The numbers of pulleys and elasticities that are all cables' own: those under every_cable, of cables that say nothing else."""
+    every = model.every_cable or CommonModel()
+    return {
+        f"{name}.{s}": f"{COMMON}.{s}"
+        for key, symbols in MATERIAL.items()
+        if getattr(every, key) is not None
+        for name, (row, *_) in zip(names, rows, strict=True)
+        if getattr(row, key) is None
+        for s in symbols
+    }
 
 
 def _materials(model: CableRobotModel, rows: list[CableModel], names: list[str], values: Values) -> dict[str, Any]:
@@ -259,10 +273,9 @@ def _materials(model: CableRobotModel, rows: list[CableModel], names: list[str],
 
 def _pulley(model: PulleyModel, at: Path_, values: Values) -> tuple[float, np.ndarray]:
     axis = values.vector(model.axis, (*at, "axis"), "1")
-    size = np.linalg.norm(axis)
-    if size == 0:
+    if not axis.any():
         values.document.fail("an axis has a direction", (*at, "axis"), found=model.axis, expected="not all zero")
-    return values.number(model.radius, (*at, "radius"), "m"), axis / size
+    return values.number(model.radius, (*at, "radius"), "m"), axis
 
 
 def _said(
@@ -281,7 +294,12 @@ def _said(
 
 
 def _places(
-    rows: list[tuple[CableModel, str, str]], names: list[str], frame: Anchors, platform: Anchors, values: Values
+    model: CableRobotModel,
+    rows: list[tuple[CableModel, str, str]],
+    names: list[str],
+    frame: Anchors,
+    platform: Anchors,
+    values: Values,
 ) -> dict[str, Place]:
     """Where every parameter stands in the file."""
     out: dict[str, Place] = {}
@@ -291,4 +309,14 @@ def _places(
             out.update({f"{names[i]}.{letter}{axis}": ((*path, n), unit) for n, axis in enumerate("xyz")})
         if "cables" in values.document.data:
             out[f"{names[i]}.l0"] = values.place(row.zero, ("cables", i, "zero"), "m")
+        for whose, said, where in (
+            (names[i], row, ("cables", i)),
+            (COMMON, model.every_cable or CommonModel(), ("every_cable",)),
+        ):
+            if said.elasticity is not None:
+                out[f"{whose}.{STRETCH}"] = values.place(said.elasticity, (*where, "elasticity"), "1/N")
+            if said.pulley is not None:
+                out[f"{whose}.radius"] = values.place(said.pulley.radius, (*where, "pulley", "radius"), "m")
+                path, unit = values.place(said.pulley.axis, (*where, "pulley", "axis"), "1")
+                out.update({f"{whose}.n{axis}": ((*path, n), unit) for n, axis in enumerate("xyz")})
     return out

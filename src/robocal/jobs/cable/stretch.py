@@ -1,4 +1,4 @@
-"""Stretch of cables whose lengths were read: by tensions that were read too, or by those that hold the platform's weight."""
+"""Stretch and sag of cables whose lengths were read: by tensions that were read too, or by those that hold the platform's weight."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
+from robocal.cables.hanging import hang
+from robocal.cables.pulley import Pulleys, run
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.calibrate.starts.own import placed
@@ -27,7 +29,7 @@ TAUT = "mid"  # tensions nearest to the middle of their limits
 
 
 def stretched(file: CableFile, data: DataSet) -> tuple[DataSet, tuple[Remark, ...]]:
-    """The data with a tension beside every length where it is to be computed, and what is said of stretch.
+    """The data with a tension beside every length where it is to be computed, and what is said of stretch and sag.
 
     Raises ModelError where the robot does not know what is needed, or no tensions within the limits hold the platform.
     """
@@ -39,13 +41,17 @@ def stretched(file: CableFile, data: DataSet) -> tuple[DataSet, tuple[Remark, ..
         if obs.options.get("tension") == COMPUTED:
             out[i] = obs = _computed(file.robot, data, obs)
         said += _said(file, obs)
+        if "tension" in obs.extra and file.robot.density is not None:
+            out[i], sag = _hanging(file.robot, data, obs)
+            said.append(sag)
     return replace(data, observations=tuple(out)), tuple(said)
 
 
 def _computed(robot: CableRobot, data: DataSet, obs: Observations) -> Observations:
     """Tensions at the poses from which a fit starts: what it moves them by changes a tension by little, and its stretch by less."""
     mass, limits = float(robot.need("mass")), robot.need("limits")
-    robot.need("elasticity")
+    if robot.density is None:
+        robot.need("elasticity")
     start = placed(robot, data).configurations.start
     assert start is not None
     at = np.unique(obs.configuration)
@@ -62,11 +68,37 @@ def _computed(robot: CableRobot, data: DataSet, obs: Observations) -> Observatio
     return replace(obs, extra={**obs.extra, "tension": found.tension[of]})
 
 
+def _hanging(robot: CableRobot, data: DataSet, obs: Observations) -> tuple[Observations, Remark]:
+    """What sag makes of every length at the poses from which a fit starts: of some hundredths of a millimetre to a millimetre, what
+    the fit moves them by changes the ten thousandth part."""
+    start = placed(robot, data).configurations.start
+    assert start is not None
+    cable = obs.extra["cable"].astype(np.int64)
+    t = se3.from_vector(start[obs.configuration])
+    d = t[:, :3, 3] + np.einsum("kij,kj->ki", t[:, :3, :3], robot.b[cable]) - robot.a[cable]
+    wheels = None if robot.pulleys is None else Pulleys(robot.pulleys.radius[cable], robot.pulleys.axis[cable])
+    strain = np.zeros(len(cable)) if robot.elasticity is None else robot.elasticity[cable]
+    taut = run(d, wheels)[0] / (1.0 + strain * obs.extra["tension"])
+    hung = hang(d, obs.extra["tension"], robot.need("density")[cable], strain, wheels).length
+    lost = ~np.isfinite(hung) & np.isfinite(taut)
+    if lost.any():
+        at = int(np.flatnonzero(lost)[0])
+        raise ModelError(
+            f"the tension of {robot.cables[cable[at]]} does not carry its weight", key="tension",
+            found=f"{obs.extra['tension'][at]:.4g} N, configuration {data.configurations.ids[obs.configuration[at]]}",
+            expected="a greater tension, or another density in the robot's file",
+        )  # fmt: skip
+    share = np.where(np.isfinite(hung), hung / taut, 1.0)
+    most = float(np.nanmax(np.abs(hung - taut), initial=0.0))
+    return replace(obs, extra={**obs.extra, "hanging": share}), Remark.of(Code.SAG_TAKEN, most=Quantity(most))
+
+
 def _said(file: CableFile, obs: Observations) -> list[Remark]:
     """What stretch does to these lengths, or would."""
     robot = file.robot
     if robot.elasticity is None:
-        return [Remark.of(Code.TENSIONS_ASIDE, robot=robot.name)] if "tension" in obs.extra else []
+        aside = "tension" in obs.extra and robot.density is None
+        return [Remark.of(Code.TENSIONS_ASIDE, robot=robot.name)] if aside else []
     cable = obs.extra["cable"].astype(np.int64)
     full = obs.value[:, 0] + robot.zeros[cable]
     if owner(obs):  # what they count from is not known yet

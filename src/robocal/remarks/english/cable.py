@@ -64,6 +64,7 @@ TABLE: dict[Code, Words] = {
         "standard deviations hold what the calibration of {run} leaves, beside the noise of these lengths"
     ),
     Code.STRETCH_TAKEN: Words("stretch is taken off the lengths, up to {most}, by {how} tensions"),
+    Code.SAG_TAKEN: Words("sag is taken off the lengths, up to {most}, by the density that the robot's file states"),
     Code.STRETCH_LEFT: Words(
         "stretch is left in the lengths: no tensions are stated, and within its limits a cable's length changes by up to {most}",
         "`tension: {{columns: [...], unit: N}}` in the data file takes it off, or `tension: computed`: in the middle of the limits.",
