@@ -28,7 +28,15 @@ LOOKS = {
 PATTERNS = {"search", "match", "fullmatch", "findall", "finditer", "sub", "subn", "split"}
 # Pure facts: nothing is to be done about them.
 FACTS = {
-    *(Code.STRETCH_TAKEN, Code.SAG_TAKEN, Code.NOTHING_MOVED, Code.SMALLEST_DRIFT, Code.CALIBRATION_CARRIED),
+    *(
+        Code.STRETCH_TAKEN,
+        Code.SAG_TAKEN,
+        Code.BEYOND_TAKEN,
+        Code.BEYOND_LEFT,
+        Code.NOTHING_MOVED,
+        Code.SMALLEST_DRIFT,
+        Code.CALIBRATION_CARRIED,
+    ),
     *(Code.GAIN_ANYWAY, Code.RESTARTED, Code.BOOTSTRAP_SPREAD, Code.ELSEWHERE, Code.NO_EFFECT, Code.CANNOT_BE_TOLD),
     *(
         Code.NO_RIPPLE,

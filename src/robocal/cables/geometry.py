@@ -42,6 +42,7 @@ Array = NDArray[np.float64]
 SYMBOLS = ("ax", "ay", "az", "bx", "by", "bz", "l0")
 WHEEL = ("radius", "nx", "ny", "nz")
 STRETCH = "elasticity"
+PLATFORM = "platform"  # whose mass and centre of mass are, where load cells tell them
 COMMON = "cables"  # whose a number is that all cables have together
 UNITS = {"radius": "m", STRETCH: "1/N"}
 WHEEL_EXPECTED = (0.005, 0.05, 0.05, 0.05)  # m, and what an axis is off that somebody set by eye

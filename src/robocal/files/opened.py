@@ -94,7 +94,7 @@ def rendered(file: Opened, values: Mapping[str, float]) -> tuple[str, tuple[str,
     from robocal.files.cable.write import render_cable
 
     if isinstance(file, CableFile):
-        return render_cable(file, {n: v for n, v in values.items() if n in file.robot.table})
+        return render_cable(file, values)
     lines = [f"name: {quoted(file.machine.name)}", "parameters:"]
     for p in file.machine.table.rows:
         unit = file.units.of(p.unit)

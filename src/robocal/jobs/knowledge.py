@@ -14,8 +14,11 @@ from robocal.files.accuracy import accuracy_columns, accuracy_text
 from robocal.files.covariance import COVARIANCE, Knowledge, covariance_text
 from robocal.files.runfolder import ACCURACY
 from robocal.measure.machine import Machine
+from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["knowledge", "knowledge_files", "map_columns"]
+
+ABOARD = ("lengths", "swivel", "load", "inclination")  # kinds that say nothing of where the base is
 
 
 def knowledge(found: Identification[Machine]) -> Knowledge:
@@ -26,8 +29,17 @@ def knowledge(found: Identification[Machine]) -> Knowledge:
     nominal = {n: by_name[n].nominal for n in found.total.names}
     # The first instrument of a unit speaks for new measurements in it.
     noise = {g.unit: g.sigma for g in reversed(found.groups) if math.isfinite(g.sigma)}
-    placed = all(n in found.nominal.table for n in found.total.names)
-    return Knowledge(found.total, values, nominal, found.joints, found.conditions, noise, placed, found.kept)
+    return Knowledge(found.total, values, nominal, found.joints, found.conditions, noise, _placed(found), found.kept)
+
+
+def _placed(found: Identification[Machine]) -> bool:
+    """Whether an instrument stood still on the base: no frame was free, and of a platform on cables one of the instruments is no part
+    of the robot."""
+    assert found.total is not None
+    if not found.nominal.freedom:
+        return all(n in found.nominal.table for n in found.total.names)
+    frames = [n for n in found.total.names if n not in found.nominal.table and n.rpartition(".")[2] in FRAME_SYMBOLS]
+    return not frames and any(g.kind not in ABOARD for g in found.groups)
 
 
 def map_columns(found: Identification[Machine]) -> dict[str, list[Any]]:

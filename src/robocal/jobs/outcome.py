@@ -201,10 +201,17 @@ def save(outcome: Outcome, folder: Path) -> Outcome:
     from robocal.report.identified import report
 
     robot = outcome.robot
-    values = {p.name: p.value for p in outcome.identification.corrected.table.rows}
+    values, code = {p.name: p.value for p in outcome.identification.corrected.table.rows}, Code.URDF_LACKS
+    more_left: tuple[str, ...] = ()
+    if getattr(outcome.identification.corrected, "cables", ()):
+        from robocal.jobs.cable.beyond import of_file
+
+        code = Code.CABLE_FILE_LACKS
+        values, more_left = of_file(outcome.identification, values)
     text, left_out = rendered(robot, values)
+    left_out = (*left_out, *more_left)
     if left_out:
-        lacks = Remark.of(Code.URDF_LACKS, names=left_out)
+        lacks = Remark.of(code, names=left_out)
         outcome = replace(outcome, result=_warned(outcome.result, lacks), left_out=left_out)
     cells = map_columns(outcome.identification)
     page = report(outcome.result, outcome.residuals, cells)

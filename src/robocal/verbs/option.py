@@ -137,6 +137,19 @@ class Told:
                     )
                 for value in _values(getattr(self, entry.name)):
                     _check(entry, entry.told, value)
+        self._apart()
+
+    def _apart(self) -> None:
+        """No output is one of the inputs: not even --force may replace what is read."""
+        output = getattr(self, "output", None)
+        if output is None or not os.path.isfile(output):
+            return
+        for name, given in self.given.items():
+            for value in _values(given) if name != "output" else ():
+                if isinstance(value, str | os.PathLike) and os.path.isfile(value) and os.path.samefile(value, output):
+                    raise ModelError(
+                        "the output is one of the inputs", key="--output", found=str(output), expected="another name"
+                    )
 
     @property
     def given(self) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,11 +15,21 @@ __all__ = ["carried"]
 Array = NDArray[np.float64]
 
 
-def carried(robot: CableRobot, pose: ArrayLike, names: Sequence[str], covariance: ArrayLike) -> Array:
+def carried(
+    robot: CableRobot,
+    pose: ArrayLike,
+    names: Sequence[str],
+    covariance: ArrayLike,
+    more: Mapping[str, Array] | None = None,
+) -> Array:
     """Covariance (k, d, d) of the twist (v, w) of poses (k, 4, 4), in the components that the robot has, that a covariance (n, n) of
-    its anchors, zeros and pulleys `names` leaves where lengths are exact. Not a number where a pose is none."""
+    its anchors, zeros and pulleys `names` leaves where lengths are exact. Not a number where a pose is none. `more` are the slopes
+    (k, m) of the lengths by other names."""
     t = np.asarray(pose, float)
     by_pose, by_number = by_parameters(robot, t, names)
+    for i, name in enumerate(names):
+        if more and name in more:
+            by_number[..., i] += more[name]
     good = np.isfinite(by_pose).all(axis=(1, 2))
     out = np.full((len(t), len(robot.axes), len(robot.axes)), np.nan)
     through = np.linalg.pinv(by_pose[good][..., list(robot.axes)]) @ by_number[good]

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from robocal.cables.geometry import COMMON, STRETCH, SYMBOLS, WHEEL, CableRobot, cable_robot
+from robocal.cables.geometry import COMMON, PLATFORM, STRETCH, SYMBOLS, WHEEL, CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError, nearest
 from robocal.files.cable.cablefile import CableFile, checked
@@ -319,4 +319,10 @@ def _places(
                 out[f"{whose}.radius"] = values.place(said.pulley.radius, (*where, "pulley", "radius"), "m")
                 path, unit = values.place(said.pulley.axis, (*where, "pulley", "axis"), "1")
                 out.update({f"{whose}.n{axis}": ((*path, n), unit) for n, axis in enumerate("xyz")})
+    body = model.platform or PlatformModel()
+    if body.mass is not None:
+        out[f"{PLATFORM}.mass"] = values.place(body.mass, ("platform", "mass"), "kg")
+    if body.centre_of_mass is not None:
+        path, unit = values.place(body.centre_of_mass, ("platform", "centre_of_mass"), "m")
+        out.update({f"{PLATFORM}.c{axis}": ((*path, n), unit) for n, axis in enumerate("xyz")})
     return out

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from robocal.errors import ModelError
+import numpy as np
+
+from robocal.cables.geometry import PLATFORM, CableRobot
+from robocal.errors import ModelError, nearest
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.show import describe_cable
 from robocal.files.units import same
@@ -14,16 +17,34 @@ from robocal.files.yamlio import Path_, edit, path_text, stamped
 __all__ = ["render_cable"]
 
 
+def _body(robot: CableRobot) -> dict[str, float]:
+    """Mass and centre of mass by the names that they have where load cells tell them."""
+    if robot.mass is None:
+        return {}
+    return {
+        f"{PLATFORM}.mass": float(robot.mass),
+        **{f"{PLATFORM}.c{s}": float(v) for s, v in zip("xyz", robot.com, strict=True)},
+    }
+
+
 def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
     """The robot with other parameter values (SI, by name) as text, and the names that the file cannot hold. A file of another format
     is written as robot.yaml. Raises ModelError for an unknown name and for one anchor that two cables share and that is to be at two
     places."""
-    changed = {n: float(v) for n, v in values.items() if not same(file.robot.table[n].value, float(v))}
+    before = {p.name: p.value for p in file.robot.table.rows} | _body(file.robot)
+    unknown = [n for n in values if n not in before]
+    if unknown:
+        raise ModelError("unknown parameter", key=unknown[0], suggestion=nearest(unknown[0], before))
+    changed = {n: float(v) for n, v in values.items() if not same(before[n], float(v))}
     if file.places is None:
-        after = replace(file.robot, table=file.robot.table.with_values(changed))
+        after = file.robot.with_values({n: v for n, v in changed.items() if n in file.robot.table})
+        body = {**_body(file.robot), **changed}
+        if any(n.startswith(f"{PLATFORM}.") for n in changed):
+            com = np.array([body[f"{PLATFORM}.c{s}"] for s in "xyz"])
+            after = replace(after, mass=body[f"{PLATFORM}.mass"], com=com)
         return describe_cable(after, file.units), ()
     left_out = tuple(n for n in changed if n not in file.places)
-    after_values = {n: changed.get(n, file.robot.table[n].value) for n in file.robot.table.names}
+    after_values = {n: changed.get(n, v) for n, v in before.items()}
     out: dict[Path_, float | str] = {}
     owner: dict[Path_, str] = {}
     for name, (path, unit) in file.places.items():

@@ -61,9 +61,8 @@ class Drifts:
 
     @property
     def trusted(self) -> bool:
-        """Whether anything follows: at least one comparison of runs that were not refused."""
-        refused = any(c.run is not None and c.run.result.verdict.status == "refused" for c in self.all)
-        return bool(self.compared) and not refused
+        """Whether anything follows: at least one comparison, and only of runs that improved the robot."""
+        return bool(self.compared) and all(c.doubt is None for c in self.all)
 
     @property
     def document(self) -> dict[str, Any]:
@@ -153,12 +152,16 @@ def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, comma
             continue
         if _same(first, other):
             raise ModelError("this is the same run twice", key=other.place, expected="runs of other measurements")
-        made = compared(first.robot, first.known, other.known, zeros_unchanged=zeros_unchanged, base_moves=base_moves)
+        if shared := _shared(first, other):
+            remarks.append(Remark.of(Code.MEASUREMENTS_SHARED, run=other.place, files=shared))
+        # Without an instrument on the base a run knows shape alone, and where its base is follows from where it began.
+        loose = [c.place for c in (first, other) if not c.placed]
+        if loose and not base_moves:
+            remarks.append(Remark.of(Code.BASE_NOT_MEASURED, runs=tuple(loose)))
+        moves = base_moves or bool(loose)
+        made = compared(first.robot, first.known, other.known, zeros_unchanged=zeros_unchanged, base_moves=moves)
         found.append((other.place, made))
-    for c in every:
-        if c.run is not None and c.run.result.verdict.status != "improved":
-            code = Code.RUN_REFUSED if c.run.result.verdict.status == "refused" else Code.RUN_NOT_IMPROVED
-            remarks.append(Remark.of(code, run=c.place))
+    remarks += [c.doubt for c in every if c.doubt is not None]
     anchors, zeros = (np.array([getattr(c.robot, k) for c in every]) for k in ("a", "zeros"))
     inputs = tuple(robot_input(c.file, c.place) for c in every)
     return Drifts(
@@ -167,9 +170,16 @@ def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, comma
 
 
 def _same(one: Calibrated, other: Calibrated) -> bool:
-    """Whether both were made of the same measurements."""
+    """Whether both were made of the same measurements, all of them."""
     tables = [
         {i.sha256 for i in c.run.result.provenance.inputs if i.file.lower().endswith(".csv")} if c.run else set()
         for c in (one, other)
     ]
-    return bool(tables[0] & tables[1])
+    return bool(tables[0]) and tables[0] == tables[1]
+
+
+def _shared(one: Calibrated, other: Calibrated) -> tuple[str, ...]:
+    """The measurements that both were made of."""
+    assert one.run is not None and other.run is not None
+    known = {i.sha256 for i in one.run.result.provenance.inputs if i.file.lower().endswith(".csv")}
+    return tuple(Path(i.file).name for i in other.run.result.provenance.inputs if i.sha256 in known)

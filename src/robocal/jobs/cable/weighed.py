@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from robocal.cables.geometry import PLATFORM
 from robocal.errors import FormatError
 from robocal.files.cable.cablefile import CableFile
 from robocal.measure.data import Observations
 
 __all__ = ["weighed"]
-
-PLATFORM = "platform"
 
 
 def weighed(file: CableFile, obs: Observations) -> Observations:

@@ -64,6 +64,22 @@ TABLE: dict[Code, Words] = {
         "standard deviations hold what the calibration of {run} leaves, beside the noise of these lengths"
     ),
     Code.STRETCH_TAKEN: Words("stretch is taken off the lengths, up to {most}, by {how} tensions"),
+    Code.BASE_NOT_MEASURED: Words(
+        "{runs}: no instrument stood on the base, so that only the shape is known: the base may differ by a motion",
+        "Measure poses by a camera or a tracker on the base in both runs to see anchors that move together.",
+    ),
+    Code.MEASUREMENTS_SHARED: Words(
+        "{run}: made of {files} as the first run was: their errors are the same, and what both owe to them is not seen",
+        "Compare runs that have no measurement in common.",
+    ),
+    Code.CABLE_FILE_LACKS: Words(
+        "calibrated.yaml cannot hold the fitted {names}, so by itself it is not the identified robot; the run folder is",
+        "Give the folder to `cable forward`: it reads lengths with them.",
+    ),
+    Code.BEYOND_TAKEN: Words("lengths are read with the {names} that {run} found"),
+    Code.BEYOND_LEFT: Words(
+        "lengths are read with the robot's own zeros, not with the {names} that {run} found as well"
+    ),
     Code.SAG_TAKEN: Words("sag is taken off the lengths, up to {most}, by the density that the robot's file states"),
     Code.STRETCH_LEFT: Words(
         "stretch is left in the lengths: no tensions are stated, and within its limits a cable's length changes by up to {most}",

@@ -62,20 +62,24 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     si, rng = o.si(file.units), np.random.default_rng(o.seed)
     pull, said = tensions_of(rows, si.tension, file, o.sag)
     fitting(file, pull, o.sag)
+    more = made_of.beyond
+    read = more.lengths(file.robot, rows.values)
     try:
-        found = forward(file.robot, rows.values, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
+        found = forward(file.robot, read, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
     except ModelError as error:
         raise located(error, o.lengths, rows) from None
     if made_of.known is not None:
         names, spread = made_of.known.names, made_of.known.whole
-        found = replace(found, covariance=found.covariance + carried(file.robot, found.pose, names, spread))
+        columns = more.columns(rows.values)
+        found = replace(found, covariance=found.covariance + carried(file.robot, found.pose, names, spread, columns))
         said = (*said, Remark.of(Code.CALIBRATION_CARRIED, run=o.robot))
+    said = (*said, *made_of.remarks)
     made = Poses(file, rows.names, found, si.sigma)
     remarks = (*file.warnings, *rows.warnings, *said, *made.doubts)
     inputs = (robot_input(file, o.robot), InputFile(Path(o.lengths), rows.sha256))
     text = made.text
     document = framed(file.robot, made.document, remarks, inputs, command)
-    return Outcome(made, lambda: document, not made.doubts, remarks, text).put(o.output)
+    return Outcome(made, lambda: document, not made.doubts and made_of.doubt is None, remarks, text).put(o.output)
 
 
 def sections(made: Outcome) -> Iterator[Section]:
