@@ -22,6 +22,7 @@ from scipy import special
 
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
+from robocal.geometry.fits import rigid
 
 __all__ = ["Agreement", "Anova", "Errors", "agreement", "aligned", "anova", "errors", "relative"]
 
@@ -85,32 +86,59 @@ def aligned(found: Array, reference: Array, length: float = 1.0, *, point: bool 
     least = FEWEST + 2 * point
     if len(found) < least:
         raise ModelError("too few poses for an alignment", found=len(found), expected=f"{least} or more")
-    a, b = reference[0] @ se3.inverse(found[0]), np.eye(4)
-    for _ in range(ROUNDS):
-        here = a @ found @ b
-        r = np.concatenate(
-            [
-                here[:, :3, 3] - reference[:, :3, 3],
-                length * so3.log(here[:, :3, :3] @ np.swapaxes(reference[:, :3, :3], 1, 2)),
-            ],
-            axis=1,
-        )
-        # A small motion (v, w) of A moves all in its frame; one of B moves the points that are watched.
-        arm = here[:, :3, 3]
-        j = np.zeros((len(found), 6, 12 if point else 6))
-        j[:, :3, :3] = np.eye(3)
-        j[:, :3, 3:6] = -so3.skew(arm)
-        j[:, 3:, 3:6] = length * np.eye(3)
-        if point:
-            j[:, :3, 6:9] = here[:, :3, :3]
-            j[:, 3:, 9:] = length * here[:, :3, :3]
-        step = np.linalg.lstsq(j.reshape(-1, j.shape[2]), -r.ravel(), rcond=1e-10)[0]
-        a = _moved(step[:6]) @ a
-        if point:
-            b = b @ _moved(step[6:])
-        if np.abs(step).max() < END:
-            break
+    tried = [_descended(found, reference, length, a, point=point) for a in _beginnings(found, reference)]
+    _, a, b = min(tried, key=lambda t: t[0])
     return errors(a @ found @ b, reference), a, b
+
+
+def _beginnings(found: Array, reference: Array) -> list[Array]:
+    """Alignments from which the best one is sought: none, that of the first pose, that of the positions, and that of the turns with
+    quarter turns beside it."""
+    p, q = found[:, :3, 3], reference[:, :3, 3]
+    turn = so3.project(np.einsum("kij,klj->il", reference[:, :3, :3], found[:, :3, :3]))
+    turns = [np.eye(3), turn, *(so3.exp(np.pi / 2 * v) @ turn for v in np.concatenate([np.eye(3), -np.eye(3)]))]
+    out = [np.eye(4), reference[0] @ se3.inverse(found[0]), rigid(p, q)]
+    return out + [se3.compose(t, q.mean(axis=0) - t @ p.mean(axis=0)) for t in turns]
+
+
+def _descended(found: Array, reference: Array, length: float, a: Array, *, point: bool) -> tuple[float, Array, Array]:
+    """Half the sum of squares, A and B where Levenberg's method ends; a step is taken only if it lowers the sum."""
+    b, damping = np.eye(4), 0.0
+    r, j = _linearised(a @ found @ b, reference, length, point=point)
+    cost = float(r @ r)
+    for _ in range(ROUNDS):
+        n = j.T @ j
+        size = np.diag(np.maximum(np.diag(n), 1e-12 * np.diag(n).max(initial=1.0)))
+        step = np.asarray(np.linalg.lstsq(n + damping * size, -j.T @ r, rcond=1e-14)[0], float)
+        a_new = _moved(step[:6]) @ a
+        b_new = b @ _moved(step[6:]) if point else b
+        r_new, j_new = _linearised(a_new @ found @ b_new, reference, length, point=point)
+        if (lower := float(r_new @ r_new)) <= cost:
+            a, b, r, j, cost, damping = a_new, b_new, r_new, j_new, lower, damping / 10 if damping > 1e-6 else 0.0
+            if np.abs(step).max() < END:
+                break
+        else:
+            if np.abs(step).max() < END:
+                break
+            damping = max(10 * damping, 1e-6)
+    return cost, a, b
+
+
+def _linearised(here: Array, reference: Array, length: float, *, point: bool) -> tuple[Array, Array]:
+    """Errors (6 k,) of poses where they are, and their derivatives by a small motion of A and, with `point`, of B."""
+    turned = here[:, :3, :3] @ np.swapaxes(reference[:, :3, :3], 1, 2)
+    log = so3.log(turned)
+    r = np.concatenate([here[:, :3, 3] - reference[:, :3, 3], length * log], axis=1)
+    # A small motion (v, w) of A moves all in its frame; one of B moves the points that are watched.
+    inner = length * so3.left_jacobian_inverse(log)
+    j = np.zeros((len(here), 6, 12 if point else 6))
+    j[:, :3, :3] = np.eye(3)
+    j[:, :3, 3:6] = -so3.skew(here[:, :3, 3])
+    j[:, 3:, 3:6] = inner
+    if point:
+        j[:, :3, 6:9] = here[:, :3, :3]
+        j[:, 3:, 9:] = inner @ here[:, :3, :3]
+    return r.ravel(), j.reshape(-1, j.shape[2])
 
 
 def _moved(step: Array) -> Array:

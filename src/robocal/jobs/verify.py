@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.apply.likeness import Cause, unlike
 from robocal.apply.verification import Agreement, Anova, Errors, agreement, aligned, anova, errors, relative
 from robocal.errors import FormatError, ModelError
 from robocal.files.csvtable import read_csv
@@ -19,15 +20,17 @@ from robocal.files.dataset import read_datasets
 from robocal.files.parts import made_by
 from robocal.files.plain import plain
 from robocal.files.text import InputFile
+from robocal.files.units import parse_unit
 from robocal.geometry import se3
 from robocal.measure.machine import Rig
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark, told
+from robocal.remarks.remark import Quantity, Remark, told
 
 __all__ = ["VIEWS", "Source", "Summary", "Verified", "summarised", "verified"]
 
 Array = NDArray[np.float64]
 VIEWS = ("as measured", "relative to the first", "aligned", "aligned, another point")
+FARTHEST = 1e5  # m
 FEWEST = 2  # poses that several files have in common
 
 
@@ -57,6 +60,7 @@ class Verified:
     remarks: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str
+    trusted: bool = True  # whether every source can be of the reference's poses
 
     @cached_property
     def anova(self) -> dict[str, tuple[Anova, Anova]]:
@@ -108,6 +112,7 @@ class Summary:
     inputs: tuple[InputFile, ...]
     command: str
     remarks: tuple[Remark, ...] = ()
+    trusted: bool = True
 
     @property
     def document(self) -> dict[str, Any]:
@@ -161,6 +166,13 @@ def _read(place: str) -> tuple[Source, tuple[InputFile, ...], tuple[Remark, ...]
             found=again,
             expected="one row for each id",
         )
+    far = np.abs(obs.value[:, :3]).max(axis=1) > FARTHEST
+    if far.any():
+        at = int(np.argmax(far))
+        raise FormatError(
+            "a position beyond any machine", file=place, key=ids[at], found=f"{np.abs(obs.value[at, :3]).max():.3g} m",
+            expected=f"below {FARTHEST:.0e} m",
+        )  # fmt: skip
     return Source(Path(place).stem, ids, se3.from_vector(obs.value)), reading.files, reading.warnings
 
 
@@ -173,11 +185,12 @@ def verified(reference: str, places: Sequence[str], command: str = "") -> Verifi
     names = [s.name for s in every]
     if len(set(names)) < len(names):
         every = [replace(s, name=str(p)) for s, p in zip(every, (reference, *places), strict=True)]
+    _distinct(every, (reference, *places))
     both = [i for i in every[0].ids if all(i in s.ids for s in every[1:])]
     if len(both) < FEWEST:
         raise FormatError(
-            "the files have no poses in common", file=places[0], key="configuration.id", found=f"{len(both)} ids of {reference}",
-            expected=f"{FEWEST} or more",
+            "too few poses in common", file=places[0], key="configuration.id", found=f"{len(both)} ids of {reference}",
+            expected=f"{FEWEST} or more, the same ids in all files",
         )  # fmt: skip
     first, *sources = (s.take(both) for s in every)
     left = max(len(s.ids) for s in every) - len(both)
@@ -185,8 +198,36 @@ def verified(reference: str, places: Sequence[str], command: str = "") -> Verifi
     if left:
         said.append(Remark.of(Code.POSES_NOT_IN_ALL, count=left, both=len(both)))
     found = tuple(_views(s.poses, first.poses) for s in sources)
+    doubts = [d for s in sources if (d := _doubt(s, first)) is not None]
+    said += doubts
     inputs = tuple(i for _, files, _ in read for i in files)
-    return Verified(first, tuple(sources), found, left, tuple(said), inputs, command)
+    return Verified(first, tuple(sources), found, left, tuple(said), inputs, command, not doubts)
+
+
+def _distinct(every: Sequence[Source], places: Sequence[str]) -> None:
+    """Raises FormatError for the same poses twice: they agree with themselves."""
+    for (i, one), (j, other) in combinations(enumerate(every), 2):
+        if one.ids == other.ids and np.array_equal(one.poses, other.poses):
+            raise FormatError(
+                "the same poses twice", file=places[j], found=f"those of {places[i]}", expected="another source"
+            )
+
+
+CODES: dict[Cause, Code] = {
+    "still": Code.UNLIKE_STILL, "scaled": Code.UNLIKE_SCALED, "mirrored": Code.UNLIKE_MIRRORED, "shifted": Code.UNLIKE_SHIFTED,
+    "turn-unit": Code.UNLIKE_TURN_UNIT, "turn-inverted": Code.UNLIKE_TURN_INVERTED, "unknown": Code.UNLIKE_UNKNOWN,
+}  # fmt: skip
+
+
+def _doubt(source: Source, reference: Source) -> Remark | None:
+    found = unlike(source.poses, reference.poses)
+    if found is None:
+        return None
+    unit = "rad" if found.turns else "m"
+    left, spread = Quantity(found.left, unit), Quantity(found.spread, unit)
+    return Remark.of(
+        CODES[found.cause], source=source.name, reference=reference.name, left=left, spread=spread, factor=found.factor
+    )
 
 
 def _views(found: Array, reference: Array) -> dict[str, Errors]:
@@ -212,10 +253,27 @@ def summarised(place: str, command: str = "") -> Summary:
     table.insist(
         (counts >= 2) & (counts == np.round(counts)), ["n"], "not a count", counts, expected="a whole number, 2 or more"
     )
+    groups = tuple(str(g) for g in table.texts("group"))
+    for i, name in enumerate(groups):
+        if name in groups[:i]:
+            raise table.fail("a group is named twice", i, "group", found=name, expected="one row for each group")
+    if len(groups) < 2:
+        raise table.fail(
+            "one group has nothing to be compared with", None, "group", found=len(groups), expected="2 or more"
+        )
     found = {}
     for q in quantities:
-        mean, spread = table.numbers([f"{q}_mean", f"{q}_sd"]).T
+        both = [f"{q}_mean", f"{q}_sd"]
+        factor = [1.0 if (u := table.unit(c)) is None else parse_unit(u, file=place, column=c).factor for c in both]
+        if len({table.unit(c) is None for c in both}) > 1:
+            raise table.fail(
+                "one of two columns has a unit",
+                None,
+                both[1],
+                found=str(table.unit(both[1])),
+                expected="both, or neither",
+            )
+        mean, spread = (table.numbers(both) * np.array(factor)).T
         table.insist(spread >= 0, [f"{q}_sd"], "a standard deviation is not negative", spread, expected="0 or above")
         found[q] = anova(mean.tolist(), spread.tolist(), counts.astype(int).tolist())
-    groups = tuple(str(g) for g in table.texts("group"))
     return Summary(groups, found, (InputFile(Path(place), table.sha256),), command)

@@ -35,7 +35,8 @@ class Options(Told):
     robocal verify tracker.csv robot.csv camera.csv -o verified
     robocal verify groups.csv --summary
 
-    With --summary the one file holds means and standard deviations: group, n, NAME_mean, NAME_sd.
+    With --summary the one file holds means and standard deviations: group, n, NAME_mean, NAME_sd. Exit status 3 when a source cannot be
+    of the reference's poses: another unit, mirrored, other rows.
     """
 
     reference: str = arg(..., "REFERENCE", "What the external instrument saw; with --summary a table of groups.")
@@ -58,7 +59,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
             "a summary is one file", key="--summary", found=", ".join(o.sources), expected="nothing beside it"
         )
     made: Any = summarised(o.reference, command) if o.summary else verified(o.reference, o.sources, command)
-    outcome = Outcome(made, lambda: made.document, True, made.remarks)
+    outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
     return outcome.paged(
         o.output, list(sections(outcome)), lambda: {FILE: json_text(made.document)}, PAGE,
         title="Poses against an external instrument", kind="Verification",

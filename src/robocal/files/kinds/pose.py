@@ -46,6 +46,12 @@ def _rotations(model: OrientationModel, table: CsvTable, document: Document) -> 
     if angular:
         units = column_units(table, columns, model.unit, ("rad",) * 3, document, at)
         angles = table.numbers(columns) * np.array([u.factor for u in units])
+        most = float(np.median(np.abs(angles).max(axis=1, initial=0.0))) if len(angles) else 0.0
+        if most > 2 * np.pi:
+            document.fail(
+                "orientations of more than a whole turn", (*at, "unit"), found=f"{units[0].name}: {most / np.pi * 180:.3g} deg in the median",
+                expected="deg, or angles below 2 pi",
+            )  # fmt: skip
         if model.form == "rotation_vector":
             return so3.exp(angles), plain, units[0]
         for word in ("order", "frame"):

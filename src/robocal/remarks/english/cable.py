@@ -85,6 +85,34 @@ TABLE: dict[Code, Words] = {
         "stretch is left in the lengths: no tensions are stated, and within its limits a cable's length changes by up to {most}",
         "`tension: {{columns: [...], unit: N}}` in the data file takes it off, or `tension: computed`: in the middle of the limits.",
     ),
+    Code.UNLIKE_UNKNOWN: Words(
+        "{source}: not the poses of {reference}: aligned as well as can be they differ by {left}, where the poses scatter by {spread}",
+        "Check units, the order of the rows, axes and the convention of the orientations.",
+    ),
+    Code.UNLIKE_STILL: Words(
+        "{source}: its positions scatter by {left}, those of {reference} by {spread}",
+        "Check the columns of its positions.",
+    ),
+    Code.UNLIKE_SCALED: Words(
+        "{source}: its positions scatter {factor:.4g} times as far as those of {reference}",
+        "Check the unit of its positions.",
+    ),
+    Code.UNLIKE_MIRRORED: Words(
+        "{source}: its positions are a mirror image of those of {reference}: mirrored, they fit; as they are {left} stay",
+        "Two axes are exchanged, one has the wrong sign, or its frame is left-handed.",
+    ),
+    Code.UNLIKE_SHIFTED: Words(
+        "{source}: its rows are those of {reference} shifted by {factor:.0f}: so they fit, as they are {left} stay",
+        "Check its ids.",
+    ),
+    Code.UNLIKE_TURN_UNIT: Words(
+        "{source}: its orientations are those of {reference} in degrees that were read as radians, or the other way round",
+        "Check the unit of its orientations.",
+    ),
+    Code.UNLIKE_TURN_INVERTED: Words(
+        "{source}: its orientations are the inverse of those of {reference}",
+        "Check the convention of its orientations: rows and columns, order and frame of angles, sign of the quaternion's vector.",
+    ),
     Code.NO_DIAMETER: Words(
         "no diameter is known: cables touch as lines do",
         "--diameter states it.",
