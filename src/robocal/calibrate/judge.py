@@ -279,7 +279,7 @@ def _second_thoughts(model: Machine, base: Problem, part: Fit, proof: Proof, fou
     left_over = max((g.rms for g in part.groups if g.unit == "m"), default=0.0)
     if bent and left_over > BENT:
         return found.refused(Remark.of(Code.BENT, left=Quantity(left_over)), *bent)
-    if wrong := unmade(model, part):
+    if wrong := unmade(model, base, part):
         return found.refused(*wrong)
     for g in part.groups:
         if g.unit == "rad" and g.rms > max(TURNED, 3 * (g.stated or 0.0)):

@@ -16,11 +16,13 @@ from robocal.calibrate.outliers import Outlier
 from robocal.geometry import fits
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
+from robocal.measure.rows import KINDS, Rows
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
+    from robocal.estimate.problem import Problem
 
 __all__ = ["ABSOLUTE", "data_warnings", "few_numbers", "implausible", "input_remarks", "unmade"]
 
@@ -128,23 +130,27 @@ def implausible(model: Machine, fit: Fit) -> list[Remark]:
     return [Remark.of(Code.IMPLAUSIBLE, changes=worst)]
 
 
-def unmade(model: Machine, fit: Fit) -> list[Remark]:
+def unmade(model: Machine, stated: Problem, fit: Fit) -> list[Remark]:
     """Lengths and angles between axes that changed, beyond doubt, as no arm's making leaves them: what was written and what
     the data say. A joint's zero may be anywhere; and where parallel axes are written without Hayati's beta, a small tilt
     moves lengths along them by metres."""
     exempt = model.anywhere
     x, table = fit.solution.x, fit.problem.table
-    names = [n for n in fit.problem.free if n in model.geometric and n not in exempt]
+    built = {s for t in fit.problem.terms if isinstance(t, Rows) for s in KINDS[t.kind].made}
+    beside = {p.name: p for p in stated.table.rows if p.name.rpartition(".")[2] in built and p.name not in model.table}
+    drawn = {n: model.table[n] for n in model.geometric if n not in exempt} | beside
     off = total_of(fit)  # with what hidden partners may be off by: a column that stands for several may move far
     sigma = dict(zip(off.names, off.sigma, strict=True))
     found = []
-    for n in names:
-        nominal, there = model.table[n].value, float(x[0, table.index[n]])
+    for n in fit.problem.free:
+        if n not in drawn:
+            continue
+        nominal, there, scale = drawn[n].value, float(x[0, table.index[n]]), drawn[n].scale
         change = abs(there - nominal)
-        if change > IMPLAUSIBLE * model.table[n].scale and change > SURE * sigma[n]:
-            unit = table[n].unit
+        if change > IMPLAUSIBLE * scale and change > SURE * sigma[n]:
+            unit = table[n].unit.removesuffix("1")
             words = f"{n}: you wrote {Quantity(nominal, unit):.4g}, the data say {Quantity(there, unit):.4g}"
-            found.append((change / model.table[n].scale, words))
+            found.append((change / scale, words))
     worst = tuple(words for _, words in sorted(found, reverse=True)[:3])
     return [Remark.of(Code.UNMADE, changes=worst)] if worst else []
 

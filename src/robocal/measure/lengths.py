@@ -234,4 +234,4 @@ def located(machine: Machine, obs: Observations, wanted: NDArray[np.bool_]) -> A
     return out
 
 
-LENGTHS = register(Kind("lengths", 1, terms, parameters, parts=((0, 1, "m"),), metric=True))
+LENGTHS = register(Kind("lengths", 1, terms, parameters, parts=((0, 1, "m"),), metric=True, made=("gain",)))

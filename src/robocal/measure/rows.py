@@ -259,6 +259,9 @@ class Kind:
         False  # whether readings are lengths themselves; else only a stated length says how long the machine is
     )
     contact: bool = False  # the machine has to touch something, so not every configuration can be measured
+    made: tuple[
+        str, ...
+    ] = ()  # symbols of its own numbers that, like the machine's, somebody made: how far off they can be is known
     owner: str = ""  # the option, and the key in a data file, that names the owner of the kind's own numbers
 
 

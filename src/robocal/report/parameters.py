@@ -168,7 +168,8 @@ def hidden(result: Any) -> Section:
     if none:
         lines.append(f"no effect on these measurements: {', '.join(none)}")
     heading = f"What these measurements cannot tell ({seen.rank} of {seen.n_free} free parameters are seen)"
-    stay = quiet("They stay at their nominal values.", indent=2) if lines else ()
+    words = "They stay where they began: at nominal values, what is an instrument's where the nominal robot has it."
+    stay = quiet(words, indent=2) if lines else ()
     shown = heading if seen.combinations or seen.dropped else ""
     return Section.of(
         shown,

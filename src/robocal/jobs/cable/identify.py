@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from robocal.cables.calibration.exchanged import exchanged
+from robocal.cables.calibration.turned import turned
 from robocal.cables.geometry import CableRobot
 from robocal.calibrate.identification import Identification
 from robocal.calibrate.identify import identify as solve
@@ -21,6 +22,7 @@ from robocal.files.cable.cablefile import CableFile
 from robocal.files.dataset import Reading, read_datasets
 from robocal.files.text import InputFile
 from robocal.geometry import se3
+from robocal.jobs.cable.atrest import at_rest
 from robocal.jobs.cable.load import robot_input
 from robocal.jobs.cable.stretch import stretched
 from robocal.jobs.cable.weighed import weighed
@@ -71,7 +73,9 @@ def identify_cable(
     return Solved(replace(file, robot=machine), measured, found)
 
 
+COPIES = 0.1  # of the configurations
 FEWEST = 5  # configurations that tell a size
+SIMPLER = 1.5  # times as much may be left by axes that are wrong, which is one mistake, as by cables that are exchanged, which are several
 SIZES = 4.0  # an inch is 25 mm, and no robot is four times as large as it was built
 
 
@@ -107,14 +111,48 @@ def read_measured(
             key="configuration",
             expected="an id in every row of every file (configuration: {id: ...}), the same where the platform stood still",
         )
+    kinds = {o.kind for o in joined.observations}
+    if "load" in kinds and not kinds & {"lengths", "swivel"}:
+        source = next(o.source for o in joined.observations if o.kind == "load")
+        raise FormatError(
+            "load cells without lengths tell nothing of anchors", file=source, key="kind", found=", ".join(sorted(kinds)),
+            expected="the lengths of the cables beside them",
+        )  # fmt: skip
+    _copied(joined)
     with computable(robot, *data):
         _one_size(joined, file)
         _own_columns(joined, file)
+        told = at_rest(file, joined)
         joined, said = stretched(file, joined)
         joined = placed(file.robot, joined)
     return Measured(
-        file, reading, joined, (robot_input(file, robot), *reading.files), (*file.warnings, *reading.warnings, *said)
+        file,
+        reading,
+        joined,
+        (robot_input(file, robot), *reading.files),
+        (*file.warnings, *reading.warnings, *told, *said),
     )
+
+
+def _copied(data: DataSet) -> None:
+    """Raises FormatError where configurations repeat others in every number that was read: they are rows that were copied."""
+    seen: dict[bytes, int] = {}
+    again: list[tuple[int, int]] = []
+    parts: dict[int, list[bytes]] = {}
+    for obs in data.observations:
+        for c, value in zip(obs.configuration.tolist(), obs.value, strict=True):
+            parts.setdefault(c, []).append(value.tobytes())
+    for c, part in parts.items():
+        if (first := seen.setdefault(b"".join(part), c)) != c:
+            again.append((c, first))
+    # Of one length a coarse encoder may show the same twice, of eight and a pose it does not.
+    if COPIES * len(parts) < len(again) and len(set(seen.values())) > 1:
+        c, first = again[0]
+        ids = data.configurations.ids
+        raise FormatError(
+            "configurations repeat others to the last digit", file=data.observations[0].source, key="configuration",
+            found=f"{len(again)} of {len(parts)}, such as {ids[c]} and {ids[first]}", expected="every measurement once",
+        )  # fmt: skip
 
 
 def _one_size(data: DataSet, file: CableFile) -> None:
@@ -161,7 +199,17 @@ def _own_columns(data: DataSet, file: CableFile) -> None:
     y = np.full((len(data.configurations), m), np.nan)
     y[said.configuration, said.extra["cable"].astype(np.int64)] = said.value[:, 0]
     known = np.isfinite(t).all(axis=(1, 2))
-    found = exchanged(robot, t[known], y[known])
+    found, axes = exchanged(robot, t[known], y[known]), turned(robot, t[known], y[known])
+    if axes is not None and (found is None or axes.left <= SIMPLER * found.left):
+        gain = f"with that, what they leave falls from {1e3 * axes.stated:.3g} mm to {1e3 * axes.left:.3g} mm"
+        message = {
+            "position": f"in the positions {axes.what}", "orientation": "the orientations are inverted",
+            "pose": f"the poses are of a left-handed frame ({axes.what})",
+        }[axes.kind]  # fmt: skip
+        raise FormatError(
+            f"{message}: {gain}", file=pose.source, key="orientation" if axes.kind == "orientation" else "position.columns",
+            expected="poses in right-handed axes, T_base_platform",
+        )  # fmt: skip
     if found is None:
         return
     names = [robot.cables[j] for j in found.moved]

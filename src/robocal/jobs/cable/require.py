@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.cables.calibration.exact import flat
 from robocal.cables.calibration.propagation import Design, Noise
 from robocal.cables.calibration.requirement import ESTIMATORS, Requirement
 from robocal.cables.geometry import CableRobot
@@ -20,12 +21,14 @@ from robocal.files.cable.robot import read_cable
 from robocal.files.text import InputFile
 from robocal.files.units import parse_quantity
 from robocal.jobs.cable.load import framed, robot_input
-from robocal.remarks.remark import Remark
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["PAIRS", "Required", "required"]
 
 Array = NDArray[np.float64]
 PAIRS = (("length", "position"), ("position", "orientation"), ("length", "orientation"))
+AWAY = 5.0  # times what the frame anchors scatter by
 LEVELS = (0.5, 1.0, 2.0)  # of the error that is asked for: lines of equal error
 
 
@@ -153,4 +156,21 @@ def required(o: Any, command: str = "") -> Required:
             found=f"{len(file.robot.cables)} cables for {len(file.robot.axes)} degrees of freedom", expected="--of anchors or --of zeros",
         )  # fmt: skip
     inputs = (robot_input(file, o.robot), InputFile(Path(o.poses), rows.sha256))
-    return Required(file, requirement, o.of, accuracy, (*file.warnings, *rows.warnings), inputs, command)
+    said = (*file.warnings, *rows.warnings, *_spread(file.robot, rows.values))
+    return Required(file, requirement, o.of, accuracy, said, inputs, command)
+
+
+def _spread(robot: CableRobot, poses: Array) -> tuple[Remark, ...]:
+    """What is to be said of a list that tells no anchor from its mirror image, and of one that is not about this robot."""
+    axes = [i for i in robot.axes if i < 3]
+    shapes = [flat(poses[:, :3, 3] + poses[:, :3, :3] @ b, axes) for b in robot.b]
+    mirrored = tuple(c for c, s in zip(robot.cables, shapes, strict=True) if s is not None)
+    out = []
+    if mirrored:
+        shape = next(s for s in shapes if s is not None)
+        out.append(Remark.of(Code.MIRROR_IMAGE, cables=mirrored, shape=shape))
+    size = float(np.linalg.norm(robot.a.std(axis=0)))
+    away = float(np.median(np.linalg.norm(poses[:, :3, 3] - robot.home[:3, 3], axis=1)))
+    if away > AWAY * size:
+        out.append(Remark.of(Code.POSES_AWAY, away=Quantity(away), size=Quantity(size)))
+    return tuple(out)

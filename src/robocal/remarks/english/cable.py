@@ -80,6 +80,19 @@ TABLE: dict[Code, Words] = {
     Code.BEYOND_LEFT: Words(
         "lengths are read with the robot's own zeros, not with the {names} that {run} found as well"
     ),
+    Code.TENSIONS_WEIGH: Words(
+        "the tensions hold {mass}, the robot's file states {stated}",
+        "Check their unit; a payload, too, is weighed: state it with the platform's mass.",
+    ),
+    Code.MIRROR_IMAGE: Words(
+        "the platform anchors of {cables} stay in {shape}: a frame anchor and its mirror image fit alike, and the errors foretold hold "
+        "only where the start is nearer to the right one",
+        "Poses that turn the platform, or leave the plane, need no start.",
+    ),
+    Code.POSES_AWAY: Words(
+        "the poses are {away} from the middle of the frame anchors, which scatter by {size}",
+        "Check the unit of the list and that it is of this robot.",
+    ),
     Code.SAG_TAKEN: Words("sag is taken off the lengths, up to {most}, by the density that the robot's file states"),
     Code.STRETCH_LEFT: Words(
         "stretch is left in the lengths: no tensions are stated, and within its limits a cable's length changes by up to {most}",
