@@ -207,7 +207,7 @@ def judge(
             aside = int(told.sum()) - len(before)
             otherwise = Quantity(float((first - second)[told].mean()), unit)
         amounts = {"gain": Quantity(gain, unit), "low": ends[0], "high": ends[1]}
-        return Remark.of(code, **amounts, how=kind, aside=aside, otherwise=otherwise)
+        return Remark.of(code, **amounts, how=kind, aside=aside, otherwise=_finite(otherwise))
 
     if not converged:
         return Verdict("not_improved", (Remark.of(Code.NOT_CONVERGED), span(Code.GAIN_ANYWAY)))
@@ -216,3 +216,8 @@ def judge(
     if low > 0:
         return Verdict("improved", (span(Code.GAIN_PROVEN),))
     return Verdict("not_improved", (span(Code.GAIN_NOT_PROVEN),))
+
+
+def _finite(value: Quantity | None) -> Quantity | None:
+    """None where a row is so far off that no mean with it is a number."""
+    return value if value is not None and np.isfinite(value.value) else None

@@ -48,7 +48,7 @@ def data_warnings(
         if g.stated is not None and g.tau > 3 * g.stated:
             left, stated = Quantity(g.rms, g.unit), Quantity(g.stated, g.unit)
             out.append(Remark.of(Code.ABOVE_STATED_NOISE, group=g.name, left=left, stated=stated))
-        if g.unit == "m" and g.rms < COMPUTED:
+        if g.unit == "m" and g.rms < COMPUTED and g.dof > 0.5:
             out.append(Remark.of(Code.COMPUTED, group=g.name, left=Quantity(g.rms)))
     # A machine that stands where its own sensors say has coordinates only as far as something sees them.
     if model.freedom and not any(o.frame or o.targets or o.kind in ABSOLUTE for o in data.observations):
@@ -108,8 +108,11 @@ def _outliers(strange: Sequence[Outlier], fit: Fit) -> list[Remark]:
             (Code.STRANGE, [o for o in mine if not o.set_aside]),
         ):
             if some:
-                first, far = some[0].configuration, some[0].distance
-                told = Remark.of(code, group=group, count=len(some), total=total, configuration=first, distance=far)
+                first, far = some[0].configuration, some[0].distance if np.isfinite(some[0].distance) else None
+                counted = sum(o.counted for o in some) if code is Code.OUTLIERS else 0
+                told = Remark.of(
+                    code, group=group, count=len(some), total=total, configuration=first, distance=far, counted=counted or None
+                )  # fmt: skip
                 out.append(told)
     return out
 

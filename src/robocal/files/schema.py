@@ -5,6 +5,7 @@ pydantic finds the fault; the words are ours: key path, line, what was found, wh
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any, NoReturn, TypeVar
 
@@ -97,14 +98,30 @@ def validate(kind: type[T], document: Document, data: Any = None, at: Path_ = ()
     try:
         return adapter(kind).validate_python(document.data if data is None else data)
     except ValidationError as error:
-        _explain(error.errors(include_url=False)[0], document, at)
+        _explain(_likeliest(error.errors(include_url=False)), document, at)
+
+
+UNION = re.compile(r"[A-Z]\w*Model$|literal\[")  # what pydantic puts into a place where a value may be of several kinds
+
+
+def _place(fault: ErrorDetails) -> Path_:
+    return tuple(p for p in fault["loc"] if not (isinstance(p, str) and UNION.match(p)))
+
+
+def _likeliest(faults: list[ErrorDetails]) -> ErrorDetails:
+    """The first fault; where a word was written for a value that is a mapping or one of some words, what is said of the words."""
+    first = faults[0]
+    if isinstance(first.get("input"), str):
+        of_words = (f for f in faults if f["type"] == "literal_error" and _place(f) == _place(first))
+        return next(of_words, first)
+    return first
 
 
 def _explain(fault: ErrorDetails, document: Document, at: Path_) -> NoReturn:
-    path = (*at, *fault["loc"])
+    path = (*at, *_place(fault))
     context, kind, found = fault.get("ctx", {}), fault["type"], fault.get("input")
     if isinstance(context.get("error"), ValidationError):
-        _explain(context["error"].errors(include_url=False)[0], document, path)
+        _explain(_likeliest(context["error"].errors(include_url=False)), document, path)
     if kind == "missing":
         document.fail("a key is missing", path)
     if kind == "unknown_key":

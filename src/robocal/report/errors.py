@@ -256,7 +256,7 @@ def strange(rows: Sequence[Any]) -> Section:
     columns = ("strange row", "instrument", "file", "row", "value", "distance", "chance", "", "likely cause")
     caption = (
         "Distance from a fit without them, in standard deviations, and how often chance alone would show a farthest row like it "
-        "anywhere in the table. What was set aside is counted in no mean that decides."
+        "anywhere in the table. What was set aside and is not counted is in no mean that decides."
     )
     more = len(rows) - TEN
     return Section.of(

@@ -62,6 +62,7 @@ class Segment:
     first: int
     last: int
     rows: tuple[int, int]
+    without: tuple[int, int]  # the same with rows beside them that were held out: what to do without
     cause: str  # target, instrument, either, or zero
     name: str  # of the target (or all targets) where there are several, else ""
     shift: float | None  # m
@@ -108,7 +109,9 @@ def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
         said["turn"] = None if s.turn is None else Quantity(s.turn, "rad")
         said["strength"] = s.strength
         if s.cause == ZERO:
-            out.append(Remark.of(Code.SEGMENT_OF_ZERO, **{k: v for k, v in said.items() if k != "turn"}, zero=s.name))
+            of_zero = {k: v for k, v in said.items() if k != "turn"}
+            begin, end = s.without
+            out.append(Remark.of(Code.SEGMENT_OF_ZERO, **of_zero, zero=s.name, begin=begin, end=end))
         elif s.name and s.cause == "target":
             out.append(Remark.of(Code.SEGMENT_OF_TARGET, **said, target=s.name))
         else:
@@ -194,8 +197,9 @@ def _judged(state: Model, best: Found, after: Model, tried: float, whole: bool =
     if chance > SURE or not (whole or _abrupt(state, best)):
         return None
     source, rows = best.run.place(best.a, best.b - 1)
+    _, without = best.run.place(*best.run.beside(c, best.a, best.b - 1))
     return Segment(
-        source, best.run.obs.label, best.a, best.b - 1, rows,
+        source, best.run.obs.label, best.a, best.b - 1, rows, without,
         "target or instrument" if best.either else c.cause, c.name,
         moved.get("m"), moved.get("rad"), float(strength), chance, int(mine.sum()),
     )  # fmt: skip

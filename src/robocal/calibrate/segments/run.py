@@ -63,6 +63,15 @@ class Run:
             return []
         return list(zip(starts, [*starts[1:], len(names)], strict=True))
 
+    def beside(self, candidate: Candidate, first: int, last: int) -> tuple[int, int]:
+        """The same rows with those next to them of which nobody knows: held out, or set aside."""
+        blind = ~(candidate.column != 0).any(axis=(1, 2))
+        while first > 0 and blind[first - 1]:
+            first -= 1
+        while last + 1 < len(blind) and blind[last + 1]:
+            last += 1
+        return first, last
+
     def place(self, first: int, last: int) -> tuple[str, tuple[int, int]]:
         """The file in which most of these rows are, and the first and last of them as it numbers them."""
         if self.origin is None:

@@ -11,7 +11,7 @@ TABLE: dict[Code, Words] = {
     # --- the verdict ---
     Code.GAIN_PROVEN: Words(
         "the mean error on unseen poses falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})"
-        "[; gross rows among these that are not counted: {aside}, with them it is {otherwise:.4g}]",
+        "[; gross rows among these that are not counted: {aside}][, with them it is {otherwise:.4g}]",
         "Use the corrected model, or correct the targets of a controller that cannot (robocal compensate).",
     ),
     Code.EXACT: Words(
@@ -28,7 +28,7 @@ TABLE: dict[Code, Words] = {
     ),
     Code.GAIN_NOT_PROVEN: Words(
         "the mean error on unseen poses does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g} ({how})"
-        "[; gross rows among these that are not counted: {aside}, with them it is {otherwise:.4g}]",
+        "[; gross rows among these that are not counted: {aside}][, with them it is {otherwise:.4g}]",
         "Where far more is left than the stated noise, something in the inputs is wrong: mend that first. Else the unseen "
         "configurations do not settle it: measure more of them, or accept that the nominal model is already as good as these "
         "measurements can tell.",
@@ -39,7 +39,7 @@ TABLE: dict[Code, Words] = {
     ),
     Code.GAIN_ANYWAY: Words(
         "reduction of the mean error {gain:.4g}[, 95 % interval {low:.4g~} to {high:.4g}] ({how})"
-        "[; gross rows among these that are not counted: {aside}, with them it is {otherwise:.4g}]"
+        "[; gross rows among these that are not counted: {aside}][, with them it is {otherwise:.4g}]"
     ),
     Code.FEW_UNSEEN: Words(
         "fewer than {least} unseen configurations prove nothing",
@@ -145,7 +145,7 @@ TABLE: dict[Code, Words] = {
     Code.SEGMENT_OF_ZERO: Words(
         "{file}: from row {first} to row {last} {zero} is off[ by {shift:.3g}], as if what it belongs to had slipped or its sensor "
         "been set anew ({count} rows, {strength:.1f} times what is left elsewhere)",
-        "Look at the drum and at the sensor; do without these rows (--exclude {first}-{last}), or, where it was set anew, put them into a "
+        "Look at the drum and at the sensor; do without these rows (--exclude {begin}-{end}), or, where it was set anew, put them into a "
         "file of their own with `zeros: NAME`.",
     ),
     # --- what a careful colleague would say about data and fit ---
@@ -172,9 +172,9 @@ TABLE: dict[Code, Words] = {
     Code.PRIORS_IGNORED: Words("{method} takes no notice of priors and bounds", "Use lm where priors are stated."),
     Code.RESTARTED: Words("the first fit was not acceptable; {starts} further starts were tried"),
     Code.OUTLIERS: Words(
-        "{group}: {count} of {total} rows are gross and were set aside (the farthest at configuration {configuration}, {distance:.3g} "
-        "robust standard deviations)",
-        "Look at these rows, and mend or remove them. They were not fitted, and no mean that decides counts them.",
+        "{group}: {count} of {total} rows are gross and were set aside (the farthest at configuration {configuration}[, {distance:.3g} "
+        "robust standard deviations])[; held out, {counted} of them are counted in the mean that decides]",
+        "Look at these rows, and mend or remove them. They were not fitted.",
     ),
     Code.STRANGE: Words(
         "{group}: {count} of {total} rows are far from what the others say but were used (the farthest at configuration "
