@@ -53,6 +53,11 @@ class Ran:
         """stderr but for the note that a command gives when it is the first to need its kernels."""
         return "".join(line for line in self.err.splitlines(True) if not line.startswith("note: compiling kernels"))
 
+    @property
+    def said(self) -> str:
+        """Everything that was printed, as one line: a remark may be wrapped."""
+        return " ".join((self.out + self.remarks).split())
+
     def assert_refused(self, *words: str) -> None:
         """Exit status 2, one message on stderr that says all of `words`, nothing on stdout but the error where
         JSON is wanted, no traceback."""

@@ -153,3 +153,44 @@ def test_other_robots_are_no_calibrations_of_this_one(cell, tmp_path):
     other.write_text((cell / "robot.yaml").read_text().replace("c8", "d8"))
     ran = robocal("cable", "drift", cell / "first" / "run", other)
     assert ran.status == 2 and "different robots" in ran.remarks
+
+
+def test_without_an_instrument_on_the_base_the_base_may_differ(cell, tmp_path):
+    """Encoders alone from another nominal robot: nothing moved, and none of what the base differs by is an anchor's."""
+    shutil.copy(cell / "robot.yaml", tmp_path)
+    shutil.copy(cell / "same" / "lengths.csv", tmp_path)
+    shutil.copy(cell / "same" / "lengths.yaml", tmp_path)
+    ran = robocal("identify", tmp_path / "robot.yaml", tmp_path / "lengths.yaml", "-o", tmp_path / "run")
+    assert ran.status in (0, 3)
+    ran = robocal("cable", "drift", cell / "first" / "run", tmp_path / "run", "--json")
+    found = json.loads(ran.out)["compared"][0]
+    assert found["base"] is not None and found["moved"] == [] and "no instrument stood on the base" in ran.remarks
+
+
+def test_runs_that_share_measurements_are_told_and_not_called_the_same(cell, tmp_path):
+    home = tmp_path / "other"
+    shutil.copytree(cell / "first", home)
+    shutil.rmtree(home / "run")
+    shutil.copy(cell / "same" / "lengths.csv", home)
+    ran = robocal("identify", cell / "robot.yaml", home / "lengths.yaml", home / "poses.yaml", "-o", home / "run")
+    ran = robocal("cable", "drift", cell / "first" / "run", home / "run")
+    assert ran.status != 2 and "made of poses.csv as the first run was" in ran.said
+
+
+def test_a_history_is_completed_and_never_doubled(cell, tmp_path):
+    history = tmp_path / "h.csv"
+    call = ("cable", "drift", *run(cell, "first", "same"), "--history", history)
+    robocal(*call)
+    whole = history.read_text()
+    lines = whole.splitlines()
+    history.write_text("\n".join([*lines[:9], *lines[12:]]) + "\n")
+    robocal(*call)
+    assert sorted(history.read_text().splitlines()) == sorted(lines)
+    shutil.copytree(cell / "first" / "run", tmp_path / "copy")
+    robocal("cable", "drift", tmp_path / "copy", cell / "same" / "run", "--history", history)
+    assert len(history.read_text().splitlines()) == len(lines)
+    for wrong, words in (("abc", "not a number"), ("nan", "not a number")):
+        cells = lines[1].split(",")
+        history.write_text("\n".join([lines[0], ",".join([*cells[:6], wrong, cells[7]])]) + "\n")
+        ran = robocal(*call)
+        assert ran.status == 2 and words in ran.remarks and "row 2" in ran.remarks

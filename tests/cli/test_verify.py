@@ -107,7 +107,7 @@ def test_groups_by_their_means(folder):
     ("words", "said"),
     [
         (("tracker.csv",), "nothing to be compared with"),
-        (("tracker.csv", "other.csv"), "no poses in common"),
+        (("tracker.csv", "other.csv"), "too few poses in common"),
         (("tracker.csv", "places.csv"), "position"),
         (("tracker.csv", "twice.csv"), "twice"),
         (("tracker.csv", "nowhere.csv"), "nowhere"),
@@ -123,3 +123,83 @@ def test_what_cannot_be_compared_is_refused(folder, words, said):
     (folder / "groups.csv").write_text("group,n,pos_mean\na,3,1\nb,3,2\n")
     ran = robocal("verify", *((folder / w if w.endswith(".csv") else w) for w in words), "-o", folder / "out")
     assert ran.status == 2 and said in ran.remarks and not (folder / "out").exists(), ran.remarks
+
+
+def wrong(folder, change):
+    rows = (folder / "robot.csv").read_text().splitlines()
+    numbers = change(np.array([[float(v) for v in r.split(",")[1:]] for r in rows[1:]]))
+    ids = [r.split(",")[0] for r in rows[1:]]
+    lines = [",".join([i, *(f"{v:.9g}" for v in row)]) for i, row in zip(ids, numbers, strict=True)]
+    (folder / "wrong.csv").write_text("\n".join([rows[0], *lines]) + "\n")
+    return robocal("verify", folder / "tracker.csv", folder / "wrong.csv")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda v: v * np.repeat([1e3, 1.0], 3), "times as far as those of tracker"),
+        (lambda v: v * [-1, 1, 1, 1, 1, 1], "mirror image"),
+        (lambda v: v[:, [1, 0, 2, 3, 4, 5]], "mirror image"),
+        (lambda v: np.roll(v, 2, axis=0), "rows are those of tracker shifted"),
+        (lambda v: v * np.repeat([0.0, 1.0], 3), "its positions scatter by"),
+        (lambda v: v * np.repeat([1.0, np.pi / 180], 3), "unit of its orientations"),
+        (lambda v: v * np.repeat([1.0, -1.0], 3), "orientations are the inverse"),
+        (lambda v: v[np.random.default_rng(0).permutation(len(v))], "not the poses of tracker"),
+    ],
+)
+def test_a_source_that_is_of_other_poses_is_named(folder, change, words):
+    ran = wrong(folder, change)
+    assert ran.status == 3 and words in ran.said, ran.said
+
+
+def test_a_right_source_is_not_doubted(folder):
+    assert wrong(folder, lambda v: v).status == 0
+
+
+def test_the_best_alignment_is_found_from_anywhere():
+    """Against a general solver from many starts, of orientations that have nothing to do with each other."""
+    from scipy.optimize import least_squares
+
+    from robocal.apply.verification import aligned
+
+    rng = np.random.default_rng(1)
+    for _ in range(5):
+        p, q = (se3.from_vector(rng.normal(size=(9, 6)) * [1, 1, 1, 2, 2, 2]) for _ in range(2))
+
+        def left(a, p=p, q=q):
+            here = a @ p
+            turn = so3.log(here[:, :3, :3] @ q[:, :3, :3].swapaxes(1, 2))
+            return np.concatenate([here[:, :3, 3] - q[:, :3, 3], turn], axis=1).ravel()
+
+        best = min(
+            2 * least_squares(lambda x, left=left: left(se3.from_vector(x)), rng.normal(size=6)).cost for _ in range(12)
+        )
+        assert np.sum(left(aligned(p, q)[1]) ** 2) <= best * 1.02
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("group,n,e_mean,e_sd\nA,10,5,1\nA,3,6,2\n", "named twice"),
+        ("group,n,e_mean,e_sd\nA,10,5,1\n", "nothing to be compared with"),
+        ("group,n,e_mean [mm],e_sd\nA,10,5,1\nB,3,6,2\n", "one of two columns has a unit"),
+        ("group,n,e_mean [mm],e_sd [parsec]\nA,10,5,1\nB,3,6,2\n", "unknown unit"),
+    ],
+)
+def test_a_summary_that_cannot_be_meant(tmp_path, text, words):
+    (tmp_path / "g.csv").write_text(text)
+    ran = robocal("verify", tmp_path / "g.csv", "--summary")
+    assert ran.status == 2 and words in ran.remarks and "g.csv" in ran.remarks, ran.remarks
+
+
+def test_units_of_a_summary_count(tmp_path):
+    found = []
+    for sd in ("e_sd [mm]", "e_sd [m]"):
+        (tmp_path / "g.csv").write_text(f"group,n,e_mean [mm],{sd}\nA,10,5,1\nB,3,6,2\n")
+        found.append(json.loads(robocal("verify", tmp_path / "g.csv", "--summary", "--json").out)["anova"]["e"]["f"])
+    assert np.isclose(found[0], found[1] * 1e6)
+
+
+def test_the_same_poses_twice_are_refused(folder):
+    ran = robocal("verify", folder / "tracker.csv", folder / "tracker.csv")
+    assert ran.status == 2 and "the same poses twice" in ran.remarks

@@ -12,7 +12,7 @@ from robocal.jobs.cable.load import how_made
 from robocal.jobs.cable.require import Required
 from robocal.report.cable.contours import contours
 from robocal.report.cable.part import part
-from robocal.report.sections import Section, Text, Written, figure, table
+from robocal.report.sections import Section, Text, ends, figure, table
 
 __all__ = ["require_details", "require_summary"]
 
@@ -56,7 +56,7 @@ def require_summary(made: Required, written: tuple[Path, ...]) -> Iterator[Secti
     yield Section.of("", table(*columns, right=(1, 2, 3, 4), rows=rows))
     if made.needed is not None and made.accuracy is not None:
         yield Section.of("", *(Text.of(line) for line in _needed(made, made.accuracy)))
-    yield Section.of("", Written(written))
+    yield from ends(made.remarks, written)
 
 
 def _needed(made: Required, accuracy: float) -> Iterator[str]:
