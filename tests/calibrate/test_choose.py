@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from robocal.cables.geometry import EXPECTED, cable_robot
+from robocal.cables.gradient import by_parameters
 from robocal.cables.inverse import inverse
 from robocal.errors import ModelError
 from robocal.estimate.criteria import CRITERIA
@@ -148,3 +149,30 @@ def test_nearly_the_best_of_all_sets(rng):
 def test_bad_wishes(rng, count, more, message):
     with pytest.raises(ModelError, match=message):
         choose(robot(), spread(10, rng), count, **more)
+
+
+def test_encoders_alone_as_dense_least_squares(rng):
+    """Every pose free beside the parameters, the six that stay open held: the same errors, and a choice beats chance."""
+    machine = robot()
+    t = spread(40, rng)
+    noise = Noise(length=2e-3, measured=False)
+    best = choose(machine, t, 15, noise=noise, rng=rng)
+    assert len(best.parameters) == 26 and best.expected["chosen"]["a"] < best.expected["random"]["a"]
+    by_pose, by_number = by_parameters(machine, t, best.parameters)
+    k, m, n = by_number.shape
+    dense = np.zeros((k, m, n + 6 * k))
+    dense[..., :n] = by_number
+    for i in range(k):
+        dense[i, :, n + 6 * i : n + 6 * i + 6] = by_pose[i]
+    dense = dense.reshape(k * m, -1) / noise.length
+    info = dense.T @ dense + np.diag([1 / EXPECTED**2] * n + [1e-9] * (6 * k))
+    variance = np.diag(np.linalg.inv(info))[:n]
+    at = np.array([name.split(".")[1].startswith("a") for name in best.parameters])
+    assert np.isclose(np.sqrt(variance[at].mean()), best.expected["all"]["a"], rtol=1e-4)
+
+
+def test_encoders_alone_need_more_cables_than_freedoms(rng):
+    machine = robot()
+    six = cable_robot("six", machine.a[:6], machine.b[:6])
+    with pytest.raises(ModelError, match="no more cables than freedoms"):
+        choose(six, spread(20, rng), 5, noise=Noise(measured=False))

@@ -168,6 +168,7 @@ def poses(
     criterion: str = 'A',
     sigma: float | None = None,
     pose_noise: str | None = None,
+    encoders_only: bool = False,
     seed: int = 0,
     output: _Path | None = None,
     force: bool = False,
@@ -194,6 +195,7 @@ def poses(
     criterion: For --choose: A (least rms), D, I, G, E, O1 to O5.
     sigma: For --choose: standard deviation of a length, in the robot file's unit of length, above 0.  [default: 1 mm, converted]
     pose_noise: For --choose: standard deviation per axis of a measured pose, in the robot file's units.
+    encoders_only: For --choose: no instrument measures poses.
     seed: For whatever is drawn at random, 0 or more.
     output: Write poses.csv, program.csv, list.json and report.html here.
     force: Replace files that exist.

@@ -6,7 +6,8 @@ At pose j an instrument says where the platform is, and every cable how long it 
 
 theta are the free parameters (a_i and l0_i unless the robot says otherwise, (3.16) to (3.25) of the thesis behind
 `examples/cable-laval`), dx_j the error of the measured pose. What pose j tells is J_j^T S_j^-1 J_j with
-S_j = sigma^2 I + L_j C L_j^T: nothing else of dx_j is known, so this is exact to first order. Criteria and search are those of
+S_j = sigma^2 I + L_j C L_j^T: nothing else of dx_j is known, so this is exact to first order. Where no instrument measures poses, C has no
+end: what is left is N_j^T J_j with N_j^T L_j = 0, and what no pose tells is held. Criteria and search are those of
 every plan (`estimate.criteria`, `estimate.selection`).
 """
 
@@ -16,6 +17,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import EXPECTED, CableRobot, straight
@@ -32,17 +34,19 @@ Watch = Callable[[dict[str, object]], None]
 DEFAULT = ("ax", "ay", "az", "l0")
 LEAST, MOST = 1e-9, 1e3  # noise that can be computed with, m and rad
 DRAWS = 25
+OPEN = 1e-9  # of the best seen direction: what no pose tells
 LIMIT_ROUNDS = 80
 
 
 @dataclass(frozen=True)
 class Noise:
     """Standard deviations: `length` of a cable in m, `position` per axis in m and `orientation` per axis in rad of a measured
-    pose."""
+    pose; not `measured`: by encoders alone."""
 
     length: float = 1e-3
     position: float = 0.0
     orientation: float = 0.0
+    measured: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,13 +120,38 @@ def cable_blocks(robot: CableRobot, poses: Array, noise: Noise) -> Blocks:
     j = by_parameters(robot, poses, names)[1] * EXPECTED
     spread = np.array([noise.position] * 3 + [noise.orientation] * 3)[rows]
     m = len(robot.cables)
+    if not noise.measured:
+        return _alone(robot, gradient, j, names, noise.length)
     cover = noise.length**2 * np.eye(m) + (gradient * spread**2) @ gradient.swapaxes(1, 2)
-    moves = [i for i, axis in enumerate(rows) if axis < 3]
-    tests = -(np.linalg.pinv(gradient) @ j)[:, moves]
-    if len(moves) < 3:
-        tests = np.concatenate([tests, np.zeros((len(poses), 3 - len(moves), len(names)))], axis=1)
     whitened = np.asarray(np.linalg.solve(np.linalg.cholesky(cover), j), dtype=np.float64)
-    return Blocks(names, whitened, tests, np.eye(len(names)))
+    return Blocks(names, whitened, _tests(robot, gradient, j), np.eye(len(names)))
+
+
+def _tests(robot: CableRobot, gradient: Array, j: Array) -> Array:
+    """How the parameters move the platform that lengths place, (k, 3, n)."""
+    moves = [i for i, axis in enumerate(robot.axes) if axis < 3]
+    out = np.zeros((len(j), 3, j.shape[2]))
+    out[:, : len(moves)] = -(np.linalg.pinv(gradient) @ j)[:, moves]
+    return out
+
+
+def _alone(robot: CableRobot, gradient: Array, j: Array, names: tuple[str, ...], length: float) -> Blocks:
+    """What encoders alone tell: of every pose what its lengths say beside where it is; parameters that stay open are held."""
+    m, d = gradient.shape[1:]
+    if m <= d:
+        raise ModelError(
+            "encoders alone tell nothing of a robot that has no more cables than freedoms", found=f"{m} cables for {d} freedoms",
+            expected="measured poses, or more cables",
+        )  # fmt: skip
+    beside = np.linalg.svd(gradient, full_matrices=True)[0][:, :, d:].swapaxes(1, 2)
+    whitened = beside @ j / length
+    stacked = whitened.reshape(-1, len(names))
+    r, order = scipy.linalg.qr(stacked, mode="r", pivoting=True)
+    size = np.abs(np.diag(r))
+    seen = np.sort(order[: int((size > OPEN * size[0]).sum())])
+    return Blocks(
+        tuple(names[i] for i in seen), whitened[..., seen], _tests(robot, gradient, j[..., seen]), np.eye(len(seen))
+    )
 
 
 def _free(robot: CableRobot) -> tuple[str, ...]:

@@ -229,6 +229,7 @@ class Code(StrEnum):
     TENSIONS_WEIGH = "tensions-weigh"
     MIRROR_IMAGE = "mirror-image"
     POSES_AWAY = "poses-away"
+    POSES_TAKEN_EXACT = "poses-taken-exact"
     SAG_TAKEN = "sag-taken"
     STRETCH_LEFT = "stretch-left"
     NO_DIAMETER = "no-diameter"

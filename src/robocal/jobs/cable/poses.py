@@ -47,7 +47,7 @@ def listed(o: Any, tell: Watch, command: str = "") -> Listed:
     si = o.si(file.units)
     able = replace(held_robot(file, si.limits), mass=mass_of(file, si.payload, si.mass))
     clearance, warnings = clearance_of(file, able, si.diameter, o.body, si.relief)
-    noise = _noise(file, si.sigma, si.pose_noise)
+    noise = _noise(file, si.sigma, si.pose_noise, o.encoders_only)
     tell({"stage": "asking the start"})
     with computable(o.robot):
         begin = started(file, able, clearance, o.start)
@@ -102,9 +102,13 @@ def _sane(count: int, steps: int, method: str) -> None:
         check_method(method)
 
 
-def _noise(file: CableFile, sigma: float | None, pose: Array | None) -> Noise:
-    """Of a length in m, and of a measured pose (2,) in the file's units. Raises ModelError."""
+def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool) -> Noise:
+    """Of a length in m, and of a measured pose (2,) in the file's units, or of encoders alone. Raises ModelError."""
     length = UNSTATED if sigma is None else sigma
+    if alone and pose is not None:
+        raise ModelError("nobody measures poses", key="--pose-noise", found="--encoders-only", expected="one of them")
+    if alone:
+        return Noise(length, measured=False)
     if pose is None:
         return Noise(length)
     if pose.min() < 0:
@@ -122,6 +126,8 @@ def _doubts(
         out.append(Remark.of(Code.MOTIONS_OPEN, count=open_))
     if wanted is not None and sigma is None:
         out.append(Remark.of(Code.LENGTH_NOISE_ASSUMED))
+    if wanted is not None and noise.measured and not (noise.position or noise.orientation):
+        out.append(Remark.of(Code.POSES_TAKEN_EXACT))
     if wanted is not None and noise.length > EXPECTED:
         unit = file.units.length.name
         out.append(Remark.of(Code.NOISE_TEACHES_NOTHING, sigma=sigma, unit=unit, expected=Quantity(EXPECTED)))

@@ -93,6 +93,10 @@ TABLE: dict[Code, Words] = {
         "the poses are {away} from the middle of the frame anchors, which scatter by {size}",
         "Check the unit of the list and that it is of this robot.",
     ),
+    Code.POSES_TAKEN_EXACT: Words(
+        "poses are chosen as if an instrument measured them exactly",
+        "--pose-noise states how well it does; --encoders-only says that there is none.",
+    ),
     Code.SAG_TAKEN: Words("sag is taken off the lengths, up to {most}, by the density that the robot's file states"),
     Code.STRETCH_LEFT: Words(
         "stretch is left in the lengths: no tensions are stated, and within its limits a cable's length changes by up to {most}",

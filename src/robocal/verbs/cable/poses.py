@@ -77,6 +77,7 @@ class Options(Told):
         "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
         numbers="POSITION,ORIENTATION",
     )
+    encoders_only: bool = opt(False, "For --choose: no instrument measures poses")
     seed: w.Seed = 0
     output: Path | None = opt(
         None, "Write poses.csv, program.csv, list.json and report.html here", short="-o", metavar="DIR"
@@ -134,6 +135,15 @@ def sections(made: Outcome) -> Iterator[Section]:
     yield from ends(written=made.written)
 
 
+def _seen(noise: Any) -> str:
+    """How the poses are known."""
+    if not noise.measured:
+        return ", no instrument measures poses: what they leave open is held"
+    if not (noise.position or noise.orientation):
+        return ", poses as if measured exactly"
+    return f", poses measured to {figure(1e3 * noise.position)} mm and {figure(57.29577951308232 * noise.orientation)} deg per axis"
+
+
 def _chosen(choice: Any, n: int) -> Section:
     """What the chosen poses are expected to tell, beside as many at random and all."""
     from robocal.jobs.cable.poses import EXPECTED_OF
@@ -148,5 +158,5 @@ def _chosen(choice: Any, n: int) -> Section:
     if choice.criterion == "A" and choice.limit:
         more = 100 * ((choice.design.value / choice.limit) ** 0.5 - 1)
         lines.append(f"no {count} of these poses are better by more than {figure(more, 2)} %")
-    lines.append(f"from lengths with {figure(1e3 * choice.noise.length)} mm of noise")
+    lines.append(f"from lengths with {figure(1e3 * choice.noise.length)} mm of noise{_seen(choice.noise)}")
     return Section.of("", table(*columns, right=(1, 2, 3), rows=rows), *quiet(*lines))
