@@ -32,7 +32,7 @@ FACTS = {
         Code.STRETCH_TAKEN,
         Code.SAG_TAKEN,
         Code.BEYOND_TAKEN,
-        Code.BEYOND_LEFT,
+        Code.ZEROS_LEFT_ASIDE,
         Code.NOTHING_MOVED,
         Code.SMALLEST_DRIFT,
         Code.CALIBRATION_CARRIED,

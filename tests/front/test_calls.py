@@ -43,7 +43,7 @@ PAIRS = {
     "compensate": ("compensate run targets.csv --tool own", lambda: rc.compensate("run", "targets.csv", tool="own")),
     "export": ("export run --format csv", lambda: rc.export("run", form="csv")),
     "plan": ("plan robot.yaml -n 8 --draw 60", lambda: rc.plan("robot.yaml", count=8, candidates=60)),
-    "verify": ("verify places.csv places.csv", lambda: rc.verify("places.csv", "places.csv")),
+    "verify": ("verify places.csv others.csv", lambda: rc.verify("places.csv", "others.csv")),
     "new": ("new --list", lambda: rc.new(listing=True)),
     "inverse": ("cable inverse cable.yaml places.csv", lambda: rc.cable.inverse("cable.yaml", "places.csv")),
     "forward": (
@@ -78,7 +78,13 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     folder = tmp_path_factory.mktemp("calls")
     small(folder)
-    texts = {"poses.csv": POSES, "targets.csv": TARGETS, "cable.yaml": CABLE_ROBOT, "places.csv": PLACES}
+    texts = {
+        "poses.csv": POSES,
+        "targets.csv": TARGETS,
+        "cable.yaml": CABLE_ROBOT,
+        "places.csv": PLACES,
+        "others.csv": PLACES.replace("low,100", "low,101"),
+    }
     for name, text in (texts | {"free.yaml": describe_cable(free())}).items():
         (folder / name).write_text(text, encoding="utf-8")
     assert robocal("identify", folder / "robot.yaml", folder / "data.yaml", "-o", folder / "run").status == 0

@@ -225,7 +225,7 @@ class Code(StrEnum):
     MEASUREMENTS_SHARED = "measurements-shared"
     CABLE_FILE_LACKS = "cable-file-lacks"
     BEYOND_TAKEN = "beyond-taken"
-    BEYOND_LEFT = "zeros-left-aside"
+    ZEROS_LEFT_ASIDE = "zeros-left-aside"
     TENSIONS_WEIGH = "tensions-weigh"
     MIRROR_IMAGE = "mirror-image"
     POSES_AWAY = "poses-away"

@@ -47,7 +47,7 @@ class Calibrated:
         taken = tuple(dict.fromkeys((*self.beyond.gains, *self.beyond.owned)))
         out = [Remark.of(Code.BEYOND_TAKEN, names=taken, run=self.place)] if taken else []
         if self.aside:
-            out.append(Remark.of(Code.BEYOND_LEFT, names=self.aside, run=self.place))
+            out.append(Remark.of(Code.ZEROS_LEFT_ASIDE, names=self.aside, run=self.place))
         return (*out, *([] if self.doubt is None else [self.doubt]))
 
     @property

@@ -77,7 +77,7 @@ TABLE: dict[Code, Words] = {
         "Give the folder to `cable forward`: it reads lengths with them.",
     ),
     Code.BEYOND_TAKEN: Words("lengths are read with the {names} that {run} found"),
-    Code.BEYOND_LEFT: Words(
+    Code.ZEROS_LEFT_ASIDE: Words(
         "lengths are read with the robot's own zeros, not with the {names} that {run} found as well"
     ),
     Code.TENSIONS_WEIGH: Words(
