@@ -28,6 +28,12 @@ ITERATIONS = 200
 CHANCE = 9.0  # chi-squared by which a rival may be worse and still be the pose: three standard deviations
 ROUNDING = 1e-10  # m; residuals closer than this are told apart by rounding only
 REACH = 1.05  # room for stretch and noise
+POLISH, FAINT, NEAR, ENOUGH = (
+    20,
+    1e-12,
+    1e-6,
+    1e-14,
+)  # steps, their damping, how long they are at most and at the end, m and rad
 APART = 1e-5  # m and rad; solutions closer than this are one
 
 
@@ -203,7 +209,27 @@ def _descend(
         at = at[~(settled | stuck | (lam[at] > 1e12))]
         if not len(at):
             break
+    _polish(model, pose, rows, axes, np.flatnonzero(converged), r, j)
     return pose, cost, iterations, converged
+
+
+def _polish(
+    model: Model, pose: Array, rows: NDArray[np.int64], axes: list[int], at: NDArray[np.int64], r: Array, j: Array
+) -> None:
+    """Pose (n, 4, 4) of the rows `at` <- the bottom itself: where the cost only jitters the gradient still tells. A step that is no
+    rounding is not taken: there the pose is open."""
+    for _ in range(POLISH):
+        jt = j[at].swapaxes(-1, -2)
+        a, g = jt @ j[at], (jt @ r[at][..., None])
+        d = np.maximum(np.einsum("nii->ni", a), 1e-9 * np.einsum("nii->n", a)[:, None])
+        twist = np.zeros((len(at), 6))
+        twist[:, axes] = -np.linalg.solve(a + FAINT * d[:, None, :] * np.eye(len(axes)), g)[..., 0]
+        twist[~(np.abs(twist).max(axis=-1) < NEAR)] = 0.0
+        pose[at] = _moved(pose[at], twist)
+        r[at], j[at] = model(pose[at], rows[at])
+        at = at[np.abs(twist).max(axis=-1) > ENOUGH]
+        if not len(at):
+            return
 
 
 def _choose(

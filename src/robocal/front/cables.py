@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.cables.choice import METHOD
 from robocal.cables.forward import Forward, forward
 from robocal.cables.inverse import inverse
+from robocal.cables.prepared import Prepared
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, distribute
 from robocal.errors import FormatError
@@ -77,6 +78,15 @@ class CableArm:
         able, at = held_robot(self.model), _poses(poses)
         load = gravity_wrench(at, mass_of(self.model), able.com) + _numbers(wrench, "wrench")
         return distribute(structure_of(able, at), load[:, list(able.axes)], able.need("limits"), method)
+
+    def prepare(self, *, method: str = METHOD, sigma: float | None = None) -> Prepared:
+        """The robot entered into kernels once, for a controller that asks one pose a thousand times a second: `tension(pose)`,
+        `forward(lengths, start)`, `twist(pose, rates)`; nothing that they are asked raises. sigma is the noise of a length in m.
+
+        Raises InputError where the file knows no limits or no mass.
+        """
+        able = held_robot(self.model)
+        return Prepared(able, mass=mass_of(self.model), method=method, sigma=sigma)
 
     def workspace(self, **options: Any) -> Any:
         """Where the platform can be held: options as of `rc.cable.workspace`."""

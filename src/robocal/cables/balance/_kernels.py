@@ -1,4 +1,5 @@
-"""Compiled equilibrium W t + w = 0 of one pose: structure matrix, triangular factor, shortest solution, null space; orthonormal rows."""
+"""Compiled equilibrium W t + w = 0 of one pose: length and direction of a cable, structure matrix, triangular factor, shortest
+solution, null space; orthonormal rows."""
 
 from __future__ import annotations
 
@@ -27,6 +28,31 @@ def structure_kernel(pose, a, b, out):
             out[k, 3, i] = ly * uz - lz * uy
             out[k, 4, i] = lz * ux - lx * uz
             out[k, 5, i] = lx * uy - ly * ux
+
+
+@kernel
+def length_of(dx, dy, dz, radius, axis, u):
+    """Length from the frame anchor to the end (dx, dy, dz) away, and the unit vector u (3,) in which the cable arrives there:
+    `cables.pulley.run` for one cable. Not a number inside a pulley."""
+    if radius == 0.0:
+        full = math.sqrt(dx * dx + dy * dy + dz * dz)
+        f = 1.0 / full if full > 0.0 else 0.0
+        u[0], u[1], u[2] = f * dx, f * dy, f * dz
+        return full
+    h = dx * axis[0] + dy * axis[1] + dz * axis[2]
+    ax, ay, az = dx - h * axis[0], dy - h * axis[1], dz - h * axis[2]
+    s = math.sqrt(ax * ax + ay * ay + az * az)
+    square = s * (s - 2.0 * radius) + h * h
+    if not square >= 0.0:
+        u[:] = math.nan
+        return math.nan
+    free = math.sqrt(square)
+    beta = math.atan2(h, radius - s) - math.atan2(free, radius)
+    if beta < -1e-9:  # straight ahead the wrap is zero: rounding must not make a whole turn of it
+        beta += 2.0 * math.pi
+    f, c = (math.sin(beta) / s if s > 0.0 else 0.0), math.cos(beta)
+    u[0], u[1], u[2] = f * ax + c * axis[0], f * ay + c * axis[1], f * az + c * axis[2]
+    return radius * beta + free
 
 
 @kernel

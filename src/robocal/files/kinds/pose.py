@@ -49,7 +49,8 @@ def _rotations(model: OrientationModel, table: CsvTable, document: Document) -> 
         most = float(np.median(np.abs(angles).max(axis=1, initial=0.0))) if len(angles) else 0.0
         if most > 2 * np.pi:
             document.fail(
-                "orientations of more than a whole turn", (*at, "unit"), expected="deg, or angles below 2 pi",
+                "orientations of more than a whole turn", (*at, "unit"),
+                expected=", ".join(f"{table.label(table.find(c))} [deg]" for c in columns) + " in the header, or unit: deg",
                 found=f"{units[0].name}: {most / np.pi * 180:.3g} deg in the median",
             )  # fmt: skip
         if model.form == "rotation_vector":

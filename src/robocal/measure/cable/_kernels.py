@@ -7,33 +7,8 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
+from robocal.cables.balance._kernels import length_of
 from robocal.estimate._kernels import add_block, add_shared_columns, kept, robust
-
-
-@kernel
-def length_of(dx, dy, dz, radius, axis, u):
-    """Length from the frame anchor to the end (dx, dy, dz) away, and the unit vector u (3,) in which the cable arrives there:
-    `cables.pulley.run` for one cable. Not a number inside a pulley."""
-    if radius == 0.0:
-        full = math.sqrt(dx * dx + dy * dy + dz * dz)
-        f = 1.0 / full if full > 0.0 else 0.0
-        u[0], u[1], u[2] = f * dx, f * dy, f * dz
-        return full
-    h = dx * axis[0] + dy * axis[1] + dz * axis[2]
-    ax, ay, az = dx - h * axis[0], dy - h * axis[1], dz - h * axis[2]
-    s = math.sqrt(ax * ax + ay * ay + az * az)
-    square = s * (s - 2.0 * radius) + h * h
-    if not square >= 0.0:
-        u[:] = math.nan
-        return math.nan
-    free = math.sqrt(square)
-    beta = math.atan2(h, radius - s) - math.atan2(free, radius)
-    if beta < -1e-9:  # straight ahead the wrap is zero: rounding must not make a whole turn of it
-        beta += 2.0 * math.pi
-    f, c = (math.sin(beta) / s if s > 0.0 else 0.0), math.cos(beta)
-    u[0], u[1], u[2] = f * ax + c * axis[0], f * ay + c * axis[1], f * az + c * axis[2]
-    return radius * beta + free
-
 
 NUMBERS = 7  # of a cable: where its anchors are on the frame and on the platform, and the zero of its length
 

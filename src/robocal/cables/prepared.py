@@ -1,0 +1,171 @@
+"""A cable robot whose numbers are checked once, for loops that ask one pose a thousand times a second.
+
+    tension   t with W t + w = 0 within the limits        forward   the pose whose lengths are those that were read
+    twist     L^+ dl/dt                                   torque    K_t t = r t / (g eta)
+
+Nothing that a pose, a length or a load can be raises: what was found says so itself. The searches are those of
+`cables.tension.distribute` and `cables.forward.forward`, one pose at a time without a detour.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal._jit import as_kernel_array, as_kernel_indices
+from robocal.cables.choice import METHOD, POWER
+from robocal.cables.geometry import CableRobot
+from robocal.cables.polytope._kernels import FOUND
+from robocal.cables.pulley import Pulleys
+from robocal.cables.single import _kernels as kernels
+from robocal.cables.tension import check_method, distribute
+from robocal.errors import ModelError
+from robocal.geometry.gravity import GRAVITY
+
+__all__ = ["Drums", "Held", "Placed", "Prepared"]
+
+Array = NDArray[np.float64]
+KINDS = {
+    "norm": kernels.NEAREST,
+    "mid": kernels.NEAREST,
+    "closed": kernels.CLOSED,
+    "barycentre": kernels.CENTRE,
+    "p-norm": kernels.POWER,
+}
+CENTRED = 2  # redundant cables of which the barycentre is worked out
+
+
+class Held(NamedTuple):
+    """Tensions (m,) in N, not numbers where there are none, and whether there are."""
+
+    tension: Array
+    found: bool
+
+
+class Placed(NamedTuple):
+    """A pose (4, 4), residuals (m,) in m (computed less read), covariance (d, d) of the twist's components that the robot has (m and
+    rad), iterations, and whether the search came to its end; not numbers where no cable can be so."""
+
+    pose: Array
+    residual: Array
+    covariance: Array
+    iterations: int
+    converged: bool
+
+
+class Drums(NamedTuple):
+    """What winds a cable up: radius (m,) in m with the cable that lies on it, gear (m,), turns of the motor per turn of the drum, and
+    efficiency (m,) of the gear as it pulls."""
+
+    radius: Array
+    gear: Array
+    efficiency: Array
+
+    @classmethod
+    def of(cls, radius: ArrayLike, gear: ArrayLike = 1.0, efficiency: ArrayLike = 1.0) -> Drums:
+        """Drums from numbers of each cable or of all. Raises ModelError for a radius, a gear or an efficiency that is not above 0, and
+        for an efficiency above 1."""
+        values = dict(
+            zip(
+                cls._fields,
+                np.broadcast_arrays(*(np.asarray(v, float) for v in (radius, gear, efficiency))),
+                strict=True,
+            )
+        )
+        for name, value in values.items():
+            if not (np.isfinite(value) & (value > 0)).all() or (name == "efficiency" and (value > 1).any()):
+                raise ModelError(f"a drum has no such {name}", key=name, found=value.tolist(), expected="above 0")
+        return cls(*(np.array(v) for v in values.values()))
+
+    @property
+    def gain(self) -> Array:
+        """K_t (m,) in m: torque of the motor per tension, r / (g eta)."""
+        return self.radius / (self.gear * self.efficiency)
+
+    def torque(self, tension: Array) -> Array:
+        """Torques (m,) of the motors in N m that hold tensions (m,) in N."""
+        return self.gain * tension
+
+
+class Prepared:
+    """A robot, a platform's weight, limits and a method, entered into kernels once.
+
+    `sigma` is the noise of a length in m (None: residuals say it). Raises ModelError where mass or limits are unknown, for limits that
+    are none, an unknown method, or fewer cables than freedoms. Cables are straight or over pulleys, without stretch and sag.
+    """
+
+    def __init__(
+        self,
+        robot: CableRobot,
+        *,
+        mass: float | None = None,
+        com: ArrayLike | None = None,
+        limits: ArrayLike | None = None,
+        method: str = METHOD,
+        power: float = POWER,
+        sigma: float | None = None,
+    ) -> None:
+        m, d = len(robot.cables), len(robot.axes)
+        if m < d:
+            raise ModelError(
+                "fewer cables than degrees of freedom", found=f"{m} cables for {d}", expected=f"at least {d}"
+            )
+        check_method(method)
+        bounds = np.asarray(robot.need("limits") if limits is None else limits, float)
+        weight = float(robot.need("mass")) if mass is None else float(mass)
+        if not (weight >= 0 and np.isfinite(weight)) or (sigma is not None and not 0 < sigma < np.inf):
+            raise ModelError(
+                "no such mass or noise", key="mass, sigma", found=(weight, sigma), expected="finite, sigma above 0"
+            )
+        # One pose through the door that checks limits, power and method.
+        distribute(np.zeros((1, d, m)), np.zeros(d), bounds, "norm" if method == "barycentre" else method, power)
+        if method == "barycentre" and m - d > CENTRED:
+            raise ModelError(
+                "the barycentre is of at most two redundant cables", key="method", found=f"{m} cables for {d} freedoms"
+            )
+        wheel = robot.pulleys or Pulleys(np.zeros(m), np.tile([0.0, 0.0, 1.0], (m, 1)))
+        reference = np.zeros(m) if method == "norm" else bounds.mean(axis=1)
+        self.robot, self.method = robot, method
+        self._cables = as_kernel_array(np.column_stack([robot.a, robot.b, robot.zeros, wheel.radius, wheel.axis]))
+        self._rows = as_kernel_indices(np.array(robot.axes))
+        self._body = as_kernel_array(
+            np.concatenate([[-weight * GRAVITY[2]], robot.com if com is None else np.asarray(com, float)])
+        )
+        self._bounds = as_kernel_array(np.stack([bounds[:, 0], bounds[:, 1], reference]))
+        self._kind, self._power, self._sigma = KINDS[method], float(power), 0.0 if sigma is None else float(sigma)
+        self._still, self._cable_count, self._freedoms = np.zeros(6), m, d
+
+    def tension(self, pose: Array, wrench: Array | None = None) -> Held:
+        """Tensions within the limits that hold the platform at a pose (4, 4), with a wrench (6,), N and N m, beside its weight."""
+        pose = self._entered(pose, (4, 4))
+        load = self._still if wrench is None else self._entered(wrench, (6,))
+        out = np.empty(self._cable_count)
+        code = kernels.held(
+            pose, load, self._cables, self._rows, self._body, self._bounds, self._kind, self._power, out
+        )
+        return Held(out, code == FOUND)
+
+    def forward(self, lengths: Array, start: Array) -> Placed:
+        """The pose that lengths (m,) in m say, from the pose (4, 4) before it."""
+        y, begin = self._entered(lengths, (self._cable_count,)), self._entered(start, (4, 4))
+        pose, r, c = np.empty((4, 4)), np.empty(self._cable_count), np.empty((self._freedoms, self._freedoms))
+        code, count = kernels.placed(y, begin, self._cables, self._rows, self._sigma, pose, r, c)
+        return Placed(pose, r, c, count, code == kernels.SETTLED)
+
+    def twist(self, pose: Array, rates: Array) -> Array:
+        """The twist (6,) as (v, w) in m/s and rad/s, base axes about the platform's origin, with which cables lengthen by rates (m,) in
+        m/s; not numbers where the pose is singular."""
+        out = np.empty(6)
+        kernels.turned(
+            self._entered(pose, (4, 4)), self._entered(rates, (self._cable_count,)), self._cables, self._rows, out
+        )
+        return out
+
+    @staticmethod
+    def _entered(array: Array, shape: tuple[int, ...]) -> Array:
+        given = as_kernel_array(array)
+        if given.shape != shape:  # a kernel would read beyond its end
+            raise ModelError("an array of another shape", found=given.shape, expected=shape)
+        return given

@@ -1,0 +1,1 @@
+"""Compiled calls of one pose."""
