@@ -84,6 +84,20 @@ def tension_jobs(count=2000, seed=0):
     return jobs
 
 
+def place_job(count=500, seed=0):
+    """Lengths with 1 mm of noise at random poses in the frame, and starts about 17 mm and 3 deg away from them."""
+    rng = np.random.default_rng(seed)
+    position = rng.uniform(0.6 * SIDES[:, 0] + [0, 0, 0.5], 0.6 * SIDES[:, 1] + [0, 0, 0.5], (count, 3))
+    turn = rng.uniform(-TILT, TILT, (count, 3))
+    rotation = Rotation.from_rotvec(turn).as_matrix()
+    length = np.linalg.norm(A - position[:, None] - np.einsum("kij,mj->kmi", rotation, B), axis=2)
+    begin = position + rng.uniform(-0.017, 0.017, (count, 3))
+    turned = Rotation.from_rotvec(turn + rng.uniform(-0.05, 0.05, (count, 3))).as_matrix()
+    return {
+        "length": length + rng.normal(scale=1e-3, size=length.shape), "begin_position": begin, "begin_rotation": turned,
+    }  # fmt: skip
+
+
 def pose_job(count=20, seed=0):
     """Random motions from the middle of the frame, in the order in which a list of poses draws them."""
     half = np.concatenate([0.5 * SCALE * np.ptp(A, axis=0), np.full(3, TURN)])

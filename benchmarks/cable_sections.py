@@ -34,10 +34,16 @@ def peer(name: str, task: str, solver: str) -> Contestant:
 TENSION = (
     own("robocal", "tension"),
     own("robocal, from the poses", "tension of poses"),
+    own("robocal, pose by pose", "tension singly"),
     peer("quadprog", "tension", "quadprog"),
     peer("daqp, solve", "tension", "daqp"),
     peer("daqp, Model", "tension", "daqp.Model"),
     peer("osqp, to 1e-10", "tension", "osqp"),
+)
+PLACE = (
+    own("robocal, pose by pose", "placed"),
+    own("robocal, one batch", "placed at once"),
+    peer("scipy, least_squares", "place", "-"),
 )
 POSES = (
     own("robocal, one list", "list"),
@@ -145,6 +151,14 @@ def tension(count: int = 2000) -> list[dict]:
     return rows
 
 
+def place(count: int = 500) -> list[dict]:
+    """Forward kinematics per pose, from about 17 mm and 3 deg away; `off_m` from scipy's."""
+    runners = race(PLACE, {"place": cables.place_job(count)})
+    rows = rows_of(runners, "place", lambda name: count, "us", "robocal, pose by pose")
+    judge = yardstick(runners, "scipy, least_squares", "place")["place"]
+    return [row | {"off_m": apart(runners[name].answer["place"]["place"], judge)} for name, row in rows.items()]
+
+
 def poses(count: int = 20, many: int = 1000) -> list[dict]:
     """Per pose, statics, interference, tensions and lengths; and robocal alone with a list of `many`. `off` is early, not late:
     robocal stops before the last micrometre."""
@@ -183,7 +197,7 @@ def grid(cells: int = 41) -> list[dict]:
 
 def sections() -> dict[str, list[dict]]:
     """All of them, by name."""
-    return {"cable_tension": tension(), "cable_poses": poses(), "cable_grid": grid()}
+    return {"cable_tension": tension(), "cable_place": place(), "cable_poses": poses(), "cable_grid": grid()}
 
 
 if __name__ == "__main__":

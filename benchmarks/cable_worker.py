@@ -7,10 +7,12 @@ import numpy as np
 from protocol import serve
 
 from robocal.cables.boundary import statics_along
+from robocal.cables.forward import forward
 from robocal.cables.geometry import cable_robot
 from robocal.cables.interference import box
 from robocal.cables.inverse import inverse
 from robocal.cables.poses import PoseBox, reachable_poses
+from robocal.cables.prepared import Prepared
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.cables.workspace import Demand, grid
@@ -38,6 +40,31 @@ def tension_of_poses(job):
         return distribute(structure_of(ROBOT, pose), weight, cables.LIMITS)
 
     return solve, lambda found: {"tension": found.tension.tolist()}
+
+
+def tension_singly(job):
+    """The same pose by pose, as a controller asks: structure matrix and weight included."""
+    pose = [np.ascontiguousarray(p) for p in se3.compose(job.rotation, job.position)]
+    ready = Prepared(ROBOT)
+
+    def solve():
+        return [ready.tension(p) for p in pose]
+
+    return solve, lambda found: {"tension": [h.tension.tolist() for h in found]}
+
+
+def placed(job, singly):
+    """Poses from lengths, each from its own start: one call each, or all in one."""
+    begin = [np.ascontiguousarray(p) for p in se3.compose(job.begin_rotation, job.begin_position)]
+    lengths = [np.ascontiguousarray(y) for y in job.length]
+    ready, table, start = Prepared(ROBOT), np.array(lengths), np.array(begin)
+
+    def solve():
+        if singly:
+            return [ready.forward(y, x).pose for y, x in zip(lengths, begin, strict=True)]
+        return forward(ROBOT, table, start).pose
+
+    return solve, lambda found: {"place": [p[:3, 3].tolist() for p in found]}
 
 
 def reach(rng, count):
@@ -91,6 +118,9 @@ def cells(job, with_margins):
 WAYS = {
     "tension": (tension, "one batch of structure matrices and wrenches"),
     "tension of poses": (tension_of_poses, "one batch of poses"),
+    "tension singly": (tension_singly, "a call per pose, prepared"),
+    "placed": (lambda job: placed(job, True), "a call per pose, prepared"),
+    "placed at once": (lambda job: placed(job, False), "one batch"),
     "list": (lambda job: poses(job, len(job.translation)), "one list"),
     "one": (lambda job: poses(job, 1), "one call per pose"),
     "grid": (lambda job: cells(job, False), "all cells"),

@@ -31,6 +31,15 @@ def tension(rows: list[dict]) -> str:
     )
 
 
+def place(rows: list[dict]) -> str:
+    """One row per contestant."""
+    body = [
+        [r["what"], number(r["cpu_us"], "us"), number(r["cpu_over_robocal"]), number(r["off_m"] and 1e9 * r["off_m"], "nm")]
+        for r in rows
+    ]
+    return table.markdown(["pose from eight lengths", "CPU time", "over pose by pose", "off by at most"], body)
+
+
 def poses(rows: list[dict]) -> str:
     """One row per contestant and length of list."""
     body = [
@@ -112,7 +121,12 @@ def head(document: dict, section: str) -> str:
 def cables(document: dict) -> list[str]:
     """The parts of the block of cables."""
     made = document["sections"]
-    return [tension(made["cable_tension"]), poses(made["cable_poses"]), grid(made["cable_grid"])]
+    return [
+        tension(made["cable_tension"]),
+        place(made["cable_place"]),
+        poses(made["cable_poses"]),
+        grid(made["cable_grid"]),
+    ]
 
 
 def joints(document: dict) -> list[str]:

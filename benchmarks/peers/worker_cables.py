@@ -1,4 +1,4 @@
-"""Solvers on the cable jobs. Arguments: task (tension, grid, poses, margins), then the solver (see SOLVERS).
+"""Solvers on the cable jobs. Arguments: task (tension, grid, poses, margins, place), then the solver (see SOLVERS).
 
 A solver is a function `make(count) -> balance`, `balance(W, w) -> t or None`: tensions t within the limits with W t + w = 0, of least
 |t|^2 from a quadratic program, any from a linear one. What the programs of all poses have in common is set up once, in `make`;
@@ -190,10 +190,42 @@ def margins(job, make):
     return solve, lambda found: {"margin": [float(x) for x in found]}
 
 
-TASKS = {"tension": tension, "grid": grid, "poses": poses, "margins": margins}
+def place(job, make):
+    """scipy.optimize.least_squares, Levenberg-Marquardt of MINPACK, on a shift and a rotation vector beside the start, with the Jacobian."""
+    from scipy.optimize import least_squares
+    from scipy.spatial.transform import Rotation
+
+    def one(length, position, rotation):
+        def at(x):
+            lever = (Rotation.from_rotvec(x[3:]).as_matrix() @ rotation @ cables.B.T).T
+            away = position + x[:3] + lever - cables.A
+            far = np.linalg.norm(away, axis=1)
+            return lever, away / far[:, None], far
+
+        def jacobian(x):
+            lever, u, _ = at(x)
+            # A turn beside the rotation vector x: its left Jacobian.
+            angle = np.linalg.norm(x[3:])
+            k = np.array([[0, -x[5], x[4]], [x[5], 0, -x[3]], [-x[4], x[3], 0]])
+            small = angle < 1e-8
+            first = 0.5 if small else (1 - np.cos(angle)) / angle**2
+            second = 1 / 6 if small else (angle - np.sin(angle)) / angle**3
+            return np.hstack([u, np.cross(lever, u) @ (np.eye(3) + first * k + second * k @ k)])
+
+        found = least_squares(lambda x: at(x)[2] - length, np.zeros(6), jacobian, method="lm", xtol=1e-13, ftol=1e-15, gtol=1e-15)
+        return position + found.x[:3]
+
+    def solve():
+        return [one(*row) for row in zip(job.length, job.begin_position, job.begin_rotation, strict=True)]
+
+    return solve, lambda found: {"place": [p.tolist() for p in found]}
+
+
+TASKS = {"place": place, "tension": tension, "grid": grid, "poses": poses, "margins": margins}
 
 if __name__ == "__main__":
     task, name = sys.argv[1:]
     make, packages = SOLVERS.get(name, (None, ("scipy",)))
-    how = "ConvexHull of all corners of the limits" if make is None else " ".join(make.__doc__.split())
+    alone = {"margins": "ConvexHull of all corners of the limits", "place": "least_squares, lm, with its Jacobian"}
+    how = alone[task] if make is None else " ".join(make.__doc__.split())
     serve(lambda job: TASKS[task](job, make), how, (*packages, "numpy"))
