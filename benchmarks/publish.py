@@ -34,7 +34,12 @@ def tension(rows: list[dict]) -> str:
 def place(rows: list[dict]) -> str:
     """One row per contestant."""
     body = [
-        [r["what"], number(r["cpu_us"], "us"), number(r["cpu_over_robocal"]), number(r["off_m"] and 1e9 * r["off_m"], "nm")]
+        [
+            r["what"],
+            number(r["cpu_us"], "us"),
+            number(r["cpu_over_robocal"]),
+            number(r["off_m"] and 1e9 * r["off_m"], "nm"),
+        ]
         for r in rows
     ]
     return table.markdown(["pose from eight lengths", "CPU time", "over pose by pose", "off by at most"], body)

@@ -212,7 +212,9 @@ def place(job, make):
             second = 1 / 6 if small else (angle - np.sin(angle)) / angle**3
             return np.hstack([u, np.cross(lever, u) @ (np.eye(3) + first * k + second * k @ k)])
 
-        found = least_squares(lambda x: at(x)[2] - length, np.zeros(6), jacobian, method="lm", xtol=1e-13, ftol=1e-15, gtol=1e-15)
+        found = least_squares(
+            lambda x: at(x)[2] - length, np.zeros(6), jacobian, method="lm", xtol=1e-13, ftol=1e-15, gtol=1e-15
+        )
         return position + found.x[:3]
 
     def solve():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from robocal.files.cable.robot import read_cable
 from robocal.files.cable.show import describe_cable
 from robocal.files.units import UNITS
 from robocal.geometry import se3, so3
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 CORNERS = np.array([(-2, -1.5), (-2, 1.5), (2, 1.5), (2, -1.5)])
 
@@ -332,3 +335,19 @@ def test_nothing_is_overwritten_and_lines_are_said(folder):
     assert robocal("cable", "poses", "robot.yaml", "-n", 3, "-o", "list", "--force").status == 0
     (folder / "thin.yaml").write_text(describe_cable(robot(diameter=None)))
     assert "cables touch as lines do" in robocal("cable", "poses", "thin.yaml", "-n", 3).err
+
+
+@pytest.mark.parametrize("robot", ["laval", "cogiro"])
+def test_the_box_is_that_of_the_frame_and_ends_at_the_floor(robot, shared_data, tmp_path):
+    """No platform anchor of a list is below the floor, and the list covers four fifths of the height of the workspace."""
+    path = (
+        shared_data / "cable-robots" / f"{robot}.yaml" if robot == "cogiro" else EXAMPLES / "cable-laval" / "robot.yaml"
+    )
+    made = robocal("cable", "poses", path, "--start", "best", "--json").document
+    held = robocal("cable", "workspace", path, "--cells", 25, "--json").document
+    t = np.array([p["T_base_platform"] for p in made["poses"]])
+    b = read_cable(path).robot.b
+    anchors = t[:, None, :3, 3] + np.einsum("kij,mj->kmi", t[:, :3, :3], b)
+    assert anchors[..., 2].min() > 0.0
+    low, high = held["extent_m"][2]
+    assert np.ptp(t[:, 2, 3]) > 0.8 * (high - low)

@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
 from robocal.cables.interference import Body, box, hull
-from robocal.cables.poses import PoseBox, default_box
+from robocal.cables.poses import PoseBox
+from robocal.cables.room import frame_box
 from robocal.cables.start import CELLS, Clearance, Start, examine, propose
 from robocal.cables.statics import structure_of
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.units import numbers_of
-from robocal.geometry import se3
+from robocal.geometry import se3, so3
 from robocal.jobs.cable.load import missing_text
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -132,13 +133,15 @@ def clearance_of(
 
 
 def box_of(robot: CableRobot, start: Array, said: Any, si: Any) -> PoseBox:
-    """The box Z, from the options of the verb as they were said and in SI: about the start and `scale` times the machine, or
-    X0,Y0,Z0,X1,Y1,Z1; turns up to `turn` about each axis (30 degrees when nobody says)."""
+    """The box Z, from the options of the verb as they were said and in SI: `scale` times that in which the frame can hold its platform
+    (`room.frame_box`), not below its bottom, wherever the start is; or X0,Y0,Z0,X1,Y1,Z1. Turns up to `turn` about each axis (30
+    degrees when nobody says)."""
     angle = TURN if si.turn is None else si.turn
     if not 0 <= angle <= math.pi:
         raise ModelError("out of range", key="--turn", found=said.turn, expected="0 to half a turn about each axis")
     if si.box is None:
-        return default_box(robot.a, si.scale, angle, start)
+        sides = _about_frame(robot, si.scale, angle)
+        return PoseBox(0.5 * np.ptp(sides, axis=1), np.full(3, angle), sides.mean(axis=1) - start[:3, 3])
     low, high = si.box.reshape(2, 3)
     found = said.box
     if np.abs(si.box).max() > LARGEST * np.abs(robot.a).max():
@@ -148,3 +151,16 @@ def box_of(robot: CableRobot, start: Array, said: Any, si: Any) -> PoseBox:
             "an empty box", key="--box", found=found, expected="X0,Y0,Z0,X1,Y1,Z1 with X0 <= X1, Y0 <= Y1, Z0 <= Z1"
         )
     return PoseBox(0.5 * (high - low), np.full(3, angle), 0.5 * (low + high) - start[:3, 3])
+
+
+def _about_frame(robot: CableRobot, scale: float, angle: float) -> Array:
+    """The box (3, 2) m: of every corner of the turns, so that no platform anchor comes below the floor."""
+    turns = np.zeros((9, 3))
+    turns[1:] = np.array(np.meshgrid(*[[-angle, angle]] * 3)).reshape(3, -1).T
+    turns[:, [i for i in range(3) if i + 3 not in robot.axes]] = 0.0
+    sides, _ = frame_box(robot, so3.exp(turns))
+    middle, half = sides.mean(axis=1), scale * 0.5 * np.ptp(sides, axis=1)
+    out = np.stack([middle - half, middle + half], axis=1)
+    if 2 in robot.axes:
+        out[2, 0] = max(out[2, 0], sides[2, 0])
+    return out
