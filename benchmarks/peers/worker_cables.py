@@ -191,7 +191,7 @@ def margins(job, make):
 
 
 def place(job, make):
-    """scipy.optimize.least_squares, Levenberg-Marquardt of MINPACK, on a shift and a rotation vector beside the start, with the Jacobian."""
+    """scipy.optimize.least_squares, Levenberg-Marquardt of MINPACK, on a shift and a rotation vector beside the start."""
     from scipy.optimize import least_squares
     from scipy.spatial.transform import Rotation
 
