@@ -42,6 +42,7 @@ __all__ = [
     "predict",
     "robot",
     "simulate",
+    "study",
     "table",
     "validate",
     "verify",
@@ -357,6 +358,30 @@ def simulate(
     force: Replace files that exist.
     base: First link of the chain in a URDF.
     tip: Last link of the chain in a URDF.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def study(
+    study: _Given,
+    *,
+    workers: int | None = None,
+    resume: bool = False,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found:
+    """Simulate a study: so many trials of a calibration at every point of a sweep, over all cores.
+
+    The same numbers for the same seed, however many workers there are. What is done is kept beside the result until all is: after
+    any interruption --resume goes on.
+
+    study: study.yaml: robot, poses, noise, trials and what is varied.
+    workers: Processes, 1 to 1024.  [default: as many as cores]
+    resume: Go on with a study that was interrupted.
+    output: Every trial as .npz, or as .csv.  [default: beside the study, as .npz]
+    force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
     Raises InputError.

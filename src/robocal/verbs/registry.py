@@ -20,6 +20,7 @@ VERBS: Mapping[str, str] = MappingProxyType({
     "compensate": "Correct targets for a controller that keeps its model.",
     "export": "Hand a model on: YAML, URDF, table, offsets.",
     "simulate": "Simulate measurements of an imperfect robot.",
+    "study": "Simulate a procedure a thousand times.",
     "report": "Write report.html again.",
 })  # fmt: skip
 CABLE: Mapping[str, str] = MappingProxyType({

@@ -1,0 +1,210 @@
+"""A study as a file describes it: what is simulated, how often, and what is varied; every point of its sweep as settings in SI."""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from robocal.errors import ModelError, nearest
+from robocal.files.plain import json_text
+from robocal.files.schema import Model, Version, validate
+from robocal.files.text import read_text
+from robocal.files.units import parse_quantity
+from robocal.files.yamlio import Document, parse
+
+__all__ = ["Point", "Study", "read_study"]
+
+METHODS = ("lm", "gauss-newton", "ekf")
+POINTS, TRIALS = 10_000, 10_000_000
+
+
+class PosesModel(Model):
+    """Poses of one calibration: a list, or so many at random about the middle, up to `shift` and `turn` in every component."""
+
+    file: str | None = None
+    count: int | None = None
+    shift: str | None = None
+    turn: str | None = None
+
+
+class NoiseModel(Model):
+    """Standard deviations."""
+
+    length: str | None = None
+    position: str | None = None
+    orientation: str | None = None
+
+
+class ErrorsModel(Model):
+    """How far true robots are from the nominal one: standard deviations of lengths and angles."""
+
+    length: str = "0.3 mm"
+    angle: str = "1 mrad"
+
+
+class OptionsModel(Model):
+    """Options of `identify`."""
+
+    loss: str = "none"
+    method: str = "lm"
+    hold_out: float | None = None
+
+
+class GrossModel(Model):
+    """So large a share of the configurations has an error of this size in a random direction."""
+
+    share: float = 0.0
+    size: str = "5 mm"
+
+
+class StudyModel(Model):
+    """study.yaml."""
+
+    robocal: Version
+    kind: Literal["study"]
+    of: Literal["cable-calibration", "identification"]
+    robot: str
+    trials: int
+    seed: int = 0
+    chunk: int | None = None
+    poses: PosesModel
+    noise: NoiseModel = NoiseModel()
+    residual: Literal["length", "squared"] = "length"
+    errors: ErrorsModel = ErrorsModel()
+    options: OptionsModel = OptionsModel()
+    gross: GrossModel = GrossModel()
+    sweep: dict[str, list[Any]] = {}  # noqa: RUF012
+
+
+@dataclass(frozen=True)
+class Point:
+    """One point of a sweep: what was varied, as it was written, and the settings in SI."""
+
+    varied: tuple[tuple[str, str], ...]
+    settings: tuple[tuple[str, Any], ...]
+
+    def __getitem__(self, name: str) -> Any:
+        return dict(self.settings)[name]
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study: what of, its points, trials of each, in chunks, and the seed of all of them; `text` is all that decides its numbers."""
+
+    path: Path
+    of: str
+    points: tuple[Point, ...]
+    trials: int
+    chunk: int
+    seed: int
+    text: str
+    sha256: str
+
+
+CHUNKS = {"cable-calibration": 500, "identification": 20}
+# key of a setting -> SI unit
+QUANTITIES = {
+    "poses.shift": "m", "poses.turn": "rad", "noise.length": "m", "noise.position": "m", "noise.orientation": "rad",
+    "errors.length": "m", "errors.angle": "rad", "gross.size": "m",
+}  # fmt: skip
+
+
+def read_study(path: str | os.PathLike[str]) -> Study:
+    """Reads study.yaml. Raises FileError or FormatError naming the key of whatever is wrong, in the file or at a point of its sweep."""
+    source = read_text(path)
+    document = parse(source)
+    plain = validate(StudyModel, document)
+    names, values = list(plain.sweep), list(plain.sweep.values())
+    for name, some in zip(names, values, strict=True):
+        if not some:
+            document.fail("nothing to vary", ("sweep", name), found=some, expected="a list of values")
+    many = 1
+    for some in values:
+        many *= len(some)
+    for word, found, most in (("sweep", many, POINTS), ("trials", plain.trials, TRIALS)):
+        if not 1 <= found <= most:
+            document.fail("too many or none", (word,), found=found, expected=f"1 to {most}")
+    if plain.chunk is not None and plain.chunk < 1:
+        document.fail("not a number of trials", ("chunk",), found=plain.chunk, expected="1 or more")
+    points = []
+    for chosen in itertools.product(*values):
+        raw = copy.deepcopy(dict(document.data))
+        raw.pop("sweep", None)
+        for name, value in zip(names, chosen, strict=True):
+            _put(raw, name, value, document)
+        points.append(Point(tuple(zip(names, map(_words, chosen), strict=True)), _settings(raw, document, source.path)))
+    if plain.seed < 0:
+        document.fail("a seed is not negative", ("seed",), found=plain.seed, expected="0 or more")
+    chunk = plain.chunk or CHUNKS[plain.of]
+    # What decides the numbers: the robots as they are now, not only what they are called.
+    robots = {r: read_text(r).sha256 if Path(r).is_file() else r for r in dict.fromkeys(p["robot"] for p in points)}
+    told = {"of": plain.of, "trials": plain.trials, "seed": plain.seed, "chunk": chunk, "robots": list(robots.values())}
+    text = json_text({**told, "points": [{k: v for k, v in p.settings if k != "robot"} for p in points]})
+    return Study(source.path, plain.of, tuple(points), plain.trials, chunk, plain.seed, text, source.sha256)
+
+
+def _words(value: Any) -> str:
+    """A value of a sweep as it is shown."""
+    return ", ".join(f"{k} {v}" for k, v in value.items()) if isinstance(value, dict) else str(value)
+
+
+def _put(raw: dict[str, Any], name: str, value: Any, document: Document) -> None:
+    """Sets the value at a key path such as `poses.count`."""
+    at = raw
+    *way, last = name.split(".")
+    if name in ("sweep", "seed", "trials", "chunk", "robocal", "kind", "of"):
+        document.fail(
+            "this is not to be varied", ("sweep", name), expected="robot, poses.count, noise.length, residual, ..."
+        )
+    for key in way:
+        at = at.setdefault(key, {})
+        if not isinstance(at, dict):
+            document.fail("no such key to vary", ("sweep", name), found=name, expected="a key of this file")
+    at[last] = value
+
+
+def _is_file(study: Path, robot: str) -> bool:
+    return _robot(study, robot).is_file()
+
+
+def _robot(study: Path, robot: str) -> Path:
+    return study.parent / robot
+
+
+def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tuple[str, Any], ...]:
+    model = validate(StudyModel, document, raw)
+    robot = str(_robot(path, model.robot)) if _is_file(path, model.robot) else model.robot
+    out: dict[str, Any] = {"robot": robot, "residual": model.residual}
+    for part in ("poses", "noise", "errors", "options", "gross"):
+        for name, value in vars(getattr(model, part)).items():
+            key = f"{part}.{name}"
+            if key in QUANTITIES and value is not None:
+                try:
+                    value = parse_quantity(str(value), QUANTITIES[key], key=key)
+                except ModelError as error:
+                    document.fail(error.message, (part, name), found=error.found, expected=error.expected)
+            out[key] = value
+    if (out["poses.file"] is None) == (out["poses.count"] is None):
+        document.fail("poses are a list or so many at random", ("poses",), expected="file, or count")
+    if out["poses.count"] is not None and not 1 <= out["poses.count"] <= 1_000_000:
+        document.fail("no such number of poses", ("poses", "count"), found=out["poses.count"], expected="1 or more")
+    if out["poses.file"] is not None:
+        out["poses.file"] = str(path.parent / out["poses.file"])
+    if not 0 <= out["gross.share"] <= 1:
+        document.fail("a share", ("gross", "share"), found=out["gross.share"], expected="0 to 1")
+    if model.of == "cable-calibration":
+        for key in ("noise.length", "noise.position", "noise.orientation"):
+            out[key] = out[key] or 0.0
+        if out["poses.count"] is not None and (out["poses.shift"] is None or out["poses.turn"] is None):
+            document.fail("random poses need their range", ("poses",), expected="shift: 0.7 m, turn: 15 deg")
+    elif model.options.method not in METHODS:
+        found = model.options.method
+        document.fail(
+            "no such method in a study", ("options", "method"), found=found, expected=", ".join(METHODS),
+            suggestion=nearest(found, METHODS),
+        )  # fmt: skip
+    return tuple(out.items())

@@ -1,0 +1,94 @@
+"""What a study says: its trials as a file, and every point in a few numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import FormatError
+from robocal.files.csvtable import csv_text
+from robocal.files.parts import made_by
+from robocal.files.plain import plain
+from robocal.files.text import InputFile
+from robocal.studies.run import Found
+from robocal.studies.work import packed
+
+__all__ = ["Summary", "document", "summary", "written"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Of one output at one point, SI: root mean square and mean over trials, standard deviation of one, trials that did not end, and
+    what theory foretells of the root mean square."""
+
+    rms: float
+    mean: float
+    scatter: float
+    lost: int
+    foretold: float | None
+
+
+def summary(found: Found, name: str) -> list[Summary]:
+    """One output at every point."""
+    out = []
+    for values, told in zip(found.outputs[name], found.foretold, strict=True):
+        good = values[np.isfinite(values)]
+        some = len(good) > 0
+        spread = float(good.std(ddof=1)) if len(good) > 1 else float("nan")
+        rms, mean = (float(np.sqrt(np.mean(good**2))), float(good.mean())) if some else (float("nan"),) * 2
+        out.append(Summary(rms, mean, spread, len(values) - len(good), told.get(name)))
+    return out
+
+
+def document(found: Found, command: str) -> dict[str, Any]:
+    """What --json says, SI."""
+    study = found.study
+    points = [
+        {"varied": dict(p.varied), **{name: plain(_none(summary(found, name)[i])) for name in found.outputs}}
+        for i, p in enumerate(study.points)
+    ]
+    return {
+        "robocal": 1, "of": study.of, "trials": study.trials, "seed": study.seed, "units": found.units, "points": points,
+        "provenance": plain(made_by(command, (InputFile(study.path, study.sha256),))),
+    }  # fmt: skip
+
+
+def _none(s: Summary) -> dict[str, Any]:
+    return {k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in vars(s).items()}
+
+
+def written(result: Path) -> Callable[[Found], bytes]:
+    """How every trial is written into a file of this name. Raises FormatError for another than .npz and .csv."""
+    known = {".npz": _npz, ".csv": _csv}
+    if result.suffix.lower() not in known:
+        raise FormatError(
+            "trials are written as .npz or .csv", file=result, key="--output", found=result.suffix or "no suffix", expected=".npz or .csv"
+        )  # fmt: skip
+    return known[result.suffix.lower()]
+
+
+def _npz(found: Found) -> bytes:
+    """`point` (P, T), every output (P, T) in SI, and what was varied (P,) as text."""
+    varied = {
+        f"varied.{name}": np.array([dict(p.varied)[name] for p in found.study.points])
+        for name, _ in found.study.points[0].varied
+    }
+    return packed({**varied, **found.outputs})
+
+
+def _csv(found: Found) -> bytes:
+    names = [name for name, _ in found.study.points[0].varied]
+    head = [*names, "trial", *(f"{n} [{u}]" for n, u in found.units.items())]
+    rows = (
+        [*(v for _, v in p.varied), i, *("" if np.isnan(x) else f"{x:.9g}" for x in row)]
+        for k, p in enumerate(found.study.points)
+        for i, row in enumerate(np.stack([found.outputs[n][k] for n in found.units], axis=1))
+    )
+    return csv_text(head, rows).encode("utf-8")

@@ -1,0 +1,1 @@
+"""Simulation studies: many trials of one procedure, as data (docs/studies.md)."""

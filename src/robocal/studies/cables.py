@@ -1,0 +1,91 @@
+"""Trials of calibrations of cable robots, every cable by itself from poses as they were measured."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal._jit import as_kernel_array
+from robocal.cables.calibration.per_cable import per_cable
+from robocal.cables.calibration.propagation import Design, Noise, rms
+from robocal.cables.geometry import CableRobot
+from robocal.cables.pulley import Pulleys
+from robocal.files.cable.lists import read_platform_poses
+from robocal.files.cable.robot import read_cable
+from robocal.files.studyfile import Point
+from robocal.geometry import se3, so3
+
+__all__ = ["CableTrials"]
+
+Array = NDArray[np.float64]
+OUTPUTS = {"anchors": "m", "zeros": "m"}
+LISTS = 20  # random lists of which linear theory is asked
+
+
+class CableTrials:
+    """One point of a study: rms of the errors of the components of frame anchors, and of the zeros, of every trial, m.
+
+    Poses are those of a file, or drawn anew for every trial about the mean of the frame anchors. Lengths, positions and orientations
+    (a small rotation in front) have normal noise.
+    """
+
+    outputs = OUTPUTS
+
+    def __init__(self, point: Point) -> None:
+        self.point = point
+        self.robot: CableRobot = read_cable(point["robot"]).robot
+        m = len(self.robot.cables)
+        wheel = self.robot.pulleys or Pulleys(np.zeros(m), np.tile([0.0, 0.0, 1.0], (m, 1)))
+        self.numbers = as_kernel_array(
+            np.column_stack([self.robot.a, self.robot.b, self.robot.zeros, wheel.radius, wheel.axis])
+        )
+        noise = np.repeat([point["noise.position"], point["noise.orientation"], point["noise.length"]], [3, 3, 1])
+        noise[[i for i in range(6) if i not in self.robot.axes]] = 0.0
+        self.sigma = as_kernel_array(noise)
+        self.off = [i for i in range(6) if i not in self.robot.axes]
+
+    @cached_property
+    def _listed(self) -> Array | None:
+        """The poses of a file as (1, n, 6), or None."""
+        if self.point["poses.file"] is None:
+            return None
+        t = read_platform_poses(self.point["poses.file"], self.robot).values
+        return se3.to_vector(t)[None]
+
+    def _poses(self, count: int, rng: np.random.Generator) -> Array:
+        if self._listed is not None:
+            return self._listed
+        n, half = self.point["poses.count"], np.repeat([self.point["poses.shift"], self.point["poses.turn"]], 3)
+        half[self.off] = 0.0
+        middle = np.concatenate([self.robot.home[:3, 3], np.zeros(3)])
+        return np.asarray(rng.uniform(middle - half, middle + half, (count, n, 6)))
+
+    def run(self, count: int, rng: np.random.Generator) -> dict[str, Array]:
+        """The outputs of so many trials, (count,)."""
+        from robocal.studies._kernels import seen_lists
+
+        pose = as_kernel_array(self._poses(count, rng))
+        n, m = pose.shape[1], len(self.robot.cables)
+        off, lengths = rng.standard_normal((count, n, 6)), rng.standard_normal((count, n, m))
+        seen = np.empty((count, n, 4, 4))
+        seen_lists(pose, off, lengths, self.sigma, self.numbers, seen)
+        found = per_cable(self.robot, seen, lengths, residual=self.point["residual"])
+        a, z = found.anchors - self.robot.a, found.zeros - self.robot.zeros
+        good = found.converged.all(axis=1)
+        anchors, zeros = np.sqrt((a**2).mean(axis=(1, 2))), np.sqrt((z**2).mean(axis=1))
+        return {"anchors": np.where(good, anchors, np.nan), "zeros": np.where(good, zeros, np.nan)}
+
+    def foretold(self, rng: np.random.Generator) -> dict[str, float]:
+        """The same by linear theory: root mean squares over trials."""
+        noise = Noise(self.point["noise.length"], self.point["noise.position"], self.point["noise.orientation"])
+        if not any((noise.length, noise.position, noise.orientation)):
+            return {}
+        squares = []
+        for pose in self._poses(1 if self._listed is not None else LISTS, rng):
+            t = se3.compose(so3.exp(pose[:, 3:]), pose[:, :3])
+            design, squared = Design(self.robot, t), self.point["residual"] == "squared"
+            of = np.square(design.expected(design.covariance(noise, squared=squared)))
+            squares.append(of + (np.square(rms(*design.bias_of_squares(noise))) if squared else 0.0))
+        return dict(zip(OUTPUTS, map(float, np.sqrt(np.mean(squares, axis=0))), strict=True))

@@ -1,0 +1,163 @@
+"""A study from its first to its last trial: chunks over processes, each written whole; what is there is not done again."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from queue import SimpleQueue
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import FileError, RobocalError
+from robocal.files.studyfile import Study
+from robocal.files.writing import write_text
+from robocal.studies.work import Work, chunks, do, drawn, trials_of, unpacked
+from robocal.studies.worker import Died, Worker
+
+__all__ = ["Found", "clear", "conduct", "parts_of"]
+
+Array = NDArray[np.float64]
+Watch = Callable[[dict[str, object]], None]
+DEATHS = 20  # of the workers of one thread
+ABOUT = "study.json"
+
+
+@dataclass(frozen=True)
+class Found:
+    """Every output of every trial, (points, trials), its SI unit, and what theory foretells of it at every point where it does."""
+
+    study: Study
+    outputs: dict[str, Array]
+    units: dict[str, str]
+    foretold: tuple[dict[str, float], ...]
+
+
+def parts_of(result: Path) -> Path:
+    """The folder in which a study's chunks wait for the others."""
+    return result.with_name(f"{result.name}.parts")
+
+
+def conduct(study: Study, result: Path, *, workers: int, resume: bool, watch: Watch | None = None) -> Found:
+    """Runs what is missing of a study; chunks are kept beside `result` until all are there.
+
+    Raises FileError where chunks of another study, or without `resume` any, are in the way, and RobocalError where workers die again
+    and again.
+    """
+    parts = parts_of(result)
+    _enter(study, parts, resume)
+    every = chunks(study, parts)
+    left = [w for w in every if not _whole(w)]
+    done, total = sum(w.count for w in every) - sum(w.count for w in left), sum(w.count for w in every)
+    try:
+        for count in _worked(left, workers):
+            done += count
+            if watch:
+                watch({"stage": "trials", "done": done, "total": total})
+    finally:
+        if not any(parts.glob("*.npz")):  # nothing to go on with
+            clear(result)
+    outputs: dict[str, list[Array]] = {}
+    for work in every:
+        for name, values in unpacked(work.place).items():
+            outputs.setdefault(name, []).append(values)
+    shape = (len(study.points), study.trials)
+    trials = [trials_of(study, p) for p in range(len(study.points))]
+    theory = tuple(t.foretold(drawn(study)) if hasattr(t, "foretold") else {} for p, t in enumerate(trials))
+    whole = {name: np.concatenate(values).reshape(shape) for name, values in outputs.items()}
+    return Found(study, whole, dict(trials[0].outputs), theory)
+
+
+def _enter(study: Study, parts: Path, resume: bool) -> None:
+    about = parts / ABOUT
+    if about.is_file() and about.read_text(encoding="utf-8") != study.text:
+        raise FileError("chunks of another study are here", file=parts, expected="--force to begin anew, or another -o")
+    if parts.is_dir() and any(parts.glob("*.npz")) and not resume:
+        raise FileError(
+            "this study was interrupted", file=parts, expected="--resume to go on, or --force to begin anew"
+        )
+    if not about.is_file():
+        write_text(about, study.text)
+
+
+def clear(result: Path) -> None:
+    """Does away with the chunks of a study."""
+    with contextlib.suppress(FileNotFoundError):
+        shutil.rmtree(parts_of(result))
+
+
+def _whole(work: Work) -> bool:
+    """Whether a chunk is there. One that cannot be read is done again."""
+    if not work.place.is_file():
+        return False
+    try:
+        found = unpacked(work.place)
+    except FileError:
+        return False
+    return all(len(v) == work.count for v in found.values())
+
+
+def _worked(left: list[Work], workers: int) -> Iterator[int]:
+    """The numbers of trials of chunks as they get done, here or by processes; the chunk of one that dies is given to another."""
+    if workers == 1 or len(left) < 2:
+        for work in left:
+            do(work)
+            yield work.count
+        return
+    waiting, ended, stop = deque(left), SimpleQueue[int | BaseException](), threading.Event()
+    threads = [
+        threading.Thread(target=_serve, args=(waiting, ended, stop), daemon=True)
+        for _ in range(min(workers, len(left)))
+    ]
+    for thread in threads:
+        thread.start()
+    try:
+        for _ in left:
+            found = ended.get()
+            if isinstance(found, BaseException):
+                raise found
+            yield found
+    finally:
+        stop.set()
+        for thread in threads:
+            thread.join()
+
+
+def _serve(waiting: deque[Work], ended: SimpleQueue[int | BaseException], stop: threading.Event) -> None:
+    """Has one process after the other work until nothing waits; what was asked of one that died is asked of the next."""
+    worker, died = Worker(), 0
+
+    def hushed() -> None:
+        stop.wait()
+        worker.end()
+
+    threading.Thread(target=hushed, daemon=True).start()
+    while not stop.is_set():
+        try:
+            work = waiting.popleft()
+        except IndexError:
+            break
+        while not stop.is_set():
+            try:
+                worker.ask(work)
+            except Died:
+                died += 1
+                worker.end()
+                if stop.is_set():
+                    return
+                if died >= DEATHS:
+                    ended.put(RobocalError(f"workers died {died} times: memory may be short; --workers 1 says why"))
+                    return
+                worker = Worker()
+            except BaseException as error:
+                ended.put(error)
+                return
+            else:
+                ended.put(work.count)
+                break
+    worker.end()

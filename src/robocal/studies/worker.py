@@ -1,0 +1,89 @@
+"""Processes that work on chunks, one question and one answer at a time: `python -m robocal.studies.worker`.
+
+Own processes, not those of `multiprocessing`, which would run the script of whoever calls again in each of them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pickle
+import subprocess
+import sys
+from typing import IO, Any
+
+from robocal.studies.work import Work, do
+
+__all__ = ["Died", "Worker"]
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+SIZE = 8  # bytes that say how long what follows is
+
+
+class Died(Exception):
+    """The process ended while it worked."""
+
+
+class Worker:
+    """A process of one thread. An interrupt from the keyboard is not its affair: it ends when nobody asks any more."""
+
+    def __init__(self) -> None:
+        env = {**os.environ, **dict.fromkeys(THREADS, "1")}
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "robocal.studies.worker"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=env,
+            start_new_session=True,
+        )  # fmt: skip
+
+    def ask(self, work: Work) -> None:
+        """Has a chunk done. Raises Died where the process ended, and whatever the trials raised."""
+        assert self.process.stdin is not None and self.process.stdout is not None
+        try:
+            _send(self.process.stdin, work)
+            error = _receive(self.process.stdout)
+        except (OSError, EOFError):
+            raise Died from None
+        if error is not None:
+            raise error
+
+    def end(self) -> None:
+        """Lets the process go, whatever it is at: a chunk is written whole or not at all."""
+        for stream in (self.process.stdin, self.process.stdout):
+            with contextlib.suppress(OSError):
+                if stream is not None:
+                    stream.close()
+        self.process.kill()
+        self.process.wait()
+
+
+def _send(stream: IO[bytes], value: Any) -> None:
+    content = pickle.dumps(value)
+    stream.write(len(content).to_bytes(SIZE, "big") + content)
+    stream.flush()
+
+
+def _receive(stream: IO[bytes]) -> Any:
+    """Raises EOFError where the other side is gone."""
+    head = stream.read(SIZE)
+    content = stream.read(int.from_bytes(head, "big")) if len(head) == SIZE else b""
+    if len(head) < SIZE or len(content) < int.from_bytes(head, "big"):
+        raise EOFError
+    return pickle.loads(content)
+
+
+def _serve() -> None:
+    questions, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever prints does not speak between the lines
+    while True:
+        try:
+            work = _receive(questions)
+        except EOFError:
+            return
+        try:
+            do(work)
+            _send(answers, None)
+        except Exception as error:
+            _send(answers, error)
+
+
+if __name__ == "__main__":
+    _serve()

@@ -1,0 +1,99 @@
+"""`study`: many simulated trials of one procedure, as a file says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robocal.report.sections import Cell, Section, Text, ends, figure, quiet, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, arg, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+SHOWN = {"m": (1e3, "mm"), "1": (1.0, "")}
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Simulate a study: so many trials of a calibration at every point of a sweep, over all cores.
+
+    The same numbers for the same seed, however many workers there are. What is done is kept beside the result until all is: after
+    any interruption --resume goes on.
+
+    \b
+    robocal study examples/studies/figure-3.8.yaml
+    robocal study study.yaml --workers 2 -o result.csv
+    robocal study study.yaml --resume
+    """
+
+    study: str = arg(..., "STUDY", "study.yaml: robot, poses, noise, trials and what is varied.")
+    workers: int | None = opt(None, "Processes", metavar="N", least=1, most=1024, otherwise="as many as cores")
+    resume: bool = opt(False, "Go on with a study that was interrupted")
+    output: Path | None = opt(
+        None, "Every trial as .npz, or as .csv", short="-o", metavar="FILE", otherwise="beside the study, as .npz"
+    )
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Runs a study; the file holds every output of every trial. Raises InputError."""
+    import os
+
+    from robocal.files.studyfile import read_study
+    from robocal.files.writing import refuse_existing, write_bytes
+    from robocal.jobs.study import document, written
+    from robocal.studies.run import clear, conduct
+
+    study = read_study(o.study)
+    result = study.path.with_suffix(".npz") if o.output is None else o.output
+    written(result)  # which way, before anything is worked out
+    refuse_existing(result, (), o.force)
+    if o.force:
+        clear(result)
+    found = conduct(study, result, workers=o.workers or os.cpu_count() or 1, resume=o.resume, watch=watch)
+    place = write_bytes(result, written(result)(found))
+    clear(result)
+    return Outcome(found, lambda: document(found, command), written=(place,))
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """Root mean square, mean and scatter of every output at every point, and what theory foretells."""
+    from robocal.jobs.study import summary
+
+    found = made.result
+    study = found.study
+    yield Section.of(
+        "",
+        Text.of(
+            (study.path.name, "strong"),
+            f"   {study.trials} trials at each of {len(study.points)} points, seed {study.seed}",
+        ),
+    )
+    varied = [name for name, _ in study.points[0].varied]
+    for name, si in found.units.items():
+        factor, unit = SHOWN[si]
+        rows: list[tuple[Cell, ...]] = []
+        for point, s in zip(study.points, summary(found, name), strict=True):
+            told = figure(factor * s.foretold) if s.foretold is not None else ""
+            lost = str(s.lost) if s.lost else ""
+            rows.append(
+                (*(v for _, v in point.varied), *(figure(factor * v) for v in (s.rms, s.mean, s.scatter)), told, lost)
+            )
+        columns: list[Any] = [
+            *varied,
+            f"{name}: rms [{unit}]" if unit else f"{name}: rms",
+            "mean",
+            "scatter",
+            "foretold",
+            "lost",
+        ]
+        yield Section.of(
+            "", table(*columns, right=tuple(range(len(varied), len(columns))), rows=rows),
+            *quiet("rms and mean over trials, scatter: standard deviation of one trial; lost: trials that did not end"),
+            title=name, key=name,
+        )  # fmt: skip
+    yield from ends(written=made.written)

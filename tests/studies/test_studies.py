@@ -1,0 +1,219 @@
+"""Studies: the same bytes however many workers there are and whatever becomes of them; numbers that theory foretells; specs that cannot be
+meant."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli.runs import robocal
+
+from robocal.files.studyfile import read_study
+from robocal.studies.run import parts_of
+from robocal.studies.work import chunks, do
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+TEXT = """robocal: 1
+kind: study
+of: cable-calibration
+robot: robot.yaml
+trials: 60
+seed: 3
+chunk: 10
+poses: {count: 40, shift: 0.7 m, turn: 15 deg}
+noise: {length: 3 mm, position: 2 mm, orientation: 1 deg}
+sweep: {residual: [length, squared]}
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    shutil.copy(EXAMPLES / "cable-laval" / "robot.yaml", tmp_path)
+    (tmp_path / "study.yaml").write_text(TEXT)
+    return tmp_path / "study.yaml"
+
+
+def conducted(study, name, **how):
+    result = study.parent / name
+    ran = robocal("study", study, "-o", result, *(w for k, v in how.items() for w in (f"--{k}", v)))
+    assert ran.status == 0, ran.said
+    return result.read_bytes()
+
+
+def test_any_number_of_workers_writes_the_same_bytes(study):
+    one = conducted(study, "one.npz", workers=1)
+    assert conducted(study, "two.npz", workers=2) == one and conducted(study, "four.npz", workers=4) == one
+    assert not any(study.parent.glob("*.parts"))
+
+
+def test_a_worker_that_is_killed_loses_nothing(study):
+    """By its process id, in the middle, more than once."""
+    study.write_text(TEXT.replace("trials: 60", "trials: 3000").replace("chunk: 10", "chunk: 50"))
+    calm = conducted(study, "calm.npz", workers=1)
+    result = study.parent / "wild.npz"
+    run = subprocess.Popen(
+        [sys.executable, "-m", "robocal", "study", str(study), "-o", str(result), "--workers", "2"],
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    killed = 0
+    while run.poll() is None and killed < 3:
+        for pid in workers_of(run.pid):
+            if len(list(parts_of(result).glob("*.npz"))) > 2 + 10 * killed:
+                os.kill(pid, signal.SIGKILL)
+                killed += 1
+                break
+        time.sleep(0.02)
+    _, said = run.communicate()
+    assert run.returncode == 0 and killed >= 1, said
+    assert result.read_bytes() == calm
+
+
+def workers_of(pid):
+    """The processes that work for another."""
+    found = []
+    for place in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if int((place / "stat").read_text().rpartition(")")[2].split()[1]) == pid:
+                found.append(int(place.name))
+    return found
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_study_that_is_killed_resumes_with_the_same_bytes(study, seed):
+    study.write_text(TEXT.replace("trials: 60", "trials: 2000").replace("chunk: 10", "chunk: 50"))
+    calm = conducted(study, "calm.npz", workers=2)
+    result, rng = study.parent / "killed.npz", random.Random(seed)
+    call = [sys.executable, "-m", "robocal", "study", str(study), "-o", str(result), "--workers", "2"]
+    for _ in range(4):
+        run = subprocess.Popen([*call, "--resume"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        time.sleep(rng.uniform(0.7, 2.0))
+        run.send_signal(signal.SIGKILL)
+        run.wait()
+        if result.exists():
+            break
+    if not result.exists():
+        assert subprocess.run([*call, "--resume"], capture_output=True).returncode == 0
+    assert result.read_bytes() == calm
+
+
+def test_an_interrupted_study_is_not_begun_anew_unasked(study):
+    read = read_study(study)
+    parts = parts_of(study.with_suffix(".npz"))
+    for work in chunks(read, parts)[:3]:
+        do(work)
+    (parts / "study.json").write_text(read.text)
+    ran = robocal("study", study)
+    assert ran.status == 2 and "--resume" in ran.remarks
+    (parts / chunks(read, parts)[1].place.name).write_bytes(b"PK half a file")
+    assert robocal("study", study, "--resume", "--workers", 1).status == 0
+    assert study.with_suffix(".npz").read_bytes() == conducted(study, "again.npz", workers=1)
+
+
+def test_chunks_of_another_study_are_refused(study):
+    read = read_study(study)
+    parts = parts_of(study.with_suffix(".npz"))
+    do(chunks(read, parts)[0])
+    (parts / "study.json").write_text(read.text)
+    study.write_text(TEXT.replace("seed: 3", "seed: 4"))
+    ran = robocal("study", study, "--resume")
+    assert ran.status == 2 and "another study" in ran.remarks
+    assert robocal("study", study, "--force", "--workers", 1).status == 0
+
+
+def test_theory_foretells_what_is_drawn(study):
+    study.write_text(
+        TEXT.replace("trials: 60", "trials: 1500").replace("chunk: 10\n", "").replace("count: 40", "count: 100")
+    )
+    ran = robocal("study", study, "--json", "-o", study.parent / "out.npz")
+    points = json.loads(ran.out)["points"]
+    for point, tolerance in zip(points, (0.03, 0.1), strict=True):  # linear in the noise; of squares to second order
+        for name in ("anchors", "zeros"):
+            assert (
+                point[name]["rms"] == pytest.approx(point[name]["foretold"], rel=tolerance) and point[name]["lost"] == 0
+            )
+    with np.load(study.parent / "out.npz") as file:
+        assert file["anchors"].shape == (2, 1500) and list(file["varied.residual"]) == ["length", "squared"]
+
+
+def test_a_table_of_every_trial(study):
+    conducted(study, "out.csv", workers=1)
+    rows = list(csv.reader((study.parent / "out.csv").read_text().splitlines()))
+    assert rows[0] == ["residual", "trial", "anchors [m]", "zeros [m]"] and len(rows) == 1 + 2 * 60
+    conducted(study, "one.npz", workers=1)
+    with np.load(study.parent / "one.npz") as file:
+        np.testing.assert_allclose([float(r[2]) for r in rows[1:]], file["anchors"].ravel(), rtol=1e-8)
+
+
+def test_a_list_of_poses_instead_of_random_ones(study):
+    lines = ["x [mm],y [mm],z [mm],rx [deg],ry [deg],rz [deg]"]
+    rng = np.random.default_rng(0)
+    for v in np.hstack([rng.uniform(-500, 500, (30, 3)) + [0, 0, 1900], rng.uniform(-15, 15, (30, 3))]):
+        lines.append(",".join(f"{x:.4f}" for x in v))
+    (study.parent / "list.csv").write_text("\n".join(lines) + "\n")
+    study.write_text(TEXT.replace("{count: 40, shift: 0.7 m, turn: 15 deg}", "{file: list.csv}"))
+    assert conducted(study, "out.npz", workers=1)
+
+
+def test_arms(tmp_path):
+    text = (EXAMPLES / "studies" / "poses-of-an-arm.yaml").read_text().replace("trials: 40", "trials: 3\nchunk: 2")
+    (tmp_path / "arm.yaml").write_text(text.replace("[30, 56, 100]", "[30]"))
+    ran = robocal("study", tmp_path / "arm.yaml", "--workers", 1, "--json")
+    (point,) = json.loads(ran.out)["points"]
+    assert point["improved"]["mean"] == 1 and 0 < point["after"]["mean"] < 0.3 * point["before"]["mean"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("trials: 60", "trials: 0", "trials"),
+        ("length: 3 mm", "length: 3", "noise.length"),
+        ("length: 3 mm", "length: -3 mm", "noise.length"),
+        ("length: 3 mm", "length: 3 deg", "another quantity"),
+        ("robot: robot.yaml", "robot: rebot.yaml", "rebot.yaml"),
+        ("of: cable-calibration", "of: calibration", "of"),
+        ("residual: [length", "residual: [lenth", "lenth"),
+        ("sweep: {residual", "sweep: {residuals", "residuals"),
+        ("sweep: {residual", "sweep: {seed", "not to be varied"),
+        ("[length, squared]", "[]", "nothing to vary"),
+        (", shift: 0.7 m", "", "shift"),
+        ("count: 40", "count: 0", "count"),
+        ("chunk: 10", "chunk: 0", "chunk"),
+        ("chunk: 10", "chunks: 10", "chunks"),
+        ("seed: 3", "seed: -3", "seed"),
+        ("count: 40", "count: 2", "too few poses"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(study, old, new, words):
+    assert old in TEXT
+    study.write_text(TEXT.replace(old, new))
+    ran = robocal("study", study, "--workers", 1)
+    assert ran.status == 2 and words in ran.remarks, ran.said
+    assert not study.with_suffix(".npz").exists() and not any(study.parent.glob("*.parts"))
+
+
+def test_a_worker_s_error_is_told_as_one_s_own(study):
+    study.write_text(TEXT.replace("sweep: {residual: [length, squared]}", "sweep: {poses.count: [40, 2]}"))
+    ran = robocal("study", study, "--workers", 2)
+    assert ran.status == 2 and "study.yaml" in ran.remarks and "poses.count: 2" in ran.remarks, ran.said
+
+
+def test_another_suffix_is_refused_before_anything_is_worked_out(study):
+    ran = robocal("study", study, "-o", study.parent / "out.xlsx")
+    assert ran.status == 2 and ".npz or .csv" in ran.remarks and not any(study.parent.glob("*.parts"))
+
+
+@pytest.mark.parametrize("name", sorted(p.name for p in (EXAMPLES / "studies").glob("*.yaml")))
+def test_the_shipped_specs_are_read(name):
+    read = read_study(EXAMPLES / "studies" / name)
+    assert read.points and read.trials >= 40
