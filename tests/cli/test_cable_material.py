@@ -88,7 +88,7 @@ def test_what_all_cables_have_in_common_is_found(tmp_path, seed):
         assert abs(one["identified"] - true) < 4.5 * one["sigma"]
     assert (
         p["cables.radius"]["unit"] == "m"
-        and p["cables.radius"]["sigma"] < 1e-3
+        and p["cables.radius"]["sigma"] < 2e-3
         and p["cables.elasticity"]["sigma"] < 2e-7
     )
     assert worst(p, truth) < 4.5
