@@ -367,6 +367,10 @@ def study(
     study: _Given,
     *,
     workers: int | None = None,
+    cluster: str | None = None,
+    tls_ca: _Path | None = None,
+    tls_cert: _Path | None = None,
+    tls_key: _Path | None = None,
     resume: bool = False,
     output: _Path | None = None,
     force: bool = False,
@@ -379,6 +383,10 @@ def study(
 
     study: study.yaml: robot, poses, noise, trials and what is varied.
     workers: Processes, 1 to 1024.  [default: as many as cores]
+    cluster: A Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT: workers read the robot where it is here.
+    tls_ca: For --cluster: certificate of the authority.
+    tls_cert: For --cluster: our certificate.
+    tls_key: For --cluster: its key.
     resume: Go on with a study that was interrupted.
     output: Every trial as .npz, or as .csv.  [default: beside the study, as .npz]
     force: Replace files that exist.

@@ -10,6 +10,7 @@ import os
 import random
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -217,3 +218,57 @@ def test_another_suffix_is_refused_before_anything_is_worked_out(study):
 def test_the_shipped_specs_are_read(name):
     read = read_study(EXAMPLES / "studies" / name)
     assert read.points and read.trials >= 40
+
+
+@pytest.fixture(scope="module")
+def scheduler():
+    """A local cluster of two processes, as two commands would start it."""
+    pytest.importorskip("distributed")
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{probe.getsockname()[1]}"
+    dask = [
+        sys.executable,
+        "-m",
+        "distributed.cli.dask_scheduler",
+        "--host",
+        "127.0.0.1",
+        "--no-dashboard",
+        "--port",
+        address.rpartition(":")[2],
+    ]
+    work = [
+        sys.executable,
+        "-m",
+        "distributed.cli.dask_worker",
+        address,
+        "--nthreads",
+        "1",
+        "--no-dashboard",
+        "--no-nanny",
+    ]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    ran = [subprocess.Popen(dask, **quiet), *(subprocess.Popen(work, **quiet) for _ in range(2))]
+    yield address
+    for process in reversed(ran):
+        process.kill()
+        process.wait()
+
+
+@pytest.mark.slow
+def test_a_cluster_writes_the_same_bytes(study, scheduler):
+    here = conducted(study, "here.npz", workers=1)
+    # In a process of its own: what a cluster's client leaves open at its end is no concern of this one.
+    there = study.parent / "there.npz"
+    call = [sys.executable, "-m", "robocal", "study", str(study), "-o", str(there), "--cluster", scheduler]
+    ran = subprocess.run(call, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    assert there.read_bytes() == here
+
+
+@pytest.mark.slow
+def test_a_cluster_that_is_not_there(study, monkeypatch):
+    pytest.importorskip("distributed")
+    call = [sys.executable, "-m", "robocal", "study", str(study), "--cluster", "tcp://127.0.0.1:9"]
+    ran = subprocess.run(call, capture_output=True, text=True)
+    assert ran.returncode == 2 and "no scheduler answers" in ran.stderr and "Traceback" not in ran.stderr, ran.stderr

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from robocal.errors import FileError, RobocalError
 from robocal.files.studyfile import Study
 from robocal.files.writing import write_text
+from robocal.studies.cluster import Cluster, on_cluster
 from robocal.studies.work import Work, chunks, do, drawn, trials_of, unpacked
 from robocal.studies.worker import Died, Worker
 
@@ -43,8 +44,16 @@ def parts_of(result: Path) -> Path:
     return result.with_name(f"{result.name}.parts")
 
 
-def conduct(study: Study, result: Path, *, workers: int, resume: bool, watch: Watch | None = None) -> Found:
-    """Runs what is missing of a study; chunks are kept beside `result` until all are there.
+def conduct(
+    study: Study,
+    result: Path,
+    *,
+    workers: int,
+    resume: bool,
+    cluster: Cluster | None = None,
+    watch: Watch | None = None,
+) -> Found:
+    """Runs what is missing of a study, in so many processes or on a cluster; chunks are kept beside `result` until all are there.
 
     Raises FileError where chunks of another study, or without `resume` any, are in the way, and RobocalError where workers die again
     and again.
@@ -55,7 +64,7 @@ def conduct(study: Study, result: Path, *, workers: int, resume: bool, watch: Wa
     left = [w for w in every if not _whole(w)]
     done, total = sum(w.count for w in every) - sum(w.count for w in left), sum(w.count for w in every)
     try:
-        for count in _worked(left, workers):
+        for count in _worked(left, workers) if cluster is None else on_cluster(left, cluster):
             done += count
             if watch:
                 watch({"stage": "trials", "done": done, "total": total})

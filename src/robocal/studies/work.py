@@ -17,7 +17,7 @@ from robocal.errors import FileError, FormatError, ModelError
 from robocal.files.studyfile import Study
 from robocal.files.writing import write_bytes
 
-__all__ = ["Work", "chunks", "do", "drawn", "packed", "trials_of", "unpacked"]
+__all__ = ["Work", "chunks", "computed", "do", "drawn", "packed", "trials_of", "unpacked"]
 
 Array = NDArray[np.float64]
 THEORY = 1 << 30  # the chunk whose stream draws the lists of which theory is asked
@@ -66,6 +66,11 @@ def drawn(study: Study, chunk: int = THEORY) -> np.random.Generator:
 
 def do(work: Work) -> Path:
     """Runs the trials of a chunk and writes them whole, or not at all."""
+    return write_bytes(work.place, computed(work))
+
+
+def computed(work: Work) -> bytes:
+    """The trials of a chunk as an .npz. Raises FormatError for settings of the study with which nothing can be worked out."""
     try:
         found = trials_of(work.study, work.point).run(work.count, drawn(work.study, work.chunk))
     except ModelError as error:
@@ -74,7 +79,7 @@ def do(work: Work) -> Path:
         raise FormatError(
             f"{error.message}{where}", file=work.study.path, key=error.key, found=error.found, expected=error.expected
         ) from None
-    return write_bytes(work.place, packed(found))
+    return packed(found)
 
 
 def packed(arrays: dict[str, Array]) -> bytes:

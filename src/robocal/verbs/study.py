@@ -32,6 +32,14 @@ class Options(Told):
 
     study: str = arg(..., "STUDY", "study.yaml: robot, poses, noise, trials and what is varied.")
     workers: int | None = opt(None, "Processes", metavar="N", least=1, most=1024, otherwise="as many as cores")
+    cluster: str | None = opt(
+        None,
+        "A Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT: workers read the robot where it is here",
+        metavar="ADDRESS",
+    )
+    tls_ca: Path | None = opt(None, "For --cluster: certificate of the authority", metavar="FILE")
+    tls_cert: Path | None = opt(None, "For --cluster: our certificate", metavar="FILE")
+    tls_key: Path | None = opt(None, "For --cluster: its key", metavar="FILE")
     resume: bool = opt(False, "Go on with a study that was interrupted")
     output: Path | None = opt(
         None, "Every trial as .npz, or as .csv", short="-o", metavar="FILE", otherwise="beside the study, as .npz"
@@ -46,6 +54,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.studyfile import read_study
     from robocal.files.writing import refuse_existing, write_bytes
     from robocal.jobs.study import document, written
+    from robocal.studies.cluster import Cluster
     from robocal.studies.run import clear, conduct
 
     study = read_study(o.study)
@@ -54,7 +63,13 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     refuse_existing(result, (), o.force)
     if o.force:
         clear(result)
-    found = conduct(study, result, workers=o.workers or os.cpu_count() or 1, resume=o.resume, watch=watch)
+    files = {"ca": o.tls_ca, "cert": o.tls_cert, "key": o.tls_key}
+    far = (
+        None
+        if o.cluster is None
+        else Cluster(o.cluster, **{k: None if v is None else str(v) for k, v in files.items()})
+    )
+    found = conduct(study, result, workers=o.workers or os.cpu_count() or 1, resume=o.resume, cluster=far, watch=watch)
     place = write_bytes(result, written(result)(found))
     clear(result)
     return Outcome(found, lambda: document(found, command), written=(place,))
