@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hashlib import sha256
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +11,10 @@ from cables.cable_robots import box
 from cli.runs import files, robocal
 
 from robocal.cables.geometry import cable_robot
+from robocal.files.cable.robot import read_cable
 from robocal.files.cable.show import describe_cable
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 POSES = """id,x [mm],y [mm],z [mm],rx [deg],ry [deg],rz [deg]
 low,100,-200,900,0,0,0
@@ -236,3 +240,35 @@ def test_a_pose_that_is_held_but_bears_nothing_more_is_remarked_on(tmp_path):
     (tmp_path / "poses.csv").write_text(POSES.splitlines()[0] + "\nlevel,300,100,1000,0,0,0\n")
     ran = robocal("cable", "tension", tmp_path / "robot.yaml", tmp_path / "poses.csv")
     assert ran.status == 0 and "held, but with no margin" in ran.err and "disturbance: level. " in ran.err
+
+
+def test_poses_may_have_quaternions(tmp_path):
+    """The same lengths from a rotation vector and from the quaternion; either, not both, and of length one."""
+    rng = np.random.default_rng(0)
+    w = rng.uniform(-0.3, 0.3, (4, 3))
+    angle = np.linalg.norm(w, axis=1, keepdims=True)
+    q = np.hstack([w / angle * np.sin(angle / 2), np.cos(angle / 2)])
+    place = rng.uniform(-300, 300, (4, 3)) + [0, 0, 1900]
+    robot = EXAMPLES / "cable-laval" / "robot.yaml"
+
+    def lengths(name, header, rows):
+        (tmp_path / name).write_text("\n".join([header, *(",".join(f"{v:.12g}" for v in r) for r in rows)]) + "\n")
+        return robocal("cable", "inverse", robot, tmp_path / name, "--json")
+
+    one = lengths("vector.csv", "x [mm],y [mm],z [mm],rx [rad],ry [rad],rz [rad]", np.hstack([place, w])).document
+    header = "x [mm],y [mm],z [mm],qx,qy,qz,qw"
+    two = lengths("quaternion.csv", header, np.hstack([place, q])).document
+    (a, b) = (np.array(list(found["lengths_m"].values())) for found in (one, two))
+    np.testing.assert_allclose(a, b, rtol=0, atol=1e-9)
+    wrong = lengths("long.csv", header, np.hstack([place, 2 * q]))
+    assert wrong.status == 2 and "not a unit quaternion" in wrong.remarks and "long.csv, row 2" in wrong.remarks
+
+
+@pytest.mark.parametrize("name", ["ipanema_1.yaml", "cogiro.yaml", "laval.yaml"])
+def test_check_sums_a_cable_robot_up(name, shared_data):
+    ran = robocal("check", shared_data / "cable-robots" / name)
+    assert ran.status == 0 and "2 cables more than freedoms" in ran.out and "frame anchor" in ran.out
+    facts = robocal("check", shared_data / "cable-robots" / name, "--json").document["robot"]["cable_robot"]
+    robot = read_cable(shared_data / "cable-robots" / name).robot
+    assert facts["redundancy"] == 2 and facts["mass_kg"] == robot.mass
+    np.testing.assert_allclose([facts["cables"][c]["frame_anchor_m"] for c in robot.cables], robot.a)

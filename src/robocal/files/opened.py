@@ -72,18 +72,25 @@ def cable_file(name: str | os.PathLike[str]) -> CableFile | None:
     run = find_run(place) if place.exists() else None
     if place.is_dir():
         place = place / ROBOTS[0]
-    if place.suffix.lower() not in (".yaml", ".yml") or not place.is_file():
-        return None
-    try:
-        kind = load(place).data.get("kind")
-    except InputError:
-        return None
-    if kind != "cable":
+    if not place.is_file() or not _of_cables(place):
         return None
     from robocal.files.cable.robot import read_cable
 
     file = read_cable(place)
     return file if run is None else replace(file, warnings=(*file.warnings, *run.doubts))
+
+
+def _of_cables(place: Path) -> bool:
+    """Whether a file is of a cable robot: robot.yaml, the YAML of a published robot, or CASPR's X_cables.xml."""
+    if place.name.endswith("_cables.xml"):
+        return True
+    if place.suffix.lower() not in (".yaml", ".yml"):
+        return False
+    try:
+        data = load(place).data
+    except InputError:
+        return False
+    return data.get("kind") == "cable" or (not {"robocal", "kind"} & set(data) and "frame_anchors" in data)
 
 
 def rendered(file: Opened, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:

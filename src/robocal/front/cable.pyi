@@ -24,7 +24,7 @@ def inverse(
     """Lengths of the cables at poses of the platform.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector).
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
     tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
     sag: Cables also hang by their weight.
     output: Write here, not to the terminal.
@@ -87,7 +87,7 @@ def tension(
     Exit status 3 when a pose is not held. The list that it writes goes into cable inverse and cable forward as it is.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector).
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
     method: norm (least), mid, closed, barycentre (continuous), p-norm.
     power: Of --method p-norm, from 2 on.  [default: 4]
     mass: Of the platform, instead of the file's, in the robot file's unit of mass, 0 or more.
@@ -224,7 +224,7 @@ def require(
     Exit status 3 when the accuracy is not reached with these noises and poses.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector).
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
     sigma: Standard deviation of a length.
     sigma_position: The same of a component of the measured position.  [default: known exactly]
     sigma_orientation: The same of a component of the measured rotation vector.  [default: known exactly]

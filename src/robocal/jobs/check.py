@@ -16,6 +16,7 @@ from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.headers import cables_of
 from robocal.files.opened import Opened, cable_file
 from robocal.files.parts import hashes
+from robocal.files.plain import plain
 from robocal.files.text import InputFile
 from robocal.jobs.cable.identify import read_measured
 from robocal.jobs.cable.load import robot_input
@@ -58,7 +59,11 @@ class Checked:
         """The same for machines."""
         machine, seen = self.robot.machine, self.seen
         joints = [{"name": j.name, "type": j.type, "lower": j.lower, "upper": j.upper} for j in machine.joints]
-        cables = {"cables": list(self.cables)} if self.cables else {}
+        cables: dict[str, Any] = {"cables": list(self.cables)} if self.cables else {}
+        if self.cables:
+            from robocal.jobs.cable.summed import facts
+
+            cables["cable_robot"] = plain(facts(self.robot.machine))
         found = None
         if seen is not None:
             found = {

@@ -58,6 +58,10 @@ def sections(made: Outcome) -> Iterator[Section]:
     parts = list(found.cables) or parts
     words = f"   convention {found.robot.convention}; {len(parts)} {noun}: {', '.join(parts)}"
     yield Section.of("", Text.of((machine.name, "strong"), words))
+    if found.cables:
+        from robocal.jobs.cable.summed import summed
+
+        yield from summed(found.robot)
     if found.instruments:
         yield Section.of("", _instruments(found))
     yield _told(found)

@@ -50,7 +50,7 @@ Frame = Annotated[
 # cable robots
 NOISE = "a noise is a standard deviation"
 CableRobot = Annotated[str, Arg("ROBOT", "robot.yaml with kind: cable, or CASPR's X_cables.xml.")]
-PlatformPoses = Annotated[str, Arg("POSES", "CSV: x [m], y, z, rx [deg], ry, rz (rotation vector).")]
+PlatformPoses = Annotated[str, Arg("POSES", "CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.")]
 CableTension = Annotated[
     float | None,
     Opt("Tension of every cable: cables stretch", metavar="T", unit="force", least=0, wrong="a cable cannot push"),

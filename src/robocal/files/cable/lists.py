@@ -21,6 +21,7 @@ from robocal.files.cable.values import CableUnits
 from robocal.files.csvtable import CsvTable, csv_text, read_csv
 from robocal.files.headers import IDS
 from robocal.files.kinds.base import column_units
+from robocal.files.orientation import quaternion
 from robocal.files.units import number
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import Document
@@ -40,10 +41,12 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+QUATERNION = ("qx", "qy", "qz", "qw")
+UNIT = 2e-2  # from a length of one: what rounding to two digits leaves
 WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 # What columns of lists are called, and so no cable.
 COLUMNS = (
-    *(*IDS, *FRAME_SYMBOLS, *WRENCH),
+    *(*IDS, *FRAME_SYMBOLS, *QUATERNION, *WRENCH),
     *("lambda", "limit", "contact", "rank", "feasible", "margin"),
     *("residual", "sigma_position", "sigma_orientation", "solutions"),
 )
@@ -65,10 +68,19 @@ class CableList:
 
 
 def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
-    """Poses of the platform. Raises FileError or FormatError naming file, row and column."""
+    """Poses of the platform, x, y, z with a rotation vector rx, ry, rz or a quaternion qx, qy, qz, qw. Raises FileError or FormatError
+    naming file, row and column."""
     table = read_csv(path)
-    vectors = _columns(table, FRAME_SYMBOLS, ("m", "m", "m", "rad", "rad", "rad"))
-    made = replace(_list(table, se3.from_vector(vectors), robot), wrench=_wrenches(table))
+    given = _given(table, QUATERNION)
+    if len(given) == len(QUATERNION) and not _given(table, FRAME_SYMBOLS[3:]):
+        place = _columns(table, FRAME_SYMBOLS[:3], ("m",) * 3)
+        q = table.numbers(list(QUATERNION))
+        norm = np.linalg.norm(q, axis=1)
+        table.insist(np.abs(norm - 1) < UNIT, QUATERNION, "not a unit quaternion", norm, expected="a length of 1")
+        poses = se3.compose(quaternion(q / norm[:, None]), place)
+    else:
+        poses = se3.from_vector(_columns(table, FRAME_SYMBOLS, ("m", "m", "m", "rad", "rad", "rad")))
+    made = replace(_list(table, poses, robot), wrench=_wrenches(table))
     return replace(made, warnings=_unread(table, robot, (*IDS, *WRENCH)))
 
 
