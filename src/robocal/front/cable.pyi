@@ -180,7 +180,7 @@ def poses(
     count: Poses to list, 1 to 10000.
     margin: How much of each free way is gone, above 0 and at most 1.
     start: X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units.
-    box: The box Z of random poses, in place of one as large as the machine, in the robot file's unit of length.
+    box: The box Z of random poses, in place of that in which the frame holds the platform, in the robot file's unit of length.
     scale: Z, as a multiple of the machine, 0 to 1000.
     turn: Z, about each axis, in the robot file's unit of angle.  [default: 30 deg]
     diameter: Of every cable, not that of the robot file, in the robot file's unit of length, 0 or more.
@@ -198,6 +198,40 @@ def poses(
     encoders_only: For --choose: no instrument measures poses.
     seed: For whatever is drawn at random, 0 or more.
     output: Write poses.csv, program.csv, list.json and report.html here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def contact(
+    robot: _Given,
+    poses: _Given,
+    *,
+    diameter: float | None = None,
+    body: str = 'hull',
+    relief: float | None = None,
+    payload: float = 0.0,
+    mass: float | None = None,
+    limits: str | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found:
+    """Check a path: straight motions from each pose of a list to the next, for contacts of cables and platform and for tensions.
+
+    Contacts are certain between the poses, not only at them. Exit status 3 where a motion cannot be gone to its end; how far it can is
+    its share, 0 to 1.
+
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
+    diameter: Of every cable, not that of the robot file, in the robot file's unit of length, 0 or more.
+    body: The platform: hull or box of its anchors, none, or LX,LY,LZ.
+    relief: A cable may touch its own eyelet so far from it, in the robot file's unit of length, above 0.  [default: 10 diameters]
+    payload: Hung at the centre of mass, in the robot file's unit of mass, 0 or more.
+    mass: Of the platform, instead of the file's, in the robot file's unit of mass, 0 or more.
+    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
+    output: Write here, not to the terminal.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 

@@ -230,6 +230,7 @@ class Code(StrEnum):
     MIRROR_IMAGE = "mirror-image"
     POSES_AWAY = "poses-away"
     POSES_TAKEN_EXACT = "poses-taken-exact"
+    TENSIONS_NOT_ASKED = "tensions-not-asked"
     SAG_TAKEN = "sag-taken"
     STRETCH_LEFT = "stretch-left"
     NO_DIAMETER = "no-diameter"

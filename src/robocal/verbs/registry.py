@@ -29,6 +29,7 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "tension": "Tensions that hold poses.",
     "workspace": "Where the platform can be held.",
     "poses": "Poses that can be reached.",
+    "contact": "Whether a path of one's own can be gone.",
     "require": "Sensors and poses that a calibration needs.",
     "drift": "What moved between calibrations?",
 })  # fmt: skip

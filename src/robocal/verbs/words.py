@@ -8,8 +8,9 @@ from typing import Annotated
 from robocal.verbs.option import Arg, Opt
 
 __all__ = [
-    "AnyRobot", "Base", "CableRobot", "CableTension", "Data", "Exclude", "Force", "Frame", "History", "Kind", "MomentLength", "Noise",
-    "OutputFile", "Payload", "PlatformMass", "PlatformPoses", "Robot", "Sag", "Seed", "TensionLimits", "TensionMethod", "Tip",
+    "AnyRobot", "Base", "CableRobot", "CableTension", "Data", "Diameter", "Exclude", "Force", "Frame", "History", "Kind", "MomentLength",
+    "Noise", "OutputFile", "Payload", "PlatformBody", "PlatformMass", "PlatformPoses", "Relief", "Robot", "Sag", "Seed", "TensionLimits",
+    "TensionMethod", "Tip",
 ]  # fmt: skip
 
 Robot = Annotated[
@@ -55,6 +56,18 @@ CableTension = Annotated[
     float | None,
     Opt("Tension of every cable: cables stretch", metavar="T", unit="force", least=0, wrong="a cable cannot push"),
 ]
+Diameter = Annotated[
+    float | None,
+    Opt("Of every cable, not that of the robot file", metavar="D", unit="length", least=0, wrong="not a length"),
+]
+PlatformBody = Annotated[str, Opt("The platform: hull or box of its anchors, none, or LX,LY,LZ", metavar="BODY")]
+Relief = Annotated[
+    float | None,
+    Opt(
+        "A cable may touch its own eyelet so far from it", metavar="R", unit="length", above=0, wrong="not a length",
+        otherwise="10 diameters",
+    ),
+]  # fmt: skip
 Sag = Annotated[bool, Opt("Cables also hang by their weight")]
 TensionMethod = Annotated[str, Opt("norm (least), mid, closed, barycentre (continuous), p-norm", metavar="METHOD")]
 PlatformMass = Annotated[

@@ -97,6 +97,10 @@ TABLE: dict[Code, Words] = {
         "poses are chosen as if an instrument measured them exactly",
         "--pose-noise states how well it does; --encoders-only says that there is none.",
     ),
+    Code.TENSIONS_NOT_ASKED: Words(
+        "only contacts were looked for: tension limits or mass of {robot} are not known",
+        "State them in the robot's file, or by --limits and --mass.",
+    ),
     Code.SAG_TAKEN: Words("sag is taken off the lengths, up to {most}, by the density that the robot's file states"),
     Code.STRETCH_LEFT: Words(
         "stretch is left in the lengths: no tensions are stated, and within its limits a cable's length changes by up to {most}",

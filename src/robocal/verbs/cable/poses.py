@@ -37,25 +37,15 @@ class Options(Told):
     )
     box: str | None = opt(
         None,
-        "The box Z of random poses, in place of one as large as the machine",
+        "The box Z of random poses, in place of that in which the frame holds the platform",
         numbers="X0,Y0,Z0,X1,Y1,Z1",
         unit="length",
     )
     scale: float = opt(1.1, "Z, as a multiple of the machine", metavar="S", least=0, most=1000)
     turn: float | None = opt(None, "Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")
-    diameter: float | None = opt(
-        None, "Of every cable, not that of the robot file", metavar="D", unit="length", least=0, wrong="not a length"
-    )
-    body: str = opt("hull", "The platform: hull or box of its anchors, none, or LX,LY,LZ", metavar="BODY")
-    relief: float | None = opt(
-        None,
-        "A cable may touch its own eyelet so far from it",
-        metavar="R",
-        unit="length",
-        above=0,
-        wrong="not a length",
-        otherwise="10 diameters",
-    )
+    diameter: w.Diameter = None
+    body: w.PlatformBody = "hull"
+    relief: w.Relief = None
     payload: w.Payload = 0.0
     mass: w.PlatformMass = None
     limits: w.TensionLimits = None

@@ -1,0 +1,69 @@
+"""A path of one's own: poses one after the other by straight motions, what each meets first, and how far it can be held."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.cables.boundary import first_exit
+from robocal.cables.geometry import CableRobot
+from robocal.cables.interference import Body, Contacts, first_contact
+from robocal.cables.workspace import Demand, holds
+from robocal.errors import ModelError
+from robocal.geometry import se3, so3
+
+__all__ = ["Legs", "legs"]
+
+Array = NDArray[np.float64]
+STEPS = 64  # at which a way is asked whether it can be held, before it is halved
+
+
+@dataclass(frozen=True)
+class Legs:
+    """Of k - 1 motions between k poses: `contacts`, and the share `held` (k - 1,) of each that the tension limits hold, 1 for all of
+    it, 0 where its start is not held, not a number where nobody asked."""
+
+    contacts: Contacts
+    held: Array
+
+    @property
+    def free(self) -> Array:
+        """The share (k - 1,) of each that can be gone."""
+        return np.fmin(self.contacts.fraction, self.held)
+
+    @property
+    def whole(self) -> NDArray[np.bool_]:
+        """Whether all of it can be, (k - 1,)."""
+        return np.asarray(self.contacts.free & ~(self.held < 1.0))
+
+
+def legs(
+    robot: CableRobot,
+    poses: ArrayLike,
+    *,
+    demand: Demand | None = None,
+    diameter: ArrayLike = 0.0,
+    body: Body | None = None,
+    relief: float | None = None,
+) -> Legs:
+    """The motions between poses (k, 4, 4): the platform's origin on a straight line, turning about one axis. Without a demand only
+    contacts are looked for; diameter, body and relief as for `first_contact`. Raises ModelError for fewer than two poses."""
+    t = np.asarray(poses, float)
+    if t.ndim != 3 or len(t) < 2:
+        raise ModelError("a path has two poses or more", found=len(t))
+    v = t[1:, :3, 3] - t[:-1, :3, 3]
+    w = so3.log(t[1:, :3, :3] @ t[:-1, :3, :3].swapaxes(1, 2))
+    contacts = first_contact(robot.a, robot.b, t[:-1], v, w, diameter=diameter, body=body, relief=relief)
+    held = np.full(len(v), np.nan)
+    if demand is not None:
+
+        def inside(ray: NDArray[np.int64], lam: Array) -> NDArray[np.bool_]:
+            share = lam[:, None]
+            return holds(
+                robot, demand, se3.compose(so3.exp(share * w[ray]) @ t[ray, :3, :3], t[ray, :3, 3] + share * v[ray])
+            )
+
+        held = np.nan_to_num(first_exit(inside, len(v), STEPS))  # none where the start itself is not held
+    return Legs(contacts, held)

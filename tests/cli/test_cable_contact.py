@@ -1,0 +1,121 @@
+"""A path of one's own: a contact that is known is told at its share, tensions at theirs, and what can be gone is."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cables.cable_robots import published
+from cli.runs import robocal
+from cli.test_cable_identify import table
+
+from robocal.cables.geometry import cable_robot
+from robocal.files.cable.robot import read_cable
+from robocal.files.cable.show import describe_cable
+from robocal.geometry import so3
+
+LAVAL = Path(__file__).parents[2] / "examples" / "cable-laval" / "robot.yaml"
+COLUMNS = ["x [m]", "y [m]", "z [m]", "rx [deg]", "ry [deg]", "rz [deg]"]
+THICK = 0.0048  # m, of every cable
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """The Laval robot of which neither mass nor tension limits are known."""
+    bare = replace(read_cable(LAVAL).robot, mass=None, limits=None, assumed=(), sources={})
+    (tmp_path / "bare.yaml").write_text(describe_cable(bare))
+    return tmp_path
+
+
+def path(folder, rows):
+    home = read_cable(LAVAL).robot.home[:3, 3]
+    at = np.array(rows, float) + np.concatenate([home, np.zeros(3)])
+    (folder / "path.csv").write_text(table(COLUMNS, [f"p{i}" for i in range(len(rows))], at))
+    return folder / "path.csv"
+
+
+def distance(a, b, c, d):
+    """Of two segments, by the clamped closest points of both on each other, both ways."""
+    u, v, w = b - a, d - c, a - c
+    uu, uv, vv, uw, vw = u @ u, u @ v, v @ v, u @ w, v @ w
+    s = np.clip((uv * vw - vv * uw) / (uu * vv - uv * uv), 0, 1)
+    t = np.clip((uv * s + vw) / vv, 0, 1)
+    s = np.clip((uv * t - uw) / uu, 0, 1)
+    return np.linalg.norm(w + s * u - t * v)
+
+
+def test_a_known_contact_is_at_its_share(folder):
+    """Turned about y the platform brings two cables together: where, found here by looking at every pair at 4000 angles."""
+    robot, most = read_cable(LAVAL).robot, np.radians(20)
+    shares, first = np.linspace(0, 1, 4001), None
+    for share in shares:
+        ends = robot.home[:3, 3] + robot.b @ so3.exp(np.array([0, share * most, 0])).T
+        near = {(i, j): distance(robot.a[i], ends[i], robot.a[j], ends[j]) for i, j in combinations(range(8), 2)}
+        pair = min(near, key=near.get)
+        if near[pair] <= THICK:
+            first = share, pair
+            break
+    assert first is not None and 0.02 < first[0] < 0.98
+    ran = robocal(
+        "cable",
+        "contact",
+        folder / "bare.yaml",
+        path(folder, [[0] * 6, [0, 0, 0, 0, 20, 0]]),
+        "--body",
+        "none",
+        "--json",
+    )
+    (motion,) = ran.document["motions"]
+    who = f"{robot.cables[first[1][0]]} meets {robot.cables[first[1][1]]}"
+    assert ran.status == 3 and motion["free"] == pytest.approx(first[0], abs=5e-4) and motion["ends_by"] == who
+    assert "only contacts were looked for" in ran.remarks
+
+
+def test_what_can_be_gone_is(folder):
+    rows = [[0] * 6, [0, 0, 0.002, 0, 0, 0], [0.001, 0, 0, 0, 0, 0.1]]
+    ran = robocal("cable", "contact", folder / "bare.yaml", path(folder, rows), "-o", folder / "legs.csv")
+    assert ran.status == 0 and "2 of 2 motions can be gone to their end" in ran.said
+    found = list(csv.reader((folder / "legs.csv").read_text().splitlines()))
+    assert found == [["from", "to", "free", "ends by"], ["p0", "p1", "1", ""], ["p1", "p2", "1", ""]]
+
+
+def test_tensions_end_a_motion(tmp_path):
+    """Three cables hold a point in a plane below their anchors, which are at 3 m, and not above: half of the way from 1 m to 5 m."""
+    a = np.array([(-2.0, 0, 3), (2, 0, 3), (0.5, 0, 3)])
+    robot = cable_robot(
+        "flat", a, np.zeros((3, 3)), mass=1.0, limits=np.tile([0.0, 1e9], (3, 1)), degrees="2T", plane="xz"
+    )
+    (tmp_path / "flat.yaml").write_text(describe_cable(robot))
+    (tmp_path / "up.csv").write_text(
+        table(COLUMNS, ["low", "high"], np.array([[0, 0, 1, 0, 0, 0], [0, 0, 5, 0, 0, 0.0]]))
+    )
+    ran = robocal("cable", "contact", tmp_path / "flat.yaml", tmp_path / "up.csv", "--body", "none", "--json")
+    (motion,) = ran.document["motions"]
+    assert (
+        ran.status == 3 and motion["free"] == pytest.approx(0.5, abs=1e-4) and motion["ends_by"] == "the tension limits"
+    )
+
+
+def test_what_cable_poses_lists_can_be_gone(tmp_path):
+    made = robocal("cable", "poses", LAVAL, "-n", 8, "--json").document
+    home = published("laval").home[:3, 3]
+    for pose in made["poses"]:
+        t = np.array(pose["T_base_platform"])
+        w = np.degrees(so3.log(t[:3, :3]))
+        rows = np.array([[*home, 0, 0, 0], [*t[:3, 3], *w]])
+        (tmp_path / "way.csv").write_text(table(COLUMNS, ["start", "end"], rows))
+        ran = robocal("cable", "contact", LAVAL, tmp_path / "way.csv")
+        assert ran.status == 0, ran.said
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [([[0] * 6], "two poses or more"), ([[0] * 6, [0, np.nan, 0, 0, 0, 0]], "path.csv, row 3")],
+)
+def test_what_is_no_path(folder, rows, words):
+    ran = robocal("cable", "contact", folder / "bare.yaml", path(folder, rows))
+    assert ran.status == 2 and words in ran.remarks, ran.said
