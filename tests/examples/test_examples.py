@@ -84,10 +84,10 @@ def test_command(place, capsys, folder, number, status, verdict):
 
 
 def test_every_command_is_tried():
-    """The validation and the UR10 have tests of their own below, cable robots theirs in test_cable_examples.py."""
+    """The validation and the UR10 have tests of their own below, cable robots and studies theirs in files of their own."""
     own = {("rv-2aj", 1), ("rv-2aj", 3), ("ur10-tracker", 0), ("ur10-tracker", 1)}
     known = {(folder, number) for folder, number, *_ in EXPECTED} | own
-    folders = sorted(p.name for p in EXAMPLES.iterdir() if p.is_dir() and not p.name.startswith("cable-"))
+    folders = sorted(p.name for p in EXAMPLES.iterdir() if p.is_dir() and not p.name.startswith(("cable-", "studies")))
     for kind in READERS:
         assert len(commands(f"instruments/{kind}")) == 1
     assert sorted(p.name for p in (EXAMPLES / "instruments").iterdir() if p.is_dir()) == sorted(READERS)
