@@ -21,7 +21,9 @@ def inverse(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found:
-    """Lengths of the cables at poses of the platform.
+    """Lengths of the cables at poses of the platform, as the sensors show them.
+
+    Where the robot's file says that cables stretch and no tension is given, the columns are called c1.geometric: nothing is stretched.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
     poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
@@ -54,7 +56,7 @@ def forward(
     Exit status 3 when a pose was not found, is not the only one, or does not fit its lengths.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    lengths: CSV: one column per cable, such as c1 [mm].
+    lengths: CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths that nothing stretched.
     sigma: Standard deviation of a length, in the robot file's unit of length, above 0.
     starts: Further starts that look for other poses, 0 or more.
     tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.

@@ -233,6 +233,8 @@ class Code(StrEnum):
     TENSIONS_NOT_ASKED = "tensions-not-asked"
     SAG_TAKEN = "sag-taken"
     STRETCH_LEFT = "stretch-left"
+    LENGTHS_GEOMETRIC = "lengths-geometric"
+    LENGTHS_TAKEN_GEOMETRIC = "lengths-taken-geometric"
     NO_DIAMETER = "no-diameter"
     NO_PULLEYS = "no-pulleys"
     MOTIONS_OPEN = "motions-open"

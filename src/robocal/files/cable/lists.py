@@ -1,7 +1,8 @@
 """Lists for cable robots: poses of the platform, and cable lengths, one per row of a CSV whose headers carry units.
 
 id, x [m], y [m], z [m], rx [deg], ry [deg], rz [deg]       a pose: translation and rotation vector
-id, c1 [m], c2 [m], ...                                     lengths, one column per cable
+id, c1 [m], c2 [m], ...                                     lengths as the sensors show them, one column per cable
+id, c1.geometric [m], c2.geometric [m], ...                 the same where the cables stretch and nobody said by how much
 c1.tension [N], c2.tension [N], ...                         in either, where cables stretch or sag
 fx [N], fy, fz, mx [Nm], my, mz                             with poses: what else pulls at the platform, base axes
 """
@@ -55,8 +56,8 @@ COLUMNS = (
 @dataclass(frozen=True, eq=False)
 class CableList:
     """Names of the rows, their values in SI (poses (k, 4, 4) or lengths (k, m)), and where given tensions (k, m) and
-    wrenches (k, 6); `lines` are the rows as an editor numbers them, `sha256` is that of the file, `warnings` are what is odd
-    about it."""
+    wrenches (k, 6); lengths are `geometric`, or as the sensors show them; `lines` are the rows as an editor numbers them, `sha256` is
+    that of the file, `warnings` are what is odd about it."""
 
     names: tuple[str, ...]
     values: Array
@@ -65,6 +66,7 @@ class CableList:
     lines: tuple[int, ...] = ()
     sha256: str = ""
     warnings: tuple[Remark, ...] = ()
+    geometric: bool = False
 
 
 def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
@@ -87,8 +89,16 @@ def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> Cabl
 def read_cable_lengths(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
     """Measured lengths of all cables. Raises FileError or FormatError naming file, row and column."""
     table = read_csv(path)
-    made = _list(table, _columns(table, robot.cables, ("m",) * len(robot.cables)), robot)
-    return replace(made, warnings=_unread(table, robot, IDS))
+    other = [_geometric(cable) for cable in robot.cables]
+    geometric = len(_given(table, other)) > 0 and not _given(table, robot.cables)
+    read = other if geometric else robot.cables
+    made = _list(table, _columns(table, read, ("m",) * len(read)), robot)
+    return replace(made, warnings=_unread(table, robot, (*IDS, *read)), geometric=geometric)
+
+
+def _geometric(cable: str) -> str:
+    """The column of a length that no tension has stretched. One name is one length: what a sensor shows has the cable's."""
+    return f"{cable}.geometric"
 
 
 def _unread(table: CsvTable, robot: CableRobot, known: Sequence[str]) -> tuple[Remark, ...]:
@@ -152,12 +162,20 @@ def _names(table: CsvTable) -> tuple[str, ...]:
 
 
 def lengths_text(
-    robot: CableRobot, names: Sequence[str], lengths: Array, units: CableUnits, tension: Array | None = None
+    robot: CableRobot,
+    names: Sequence[str],
+    lengths: Array,
+    units: CableUnits,
+    tension: Array | None = None,
+    *,
+    geometric: bool = False,
 ) -> str:
-    """The CSV of lengths; `tension` (k, m) in N goes along, so that the list says what its lengths were made with."""
+    """The CSV of lengths, `geometric` or as the sensors show them; `tension` (k, m) in N goes along, so that the list says what its
+    lengths were made with."""
     unit = units.length
     more = {} if tension is None else tension_columns(robot, tension, units)
-    header = ["id", *(f"{cable} [{unit.name}]" for cable in robot.cables), *more]
+    names_of = map(_geometric, robot.cables) if geometric else robot.cables
+    header = ["id", *(f"{name} [{unit.name}]" for name in names_of), *more]
     rows = []
     for i, row in enumerate(lengths):
         cells = [number(unit.from_si(float(v))) for v in row]

@@ -34,6 +34,7 @@ __all__ = [
     "missing_text",
     "robot_input",
     "said_of",
+    "stretches",
     "tensions_of",
     "wrench_of",
 ]
@@ -123,6 +124,11 @@ def robot_input(file: CableFile, robot: str) -> InputFile:
     return InputFile(file.path or Path(robot), file.sha256)
 
 
+def stretches(robot: CableRobot) -> bool:
+    """Whether what the sensors show hangs on tensions."""
+    return robot.elasticity is not None
+
+
 def tensions_of(
     rows: CableList, tension: float | None, file: CableFile, sag: bool
 ) -> tuple[Array | None, tuple[Remark, ...]]:
@@ -131,7 +137,15 @@ def tensions_of(
     if tension is not None:
         if rows.tension is not None:
             raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
+        if rows.geometric:
+            raise ModelError(
+                "geometric lengths are not stretched",
+                key="--tension",
+                expected="a list of what the sensors show, or no tension",
+            )
         return np.asarray(tension), ()
+    if rows.geometric:
+        return None, ()
     if rows.tension is not None and file.robot.elasticity is None and not sag:
         return None, (Remark.of(Code.TENSIONS_ASIDE, robot=file.robot.name),)
     return rows.tension, ()

@@ -106,6 +106,14 @@ TABLE: dict[Code, Words] = {
         "stretch is left in the lengths: no tensions are stated, and within its limits a cable's length changes by up to {most}",
         "`tension: {{columns: [...], unit: N}}` in the data file takes it off, or `tension: computed`: in the middle of the limits.",
     ),
+    Code.LENGTHS_GEOMETRIC: Words(
+        "the cables of {robot} stretch and no tension is given: these lengths are geometric, not what the sensors show",
+        "Give --tension, or columns of tensions (c1.tension).",
+    ),
+    Code.LENGTHS_TAKEN_GEOMETRIC: Words(
+        "the cables of {robot} stretch and no tension is given: the lengths are taken as geometric, and the poses err by the stretch",
+        "Give --tension, or columns of tensions (c1.tension); lengths that nothing stretched are called c1.geometric.",
+    ),
     Code.UNLIKE_UNKNOWN: Words(
         "{source}: not the poses of {reference}: aligned as well as can be they differ by {left}, where the poses scatter by {spread}",
         "Check units, the order of the rows, axes and the convention of the orientations.",

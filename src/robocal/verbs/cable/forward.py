@@ -27,7 +27,11 @@ class Options(Told):
     """
 
     robot: w.CableRobot
-    lengths: str = arg(..., "LENGTHS", "CSV: one column per cable, such as c1 [mm].")
+    lengths: str = arg(
+        ...,
+        "LENGTHS",
+        "CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths that nothing stretched.",
+    )
     sigma: float | None = opt(
         None, "Standard deviation of a length", metavar="SIGMA", unit="length", above=0, wrong=w.NOISE
     )
@@ -51,7 +55,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.writing import refuse_existing
     from robocal.jobs.cable.calibrated import calibrated
     from robocal.jobs.cable.forward import Poses
-    from robocal.jobs.cable.load import fitting, framed, located, robot_input, tensions_of
+    from robocal.jobs.cable.load import fitting, framed, located, robot_input, stretches, tensions_of
     from robocal.remarks.code import Code
     from robocal.remarks.remark import Remark
 
@@ -62,6 +66,8 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     si, rng = o.si(file.units), np.random.default_rng(o.seed)
     pull, said = tensions_of(rows, si.tension, file, o.sag)
     fitting(file, pull, o.sag)
+    if stretches(file.robot) and pull is None and not rows.geometric:
+        said = (*said, Remark.of(Code.LENGTHS_TAKEN_GEOMETRIC, robot=file.robot.name))
     more = made_of.beyond
     read = more.lengths(file.robot, rows.values)
     try:

@@ -16,7 +16,9 @@ __all__ = ["Options", "run", "sections"]
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Lengths of the cables at poses of the platform.
+    """Lengths of the cables at poses of the platform, as the sensors show them.
+
+    Where the robot's file says that cables stretch and no tension is given, the columns are called c1.geometric: nothing is stretched.
 
     \b
     robocal cable inverse robot.yaml poses.csv -o lengths.csv
@@ -39,7 +41,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.cable.robot import read_cable
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing
-    from robocal.jobs.cable.load import fitting, framed, located, robot_input, tensions_of
+    from robocal.jobs.cable.load import fitting, framed, located, robot_input, stretches, tensions_of
+    from robocal.remarks.code import Code
+    from robocal.remarks.remark import Remark
 
     refuse_existing(o.output, (), o.force)
     file = read_cable(o.robot)
@@ -50,10 +54,16 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         lengths, _ = inverse(file.robot, rows.values, pull, sag=o.sag)
     except ModelError as error:
         raise located(error, o.poses, rows) from None
-    text = lengths_text(file.robot, rows.names, lengths, file.units, rows.tension)
+    geometric = stretches(file.robot) and pull is None
+    text = lengths_text(file.robot, rows.names, lengths, file.units, rows.tension, geometric=geometric)
+    if geometric:
+        said = (*said, Remark.of(Code.LENGTHS_GEOMETRIC, robot=file.robot.name))
     remarks = (*file.warnings, *rows.warnings, *said)
     inputs = (robot_input(file, o.robot), InputFile(Path(o.poses), rows.sha256))
-    found = {"lengths_m": dict(zip(rows.names, lengths, strict=True))}
+    found = {
+        "lengths": "geometric" if geometric else "as the sensors show them",
+        "lengths_m": dict(zip(rows.names, lengths, strict=True)),
+    }
     document = framed(file.robot, found, remarks, inputs, command)
     return Outcome(lengths, lambda: document, remarks=remarks, text=text).put(o.output)
 
