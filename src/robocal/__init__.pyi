@@ -378,8 +378,8 @@ def study(
 ) -> Found:
     """Simulate a study: so many trials of a calibration at every point of a sweep, over all cores.
 
-    The same numbers for the same seed, however many workers there are. What is done is kept beside the result until all is: after
-    any interruption --resume goes on.
+    The same numbers for the same seed, however many workers there are; a page with pictures of the sweep is written beside them. What
+    is done is kept beside the result until all is: after any interruption --resume goes on.
 
     study: study.yaml: robot, poses, noise, trials and what is varied.
     workers: Processes, 1 to 1024.  [default: as many as cores]

@@ -272,3 +272,58 @@ def test_a_cluster_that_is_not_there(study, monkeypatch):
     call = [sys.executable, "-m", "robocal", "study", str(study), "--cluster", "tcp://127.0.0.1:9"]
     ran = subprocess.run(call, capture_output=True, text=True)
     assert ran.returncode == 2 and "no scheduler answers" in ran.stderr and "Traceback" not in ran.stderr, ran.stderr
+
+
+BIASED = """robocal: 1
+kind: study
+of: cable-calibration
+robot: robot.yaml
+trials: 3
+poses: {file: poses.csv}
+bias: {along: [1, 2, -2]}
+sweep:
+  bias.WHAT: [SIZE]
+  residual: [length, squared]
+"""
+
+
+@pytest.mark.parametrize(("what", "size"), [("length", "5 mm"), ("position", "5 mm"), ("orientation", "0.001 deg")])
+def test_constant_errors_end_where_theory_says(study, what, size):
+    """Of one list: a length's in the zeros alone, a position's in the anchors alone, an orientation's as (3.63) has it."""
+    rng = np.random.default_rng(4)
+    rows = np.column_stack(
+        [rng.uniform(-500, 500, (30, 2)), rng.uniform(1500, 2500, 30), rng.uniform(-15, 15, (30, 3))]
+    )
+    head = "x [mm],y [mm],z [mm],rx [deg],ry [deg],rz [deg]"
+    np.savetxt(study.parent / "poses.csv", rows, delimiter=",", header=head, comments="", fmt="%.6f")
+    study.write_text(BIASED.replace("WHAT", what).replace("SIZE", size))
+    for p in robocal("study", study, "--json", "--workers", 1).document["points"]:
+        for output in ("anchors", "zeros"):
+            assert p[output]["rms"] == pytest.approx(p[output]["foretold"], rel=2e-3, abs=1e-11)
+        moved = {"length": ("zeros", 5e-3), "position": ("anchors", 5e-3 / 3**0.5)}.get(what)
+        if moved:
+            assert p[moved[0]]["rms"] == pytest.approx(moved[1], rel=1e-9)
+            assert p[{"zeros": "anchors", "anchors": "zeros"}[moved[0]]]["rms"] < 1e-11
+
+
+def test_a_sweep_is_drawn_beside_its_numbers(study):
+    ran = robocal("study", study, "--json")
+    page = study.with_suffix(".html")
+    assert [Path(p).name for p in ran.document["written"]] == ["study.npz", "study.html"]
+    text = page.read_text()
+    assert text.count("<svg") == 2 and "anchors: rms [mm]" in text and "as linear theory foretells" in text
+    robocal("study", study).assert_refused("exists", "--force")
+    study.with_suffix(".npz").unlink()
+    robocal("study", study).assert_refused("study.html", "exists")
+    page.unlink()
+    study.write_text(TEXT.partition("sweep")[0])
+    robocal("study", study)
+    assert study.with_suffix(".npz").exists() and not page.exists()
+
+
+@pytest.mark.parametrize(
+    ("along", "found"), [("[0, 0, 0]", "[0.0, 0.0, 0.0]"), ("[1, 2]", "[1.0, 2.0]"), ("[.inf, 0, 0]", "inf")]
+)
+def test_a_bias_has_a_direction(study, along, found):
+    study.write_text(TEXT + f"bias: {{length: 1 mm, along: {along}}}\n")
+    robocal("study", study).assert_refused("bias.along", "not a direction")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import itertools
+import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +38,16 @@ class NoiseModel(Model):
     length: str | None = None
     position: str | None = None
     orientation: str | None = None
+
+
+class BiasModel(Model):
+    """Constant errors: of every length, and of the position and the orientation (a small rotation in front) `along` a direction in base
+    axes."""
+
+    length: str | None = None
+    position: str | None = None
+    orientation: str | None = None
+    along: list[float] = [1.0, 1.0, 1.0]  # noqa: RUF012
 
 
 class ErrorsModel(Model):
@@ -73,6 +84,7 @@ class StudyModel(Model):
     chunk: int | None = None
     poses: PosesModel
     noise: NoiseModel = NoiseModel()
+    bias: BiasModel = BiasModel()
     residual: Literal["length", "squared"] = "length"
     errors: ErrorsModel = ErrorsModel()
     options: OptionsModel = OptionsModel()
@@ -109,7 +121,7 @@ CHUNKS = {"cable-calibration": 500, "identification": 20}
 # key of a setting -> SI unit
 QUANTITIES = {
     "poses.shift": "m", "poses.turn": "rad", "noise.length": "m", "noise.position": "m", "noise.orientation": "rad",
-    "errors.length": "m", "errors.angle": "rad", "gross.size": "m",
+    "bias.length": "m", "bias.position": "m", "bias.orientation": "rad", "errors.length": "m", "errors.angle": "rad", "gross.size": "m",
 }  # fmt: skip
 
 
@@ -179,7 +191,7 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
     model = validate(StudyModel, document, raw)
     robot = str(_robot(path, model.robot)) if _is_file(path, model.robot) else model.robot
     out: dict[str, Any] = {"robot": robot, "residual": model.residual}
-    for part in ("poses", "noise", "errors", "options", "gross"):
+    for part in ("poses", "noise", "bias", "errors", "options", "gross"):
         for name, value in vars(getattr(model, part)).items():
             key = f"{part}.{name}"
             if key in QUANTITIES and value is not None:
@@ -194,10 +206,14 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
         document.fail("no such number of poses", ("poses", "count"), found=out["poses.count"], expected="1 or more")
     if out["poses.file"] is not None:
         out["poses.file"] = str(path.parent / out["poses.file"])
+    along = out["bias.along"]
+    if len(along) != 3 or not 0 < math.hypot(*along) < math.inf:
+        document.fail("not a direction", ("bias", "along"), found=along, expected="three numbers, such as [0, 0, 1]")
+    out["bias.along"] = tuple(v / math.hypot(*along) for v in along)
     if not 0 <= out["gross.share"] <= 1:
         document.fail("a share", ("gross", "share"), found=out["gross.share"], expected="0 to 1")
     if model.of == "cable-calibration":
-        for key in ("noise.length", "noise.position", "noise.orientation"):
+        for key in (f"{of}.{what}" for of in ("noise", "bias") for what in ("length", "position", "orientation")):
             out[key] = out[key] or 0.0
         if out["poses.count"] is not None and (out["poses.shift"] is None or out["poses.turn"] is None):
             document.fail("random poses need their range", ("poses",), expected="shift: 0.7 m, turn: 15 deg")

@@ -21,14 +21,14 @@ __all__ = ["CableTrials"]
 
 Array = NDArray[np.float64]
 OUTPUTS = {"anchors": "m", "zeros": "m"}
-LISTS = 20  # random lists of which linear theory is asked
+LISTS = 50  # random lists of which linear theory is asked
 
 
 class CableTrials:
     """One point of a study: rms of the errors of the components of frame anchors, and of the zeros, of every trial, m.
 
     Poses are those of a file, or drawn anew for every trial about the mean of the frame anchors. Lengths, positions and orientations
-    (a small rotation in front) have normal noise.
+    (a small rotation in front) have normal noise, and constant errors on top.
     """
 
     outputs = OUTPUTS
@@ -42,9 +42,13 @@ class CableTrials:
             np.column_stack([self.robot.a, self.robot.b, self.robot.zeros, wheel.radius, wheel.axis])
         )
         noise = np.repeat([point["noise.position"], point["noise.orientation"], point["noise.length"]], [3, 3, 1])
-        noise[[i for i in range(6) if i not in self.robot.axes]] = 0.0
-        self.sigma = as_kernel_array(noise)
         self.off = [i for i in range(6) if i not in self.robot.axes]
+        along = np.array(point["bias.along"])
+        bias = np.concatenate(
+            [point["bias.position"] * along, point["bias.orientation"] * along, [point["bias.length"]]]
+        )
+        noise[self.off] = bias[self.off] = 0.0
+        self.sigma, self.bias = as_kernel_array(noise), as_kernel_array(bias)
 
     @cached_property
     def _listed(self) -> Array | None:
@@ -70,7 +74,7 @@ class CableTrials:
         n, m = pose.shape[1], len(self.robot.cables)
         off, lengths = rng.standard_normal((count, n, 6)), rng.standard_normal((count, n, m))
         seen = np.empty((count, n, 4, 4))
-        seen_lists(pose, off, lengths, self.sigma, self.numbers, seen)
+        seen_lists(pose, off, lengths, self.bias, self.sigma, self.numbers, seen)
         found = per_cable(self.robot, seen, lengths, residual=self.point["residual"])
         a, z = found.anchors - self.robot.a, found.zeros - self.robot.zeros
         good = found.converged.all(axis=1)
@@ -80,12 +84,16 @@ class CableTrials:
     def foretold(self, rng: np.random.Generator) -> dict[str, float]:
         """The same by linear theory: root mean squares over trials."""
         noise = Noise(self.point["noise.length"], self.point["noise.position"], self.point["noise.orientation"])
-        if not any((noise.length, noise.position, noise.orientation)):
+        if not (self.sigma.any() or self.bias.any()):
             return {}
         squares = []
         for pose in self._poses(1 if self._listed is not None else LISTS, rng):
             t = se3.compose(so3.exp(pose[:, 3:]), pose[:, :3])
             design, squared = Design(self.robot, t), self.point["residual"] == "squared"
             of = np.square(design.expected(design.covariance(noise, squared=squared)))
-            squares.append(of + (np.square(rms(*design.bias_of_squares(noise))) if squared else 0.0))
+            a, z = design.moved(lengths=self.bias[6], places=self.bias[:3], turns=self.bias[3:6], squared=squared)
+            if squared:
+                more = design.bias_of_squares(noise)
+                a, z = a + more[0], z + more[1]
+            squares.append(of + np.square(rms(a, z)))
         return dict(zip(OUTPUTS, map(float, np.sqrt(np.mean(squares, axis=0))), strict=True))

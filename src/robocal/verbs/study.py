@@ -12,7 +12,7 @@ from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
-__all__ = ["Options", "run", "sections"]
+__all__ = ["Options", "details", "run", "sections"]
 
 SHOWN = {"m": (1e3, "mm"), "1": (1.0, "")}
 
@@ -21,8 +21,8 @@ SHOWN = {"m": (1e3, "mm"), "1": (1.0, "")}
 class Options(Told):
     """Simulate a study: so many trials of a calibration at every point of a sweep, over all cores.
 
-    The same numbers for the same seed, however many workers there are. What is done is kept beside the result until all is: after
-    any interruption --resume goes on.
+    The same numbers for the same seed, however many workers there are; a page with pictures of the sweep is written beside them. What
+    is done is kept beside the result until all is: after any interruption --resume goes on.
 
     \b
     robocal study examples/studies/figure-3.8.yaml
@@ -52,27 +52,40 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     import os
 
     from robocal.files.studyfile import read_study
-    from robocal.files.writing import refuse_existing, write_bytes
+    from robocal.files.writing import refuse_existing, write_files
     from robocal.jobs.study import document, written
+    from robocal.report.page import page
     from robocal.studies.cluster import Cluster
     from robocal.studies.run import clear, conduct
 
     study = read_study(o.study)
     result = study.path.with_suffix(".npz") if o.output is None else o.output
     written(result)  # which way, before anything is worked out
-    refuse_existing(result, (), o.force)
+    drawn = result.with_suffix(".html")
+    for place in (result, drawn):
+        refuse_existing(place, (), o.force)
     if o.force:
         clear(result)
-    files = {"ca": o.tls_ca, "cert": o.tls_cert, "key": o.tls_key}
+    tls = {"ca": o.tls_ca, "cert": o.tls_cert, "key": o.tls_key}
     far = (
-        None
-        if o.cluster is None
-        else Cluster(o.cluster, **{k: None if v is None else str(v) for k, v in files.items()})
+        None if o.cluster is None else Cluster(o.cluster, **{k: None if v is None else str(v) for k, v in tls.items()})
     )
     found = conduct(study, result, workers=o.workers or os.cpu_count() or 1, resume=o.resume, cluster=far, watch=watch)
-    place = write_bytes(result, written(result)(found))
+    files = {result.name: written(result)(found)}
+    outcome = Outcome(found, lambda: document(found, command))
+    if len(study.points) > 1:
+        head, *tables = sections(outcome)
+        files[drawn.name] = page(study.path.name, (head, *details(outcome), *tables), kind="Study").encode("utf-8")
+    places = write_files(result.parent, files)
     clear(result)
-    return Outcome(found, lambda: document(found, command), written=(place,))
+    return outcome.kept(places)
+
+
+def details(made: Outcome) -> Iterator[Section]:
+    """A picture of every output."""
+    from robocal.jobs.study_page import pictures
+
+    yield from pictures(made.result)
 
 
 def sections(made: Outcome) -> Iterator[Section]:

@@ -1,0 +1,203 @@
+"""Pictures of a sweep: an error against what was varied, a curve for each of the rest, beside what theory foretells; and lines of equal
+error where two numbers were varied."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.report.svg import (
+    MARKS,
+    Scale,
+    bottom_axis,
+    drawing,
+    label,
+    left_axis,
+    line,
+    nice_ticks,
+    num,
+    path,
+    points,
+    span,
+    tick_text,
+)
+
+__all__ = ["Axis", "Curve", "curves", "levels"]
+
+Array = NDArray[np.float64]
+WIDTH, LEFT, RIGHT, HEAD = 560.0, 62.0, 420.0, 40.0
+UPPER, LOWER = 250.0, 90.0  # heights of the two panels
+TURN, STROKE = 24.0, 9.0  # degrees of words below an axis; half of a stroke in place of a line
+WIDE = 8.0  # from the least to the greatest: more is drawn by the logarithm
+NOTHING = 1e-9  # of the greatest value: what digits leave, and not drawn
+SHAPES = tuple(MARKS)
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """What was varied: its title with the unit, its values (k,), and words in their place where it is no number."""
+
+    title: str
+    values: Array
+    words: tuple[str, ...] = ()
+
+    def scale(self, start: float, end: float) -> Scale:
+        """By the logarithm where the values span much."""
+        v = self.values
+        if self.words:
+            return Scale(-0.5, len(v) - 0.5, start, end)
+        log = float(v.min()) > 0 and float(v.max()) > WIDE * float(v.min())
+        air = 0.0 if log or v.max() == v.min() else 0.04 * float(v.max() - v.min())
+        return Scale(float(v.min()) - air, float(v.max()) + air, start, end, log)
+
+    def below(self, scale: Scale, y: float, top: float) -> str:
+        """The axis under a panel."""
+        if not self.words:
+            return bottom_axis(scale, y, top, self.title)
+        told = [label(scale(i) + 4, y + 16, word, "tick", "end", -TURN) for i, word in enumerate(self.words)]
+        title = label(scale.end + 14, y + 4, self.title, "axis-title")
+        return "".join([line(scale.start, y, scale.end, y, "axis"), *told, title])
+
+    @property
+    def room(self) -> float:
+        """What the axis takes below a panel: turned words, about as wide as half their height."""
+        return 44.0 + (3.6 * max(map(len, self.words)) if self.words else 0.0)
+
+    def joined(self, x: Scale, y: Scale, values: Array) -> str:
+        """Finite values in order as a line; of words, each as a short stroke: nothing lies between them."""
+        order = np.argsort(self.values, kind="stable")
+        fine = order[np.isfinite(values[order])]
+        if y.log:
+            fine = fine[values[fine] >= y.low]
+        at = list(zip(x.many(self.values[fine]).tolist(), y.many(values[fine]).tolist(), strict=True))
+        if self.words:
+            return "".join(f"M{num(a - STROKE)} {num(b)}h{num(2 * STROKE)}" for a, b in at)
+        text = "L".join(f"{num(a)} {num(b)}" for a, b in at)
+        return f"M{text}" if text else ""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """One of a picture's curves: its name, its values (k,), and where theory foretells them (k,)."""
+
+    name: str
+    values: Array
+    told: Array | None = None
+
+
+def curves(x: Axis, found: Sequence[Curve], title: str, said: str, key: str) -> str:
+    """A picture (SVG): values with a mark at each, foretold ones as a dotted line; below it, where there are some, by how much found and
+    foretold differ. Nothing ("") where no value is above zero."""
+    every = np.concatenate([np.concatenate([c.values, c.told if c.told is not None else []]) for c in found])
+    known = every[np.isfinite(every)]
+    room = span(v for v in known.tolist() if v > NOTHING * known.max())
+    if room is None:
+        return ""
+    low, high = room
+    log = high > WIDE * 1.25**2 * low
+    bottom = HEAD + UPPER
+    across, y = x.scale(LEFT, RIGHT), Scale(low if log else 0.0, high, bottom, HEAD, log)
+    parts = [left_axis(y, LEFT, RIGHT, title), line(LEFT, bottom, LEFT, HEAD, "axis")]
+    names = _apart([_end(c, y) for c in found])
+    for i, (c, at) in enumerate(zip(found, names, strict=True)):
+        shape = SHAPES[i % len(SHAPES)]
+        if c.told is not None:
+            parts.append(path(x.joined(across, y, c.told), "curve p95"))
+        seen = np.isfinite(c.values) & (c.values > (NOTHING * known.max() if log else -np.inf))
+        if not x.words:
+            parts.append(path(x.joined(across, y, c.values), f"mean {shape}"))
+        xs, ys = across.many(x.values[seen]).tolist(), y.many(c.values[seen]).tolist()
+        parts += [points(xs, ys, shape), points([RIGHT + 14], [at - 4], shape), label(RIGHT + 24, at, c.name, "name")]
+    height = bottom + x.room
+    if any(c.told is not None for c in found):
+        off = [(c, 100 * (c.values / np.where(c.told > 0, c.told, np.nan) - 1)) for c in found if c.told is not None]
+        off = [(c, np.where(c.values > NOTHING * known.max(), o, np.nan)) for c, o in off]
+        parts.append(_below(x, across, off, bottom + 58))
+        height = bottom + 58 + LOWER + x.room
+        parts.append(x.below(across, bottom + 58 + LOWER, bottom + 58))
+        parts += [line(across(v), bottom, across(v), HEAD, "grid") for v in ([] if x.words else across.ticks)]
+        parts.append(line(LEFT, bottom, RIGHT, bottom, "axis"))
+    else:
+        parts.append(x.below(across, bottom, HEAD))
+    return drawing(WIDTH, height, parts, title=title, text=said, key=key)
+
+
+def _below(x: Axis, across: Scale, off: Sequence[tuple[Curve, Array]], top: float) -> str:
+    """The panel of differences, in percent."""
+    every = np.concatenate([o[np.isfinite(o)] for _, o in off])
+    if not len(every):
+        return label(LEFT, top + 12, "nothing to compare", "tick")
+    y = Scale(min(-1.0, float(every.min()) * 1.15), max(1.0, float(every.max()) * 1.15), top + LOWER, top)
+    parts = [left_axis(y, LEFT, RIGHT, "found over foretold [%]"), line(LEFT, top + LOWER, LEFT, top, "axis")]
+    parts.append(line(LEFT, y(0.0), RIGHT, y(0.0), "mid"))
+    for i, (_, o) in enumerate(off):
+        shape, seen = SHAPES[i % len(SHAPES)], np.isfinite(o)
+        if not x.words:
+            parts.append(path(x.joined(across, y, o), f"mean {shape}"))
+        parts.append(points(across.many(x.values[seen]).tolist(), y.many(o[seen]).tolist(), shape))
+    return "".join(parts)
+
+
+def _end(curve: Curve, y: Scale) -> float:
+    """Where a name stands: at the height of the last value that is one."""
+    fine = curve.values[np.isfinite(curve.values)]
+    return y(min(max(float(fine[-1]), y.low), y.high)) + 4 if len(fine) else y.start
+
+
+def _apart(heights: Sequence[float], least: float = 17.0) -> list[float]:
+    """The same heights, in their order, no two nearer than a line of text."""
+    out, last = [0.0] * len(heights), -np.inf
+    for i in np.argsort(heights, kind="stable").tolist():
+        out[i] = last = max(heights[i], last + least)
+    return out
+
+
+def levels(x: Axis, y: Axis, found: Array, told: Array | None, unit: str, said: str, key: str) -> str:
+    """A picture (SVG): lines of equal `found` (len(x), len(y)) over two numbers, those of what theory foretells dotted.
+
+    On every triangle of the grid values are linear, so that a line crosses it straight.
+    """
+    bottom = HEAD + UPPER + 20
+    across, up = x.scale(LEFT, RIGHT - 20), y.scale(bottom, HEAD)
+    parts = [
+        bottom_axis(across, bottom, HEAD, x.title),
+        left_axis(up, LEFT, RIGHT - 20, y.title),
+        line(LEFT, bottom, LEFT, HEAD, "axis"),
+    ]
+    fine = found[np.isfinite(found)]
+    if not len(fine):
+        return ""
+    for level in [t for t in nice_ticks(float(fine.min()), float(fine.max()), 8) if t > fine.min()]:
+        for values, kind in ((told, "curve p95"), (found, "curve")):
+            if values is None:
+                continue
+            pairs = _crossings(x.values, y.values, values, level)
+            d = "".join(
+                f"M{num(across(a))} {num(up(b))}L{num(across(c))} {num(up(e))}" for a, b, c, e in pairs.tolist()
+            )
+            parts.append(path(d, kind))
+            if kind == "curve" and len(pairs):
+                a, b = pairs[np.argmax(pairs[:, 1])][:2]  # at its upper end
+                parts.append(label(across(float(a)) + 4, up(float(b)) - 4, f"{tick_text(level)} {unit}", "tick"))
+    return drawing(WIDTH, bottom + 44, parts, title=f"{x.title} and {y.title}", text=said, key=key)
+
+
+def _crossings(x: Array, y: Array, values: Array, level: float) -> Array:
+    """Ends (s, 4) of the pieces on which a function is at a level: x, y of one and of the other. Triangles with an unknown corner have
+    none."""
+    i, j = (m.ravel() for m in np.meshgrid(np.arange(len(x) - 1), np.arange(len(y) - 1), indexing="ij"))
+    lower = np.stack([np.stack([i, i + 1, i + 1], 1), np.stack([j, j, j + 1], 1)], axis=-1)
+    upper = np.stack([np.stack([i, i, i + 1], 1), np.stack([j, j + 1, j + 1], 1)], axis=-1)
+    corners = np.concatenate([lower, upper])  # (t, 3, 2) numbers of the grid
+    at = np.stack([x[corners[..., 0]], y[corners[..., 1]]], axis=-1)
+    v = values[corners[..., 0], corners[..., 1]] - level
+    out = []
+    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):  # the corner a stands alone on its side
+        alone = np.isfinite(v).all(axis=1) & ((v[:, a] > 0) != (v[:, b] > 0)) & ((v[:, b] > 0) == (v[:, c] > 0))
+        here, w = at[alone], v[alone]
+        ends = [here[:, a] + (w[:, a] / (w[:, a] - w[:, k]))[:, None] * (here[:, k] - here[:, a]) for k in (b, c)]
+        out.append(np.concatenate(ends, axis=1))
+    return np.concatenate(out)

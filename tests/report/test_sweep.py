@@ -1,0 +1,57 @@
+"""Pictures of sweeps: lines of equal value lie where the value is that, and curves show what they are given."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from robocal.report.sweep import Axis, Curve, _crossings, curves, levels
+
+
+def test_lines_of_equal_value():
+    """Of the distance from a point: a circle, closed, to what a piece of a triangle leaves."""
+    x, y = np.linspace(-2, 2, 81), np.linspace(-1.5, 2.5, 81)
+    r = np.hypot(x[:, None] - 0.1, y - 0.4)
+    pairs = _crossings(x, y, r, 1.2)
+    ends = pairs.reshape(-1, 2)
+    assert np.abs(np.hypot(ends[:, 0] - 0.1, ends[:, 1] - 0.4) - 1.2).max() < 1e-3
+    length = np.hypot(pairs[:, 2] - pairs[:, 0], pairs[:, 3] - pairs[:, 1]).sum()
+    assert abs(length - 2 * np.pi * 1.2) < 1e-2
+    r[40, 40] = np.nan  # unknown in the middle: nothing there, all else the same
+    assert len(_crossings(x, y, r, 1.2)) == len(pairs) and len(_crossings(x, y, r, 9.0)) == 0
+
+
+def test_a_plane_has_straight_lines():
+    x, y = np.arange(3.0), np.arange(4.0)
+    pairs = _crossings(x, y, 2 * x[:, None] + y, 3.5)
+    np.testing.assert_allclose(2 * pairs[:, [0, 2]] + pairs[:, [1, 3]], 3.5, atol=1e-12)
+
+
+def marks(svg, series):
+    return sum(len(re.findall("M", d)) for d in re.findall(f'class="mark {series}" d="([^"]*)"', svg))
+
+
+def test_curves_and_what_is_foretold():
+    x = Axis("poses", np.array([10.0, 20.0, 100.0, 400.0]))
+    a = Curve("squared", np.array([100.0, 50.0, 30.0, np.nan]), np.array([110.0, 50.0, 30.0, 25.0]))
+    b = Curve("length", np.array([90.0, 45.0, 20.0, 10.0]))
+    svg = curves(x, [a, b], "anchors [mm]", "said", "k")
+    assert marks(svg, "before") == 3 + 1 + 3 and marks(svg, "after") == 4 + 1  # the legend, and the panel below
+    assert "found over foretold" in svg and svg.count("curve p95") == 1 and "nan" not in svg
+    assert "found over foretold" not in curves(x, [b], "anchors [mm]", "said", "k")
+    assert curves(x, [Curve("none", np.full(4, np.nan))], "anchors [mm]", "said", "k") == ""
+
+
+def test_words_are_not_joined():
+    x = Axis("loss", np.arange(3.0), ("none", "huber", "a < b"))
+    svg = curves(x, [Curve("", np.array([1.0, 2.0, 3.0]))], "after [mm]", "said", "k")
+    assert "mean before" not in svg and "a &lt; b" in svg and marks(svg, "before") == 3 + 1
+
+
+def test_levels_of_what_is_found_and_foretold():
+    x, y = Axis("a [mm]", np.linspace(0, 2, 9)), Axis("b [mm]", np.linspace(0, 3, 7))
+    r = np.hypot(x.values[:, None], y.values)
+    svg = levels(x, y, r, 1.1 * r, "mm", "said", "k")
+    assert "1 mm" in svg and "curve p95" in svg and "nan" not in svg
+    assert levels(x, y, np.full_like(r, np.nan), None, "mm", "said", "k") == ""
