@@ -6,26 +6,7 @@ import re
 
 import numpy as np
 
-from robocal.report.sweep import Axis, Curve, _crossings, curves, levels
-
-
-def test_lines_of_equal_value():
-    """Of the distance from a point: a circle, closed, to what a piece of a triangle leaves."""
-    x, y = np.linspace(-2, 2, 81), np.linspace(-1.5, 2.5, 81)
-    r = np.hypot(x[:, None] - 0.1, y - 0.4)
-    pairs = _crossings(x, y, r, 1.2)
-    ends = pairs.reshape(-1, 2)
-    assert np.abs(np.hypot(ends[:, 0] - 0.1, ends[:, 1] - 0.4) - 1.2).max() < 1e-3
-    length = np.hypot(pairs[:, 2] - pairs[:, 0], pairs[:, 3] - pairs[:, 1]).sum()
-    assert abs(length - 2 * np.pi * 1.2) < 1e-2
-    r[40, 40] = np.nan  # unknown in the middle: nothing there, all else the same
-    assert len(_crossings(x, y, r, 1.2)) == len(pairs) and len(_crossings(x, y, r, 9.0)) == 0
-
-
-def test_a_plane_has_straight_lines():
-    x, y = np.arange(3.0), np.arange(4.0)
-    pairs = _crossings(x, y, 2 * x[:, None] + y, 3.5)
-    np.testing.assert_allclose(2 * pairs[:, [0, 2]] + pairs[:, [1, 3]], 3.5, atol=1e-12)
+from robocal.report.sweep import Axis, Curve, curves, levels
 
 
 def marks(svg, series):

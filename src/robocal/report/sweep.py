@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.report.contour import contour
 from robocal.report.svg import (
     MARKS,
     Scale,
@@ -156,10 +157,7 @@ def _apart(heights: Sequence[float], least: float = 17.0) -> list[float]:
 
 
 def levels(x: Axis, y: Axis, found: Array, told: Array | None, unit: str, said: str, key: str) -> str:
-    """A picture (SVG): lines of equal `found` (len(x), len(y)) over two numbers, those of what theory foretells dotted.
-
-    On every triangle of the grid values are linear, so that a line crosses it straight.
-    """
+    """A picture (SVG): lines of equal `found` (len(x), len(y)) over two numbers, those of what theory foretells dotted."""
     bottom = HEAD + UPPER + 20
     across, up = x.scale(LEFT, RIGHT - 20), y.scale(bottom, HEAD)
     parts = [
@@ -174,7 +172,7 @@ def levels(x: Axis, y: Axis, found: Array, told: Array | None, unit: str, said: 
         for values, kind in ((told, "curve p95"), (found, "curve")):
             if values is None:
                 continue
-            pairs = _crossings(x.values, y.values, values, level)
+            pairs = contour(x.values, y.values, values - level, unknown=True).reshape(-1, 4)
             d = "".join(
                 f"M{num(across(a))} {num(up(b))}L{num(across(c))} {num(up(e))}" for a, b, c, e in pairs.tolist()
             )
@@ -183,21 +181,3 @@ def levels(x: Axis, y: Axis, found: Array, told: Array | None, unit: str, said: 
                 a, b = pairs[np.argmax(pairs[:, 1])][:2]  # at its upper end
                 parts.append(label(across(float(a)) + 4, up(float(b)) - 4, f"{tick_text(level)} {unit}", "tick"))
     return drawing(WIDTH, bottom + 44, parts, title=f"{x.title} and {y.title}", text=said, key=key)
-
-
-def _crossings(x: Array, y: Array, values: Array, level: float) -> Array:
-    """Ends (s, 4) of the pieces on which a function is at a level: x, y of one and of the other. Triangles with an unknown corner have
-    none."""
-    i, j = (m.ravel() for m in np.meshgrid(np.arange(len(x) - 1), np.arange(len(y) - 1), indexing="ij"))
-    lower = np.stack([np.stack([i, i + 1, i + 1], 1), np.stack([j, j, j + 1], 1)], axis=-1)
-    upper = np.stack([np.stack([i, i, i + 1], 1), np.stack([j, j + 1, j + 1], 1)], axis=-1)
-    corners = np.concatenate([lower, upper])  # (t, 3, 2) numbers of the grid
-    at = np.stack([x[corners[..., 0]], y[corners[..., 1]]], axis=-1)
-    v = values[corners[..., 0], corners[..., 1]] - level
-    out = []
-    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):  # the corner a stands alone on its side
-        alone = np.isfinite(v).all(axis=1) & ((v[:, a] > 0) != (v[:, b] > 0)) & ((v[:, b] > 0) == (v[:, c] > 0))
-        here, w = at[alone], v[alone]
-        ends = [here[:, a] + (w[:, a] / (w[:, a] - w[:, k]))[:, None] * (here[:, k] - here[:, a]) for k in (b, c)]
-        out.append(np.concatenate(ends, axis=1))
-    return np.concatenate(out)

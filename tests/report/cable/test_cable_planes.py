@@ -15,8 +15,9 @@ from robocal.cables.poses import PoseBox, PoseList
 from robocal.cables.workspace import Grid
 from robocal.errors import ModelError
 from robocal.report.cable.lists import reached
-from robocal.report.cable.sections import contour, section
+from robocal.report.cable.sections import section
 from robocal.report.cable.series import tensions
+from robocal.report.contour import contour
 
 START = np.array([0.1, -0.2, 1.5])
 
@@ -105,6 +106,7 @@ def test_contours_lie_where_a_quantity_passes() -> None:
     lone = np.full((3, 3), -np.inf)
     lone[1, 1] = 2.0
     assert len(contour(np.arange(3.0), np.arange(3.0), lone)) == 4
+    assert len(contour(np.arange(3.0), np.arange(3.0), np.where(lone > 0, np.nan, lone), unknown=True)) == 0
     assert not len(contour(u, v, np.full((60, 70), np.nan))) and not len(contour(u, v, np.ones((60, 70))))
 
 

@@ -17,11 +17,13 @@ from robocal.cables.inverse import model_of
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.lists import WRENCH, CableList
+from robocal.files.cable.values import CableUnits
 from robocal.files.parts import made_by
 from robocal.files.text import InputFile
 from robocal.files.units import numbers_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
+from robocal.report.cable.ruler import Ruler
 
 __all__ = [
     "fitting",
@@ -33,6 +35,7 @@ __all__ = [
     "mass_of",
     "missing_text",
     "robot_input",
+    "ruler_of",
     "said_of",
     "stretches",
     "tensions_of",
@@ -117,6 +120,11 @@ def missing_text(robot: CableRobot, missing: Array) -> str:
         for axis, v in zip(robot.axes, missing, strict=True)
         if abs(v) > 1e-6 * size
     )
+
+
+def ruler_of(units: CableUnits) -> Ruler:
+    """The unit in which a page tells lengths: that of the robot's file."""
+    return Ruler(units.length.name, units.length.factor)
 
 
 def robot_input(file: CableFile, robot: str) -> InputFile:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from robocal.cables.boundary import Outline, outline
 from robocal.cables.workspace import Demand
 from robocal.geometry import se3
-from robocal.jobs.cable.load import how_made, limits_text
+from robocal.jobs.cable.load import how_made, limits_text, ruler_of
 from robocal.jobs.cable.poses import Listed
 from robocal.remarks.remark import spoken
 from robocal.report.cable.lists import reached
@@ -42,6 +42,7 @@ def poses_details(made: Listed) -> list[Section]:
                 tension=made.start.tensions.tension[0],
                 poses=listing.poses[shown],
                 caption=caption,
+                ruler=ruler_of(made.units),
             ),
         ),
         part(
@@ -54,7 +55,7 @@ def poses_details(made: Listed) -> list[Section]:
     ]
     if made.choice is not None:
         blocks.append(part("Poses to measure", _choice(made)))
-    blocks += [part("Pose by pose", _said(shown), table=_table(made, shown))]
+    blocks += [part("Pose by pose", _said(made, shown), table=_table(made, shown))]
     blocks += [part("How it was worked out", _how(made))]
     return blocks
 
@@ -82,9 +83,8 @@ def _picture(made: Listed, axes: tuple[int, int]) -> Section:
         else "The outline is the workspace in this plane through X_0"
         + (" at its orientation." if planar else " at its orientation; poses lie before and behind it and are turned.")
     )
-    return part(
-        f"Wished for and found, {letters}", text, reached(_outline(made, axes), made.listing, axes, box=made.box)
-    )
+    drawn = reached(_outline(made, axes), made.listing, axes, box=made.box, ruler=ruler_of(made.units))
+    return part(f"Wished for and found, {letters}", text, drawn)
 
 
 def _outline(made: Listed, axes: tuple[int, int]) -> Outline:
@@ -98,12 +98,12 @@ def _outline(made: Listed, axes: tuple[int, int]) -> Outline:
 
 
 def _start(made: Listed) -> str:
-    k, l = made.start.nearest
-    text = f"X_0 is at {_point(made.start.pose[:3, 3])}. "
+    (k, l), ruler = made.start.nearest, ruler_of(made.units)
+    text = f"X_0 is at {ruler.point(made.start.pose[:3, 3])}. "
     if k >= 0:
         text += (
             f"The cables nearest to each other there are {made.robot.cables[k]} and {made.robot.cables[l]}, with "
-            f"{significant(1e3 * made.start.gap)} mm between them."
+            f"{ruler.short(made.start.gap)} between them."
         )
     return text
 
@@ -122,22 +122,22 @@ def _choice(made: Listed) -> str:
     )
 
 
-def _said(shown: NDArray[np.int64]) -> str:
-    words = "Positions in m, rotation vectors in deg, tensions in N."
+def _said(made: Listed, shown: NDArray[np.int64]) -> str:
+    words = f"Positions in {made.units.length.name}, rotation vectors in deg, tensions in N."
     return words + (f" The first {MOST}; the others are in poses.csv." if len(shown) > MOST else "")
 
 
 def _table(made: Listed, shown: NDArray[np.int64]) -> list[list[str]]:
     vectors = se3.to_vector(made.program.pose[shown[:MOST], -1])
     vectors[:, 3:] = np.degrees(vectors[:, 3:])
-    who = made.listing.contacts.names(made.robot.cables)
+    who, ruler = made.listing.contacts.names(made.robot.cables), ruler_of(made.units)
     head = ["pose", "x", "y", "z", "rx", "ry", "rz", "lambda", "stopped by", "least", "greatest"]
     rows = []
     for i, vector in zip(shown[:MOST], vectors, strict=True):
         limit = made.listing.limit[i]
         why = who[i] if limit > 1 else ("statics" if limit == 1 else "")
         t = made.program.tension[i, -1]
-        cells = [*(f"{v:.3f}" for v in vector[:3]), *(f"{v:.1f}" for v in vector[3:])]
+        cells = [*(ruler.text(v) for v in vector[:3].tolist()), *(f"{v:.1f}" for v in vector[3:])]
         rows.append(
             [made.names[i], *cells, f"{made.listing.fraction[i]:.3f}", why, significant(t.min()), significant(t.max())]
         )
@@ -146,15 +146,12 @@ def _table(made: Listed, shown: NDArray[np.int64]) -> list[list[str]]:
 
 def _how(made: Listed) -> str:
     robot, box = made.robot, made.box
-    z = ", ".join(significant(v) for v in (2 * box.translation).tolist())
+    ruler = ruler_of(made.units)
+    z = ", ".join(significant(v / ruler.metres) for v in (2 * box.translation).tolist())
     turns = ", ".join(significant(v) for v in np.degrees(box.rotation).tolist())
     parts = [
-        f"Z is {z} m along the axes and turns by up to {turns} deg, seed {made.seed}; limits "
+        f"Z is {z} {ruler.name} along the axes and turns by up to {turns} deg, seed {made.seed}; limits "
         f"{limits_text(robot.need('limits'))}; {significant(float(robot.need('mass')))} kg; lengths are {made.lengths}.",
         "Cables are straight rods, and no contact on a way is jumped over. Sag, the frame and the floor are left out.",
     ]
     return "\n\n".join([*parts, *how_made(robot, made.command, made.inputs), *map(spoken, made.warnings)])
-
-
-def _point(p: Array) -> str:
-    return "(" + ", ".join(f"{v:.3f}" for v in p.tolist()) + ") m"

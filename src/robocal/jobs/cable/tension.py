@@ -16,6 +16,7 @@ from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.lists import WRENCH, CableList, platform_text, read_platform_poses, tension_columns
 from robocal.files.cable.robot import read_cable
+from robocal.files.cable.values import CableUnits
 from robocal.files.text import InputFile
 from robocal.files.units import number
 from robocal.jobs.cable.load import framed, held_robot, mass_of, missing_text, robot_input, said_of, wrench_of
@@ -47,7 +48,7 @@ def held(o: Any, power: float, command: str = "") -> Tensions:
     margin = capacity_margin(structure, load, able.need("limits"), lever)
     missing = spread.missing(lever)
     return Tensions(
-        able, rows.names, rows.values, spread, margin, missing, power, lever, weight,
+        file.units, able, rows.names, rows.values, spread, margin, missing, power, lever, weight,
         _listed(able, rows, spread, margin, missing, file),
         (*file.warnings, *rows.warnings, *_leaning(able, rows), *_bare(able, rows.names, spread, margin)),
         _doubts(able, rows.names, spread, missing),
@@ -127,6 +128,7 @@ class Tensions:
     """Tensions of k poses with what they hold: `spread` as `tension.distribute` gives it, in N and N m; capacity
     margins (k,) in N; missing wrenches (k, d) along `robot.axes`; the CSV; and `doubts`: which poses are not held."""
 
+    units: CableUnits
     robot: CableRobot
     names: tuple[str, ...]
     poses: Array

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.cables.tension import Distribution
-from robocal.jobs.cable.load import how_made, limits_text
+from robocal.jobs.cable.load import how_made, limits_text, ruler_of
 from robocal.jobs.cable.tension import Tensions
 from robocal.remarks.remark import spoken
 from robocal.report.cable.part import part
@@ -58,7 +58,12 @@ def _places(made: Tensions) -> Iterator[Section]:
             worst = int(np.argmin(np.where(chosen, margin, np.inf)))
             caption = f"{made.names[worst]}: margin {significant(float(margin[worst]))} N"
             drawn = scene(
-                made.robot, made.poses[worst], tension=spread.tension[worst], poses=made.poses, caption=caption
+                made.robot,
+                made.poses[worst],
+                tension=spread.tension[worst],
+                poses=made.poses,
+                caption=caption,
+                ruler=ruler_of(made.units),
             )
             yield part(heading, f"{caption}. {words}", drawn)
 
@@ -95,6 +100,6 @@ def _how(made: Tensions) -> str:
     model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
     words = (
         f"{model}; method {method}; limits {limits_text(made.spread.limits)}; {significant(made.mass)} kg. "
-        f"Of margins, moments are divided by {made.length:g} m."
+        f"Of margins, moments are divided by {ruler_of(made.units).short(made.length)}."
     )
     return "\n\n".join([words, *how_made(made.robot, made.command, made.inputs), *map(spoken, made.warnings)])

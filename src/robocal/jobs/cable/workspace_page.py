@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,12 +11,13 @@ from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.cables.workspace import Demand, Grid, grid
 from robocal.geometry import se3, so3
-from robocal.jobs.cable.load import how_made, limits_text
+from robocal.jobs.cable.load import how_made, limits_text, ruler_of
 from robocal.jobs.cable.workspace import Workspace
 from robocal.report.cable.part import part
+from robocal.report.cable.ruler import Ruler
 from robocal.report.cable.scene import scene
 from robocal.report.cable.sections import section
-from robocal.report.numbers import fixed, significant
+from robocal.report.numbers import significant
 from robocal.report.sections import Section
 
 __all__ = ["workspace_details"]
@@ -29,24 +28,25 @@ MOST = 20  # orientations that are listed
 
 def workspace_details(made: Workspace) -> list[Section]:
     """What a page has room for: the robot, sections with margins, what was demanded, how it was worked out."""
-    robot, demand = made.robot, made.demand
+    robot, demand, ruler = made.robot, made.demand, ruler_of(made.units)
     blocks = [part("What belongs to it", _found(made))]
     if made.boundary is not None:
-        blocks.append(_picture(robot, demand, made.boundary))
+        blocks.append(_picture(robot, demand, made.boundary, ruler))
     for name, line in made.sections.items():
         axes = ("xyz".index(name[0]), "xyz".index(name[1]))
         across = 3 - sum(axes)
-        where = f" at {'xyz'[across]} = {fixed(float(line.start[across]), 3)} m" if len(made.sections) > 1 else ""
+        level = ruler.text(float(line.start[across]))
+        where = f" at {'xyz'[across]} = {level} {ruler.name}" if len(made.sections) > 1 else ""
         text = (
             f"Margins in the plane {name} through the start of the rays; the line is the exact boundary seen from there. "
             f"Area within it: {significant(line.area, 4)} m²{where}."
         )
-        blocks.append(part(f"Section {name}", text, section(robot, [line], _sheet(made, axes), axes)))
+        blocks.append(part(f"Section {name}", text, section(robot, [line], _sheet(made, axes), axes, ruler=ruler)))
     if not made.sections:
         text = "Nothing is held: colours say by how much, at least, the cables fail. The middle layer of the grid."
         axes = (robot.axes[0], robot.axes[1])
-        blocks.append(part("The grid", text, section(robot, [], made.grid, axes)))
-    blocks.append(part("What was demanded", _words(demand), table=_demanded(demand)))
+        blocks.append(part("The grid", text, section(robot, [], made.grid, axes, ruler=ruler)))
+    blocks.append(part("What was demanded", _words(demand, ruler), table=_demanded(demand)))
     blocks.append(part("How it was worked out", _how(made)))
     return blocks
 
@@ -57,22 +57,24 @@ def _found(made: Workspace) -> str:
     return text + (f" It is cut off by the box where {', '.join(where)}." if where else "")
 
 
-def _picture(robot: CableRobot, demand: Demand, boundary: Surface | Outline) -> Section:
+def _picture(robot: CableRobot, demand: Demand, boundary: Surface | Outline, ruler: Ruler) -> Section:
     """The robot where the rays start, with the least tensions for the first orientation and wrench and the greatest mass."""
     pose = se3.compose(demand.rotations[0], boundary.start)
     mass = float(demand.masses.max())
     wrench = gravity_wrench(pose[None], mass, robot.com, demand.gravity) + demand.extra[:1]
     held = distribute(structure_of(robot, pose[None]), wrench[:, list(robot.axes)], robot.need("limits"))
     text = (
-        f"The platform where the rays start, {_point(boundary.start)}, with {significant(mass, 4)} kg: the least tensions "
+        f"The platform where the rays start, {ruler.point(boundary.start)}, with {significant(mass, 4)} kg: the least tensions "
         "that hold it. Drag to turn."
     )
     if isinstance(boundary, Outline):
         text = text.removesuffix(" Drag to turn.")
-    return part("The robot and its workspace", text, scene(robot, pose, tension=held.tension[0], surface=boundary))
+    return part(
+        "The robot and its workspace", text, scene(robot, pose, tension=held.tension[0], surface=boundary, ruler=ruler)
+    )
 
 
-def _words(demand: Demand) -> str:
+def _words(demand: Demand, ruler: Ruler) -> str:
     text = (
         "Each orientation with each mass and each wrench beside the weight; for a range of masses its ends are enough."
     )
@@ -80,8 +82,8 @@ def _words(demand: Demand) -> str:
         much = significant(demand.acceleration, 4)
         text += f" The centre of mass may accelerate at {much} m/s² in any direction, without turning."
     if demand.reserve > 0:
-        much, lever = significant(demand.reserve, 4), significant(demand.length, 4)
-        text += f" A disturbance of {much} N in any direction (moments over {lever} m) is held on top."
+        much, lever = significant(demand.reserve, 4), ruler.short(demand.length)
+        text += f" A disturbance of {much} N in any direction (moments over {lever}) is held on top."
     return text
 
 
@@ -105,10 +107,6 @@ def _how(made: Workspace) -> str:
 
 def _angles(vector: Array) -> str:
     return "upright" if not np.abs(vector).max() > 1e-9 else ", ".join(f"{v:.3g}" for v in vector) + " deg"
-
-
-def _point(at: Any) -> str:
-    return ", ".join(fixed(float(v), 3) for v in at) + " m"
 
 
 def _sheet(made: Workspace, axes: tuple[int, int]) -> Grid:

@@ -9,6 +9,7 @@ from robocal.cables.boundary import Outline
 from robocal.cables.poses import LIMITS, PoseBox, PoseList
 from robocal.report.cable.paint import figure
 from robocal.report.cable.plane import Plane, cross, plane
+from robocal.report.cable.ruler import METRE, Ruler
 from robocal.report.svg import label, num, path
 
 __all__ = ["reached"]
@@ -19,7 +20,12 @@ WHY = {"statics": "statics", "cable-cable": "cable on cable", "cable-platform": 
 
 
 def reached(
-    outline: Outline | None, listing: PoseList, axes: tuple[int, int] = (0, 1), *, box: PoseBox | None = None
+    outline: Outline | None,
+    listing: PoseList,
+    axes: tuple[int, int] = (0, 1),
+    *,
+    box: PoseBox | None = None,
+    ruler: Ruler = METRE,
 ) -> str:
     """The picture (SVG) of a list in the plane of two axes: X_r red, X_j blue crosses, X_0, the box Z where it is given, and the outline
     of the workspace where it is."""
@@ -29,7 +35,7 @@ def reached(
     every = [wished, found, start[None]]
     every += [] if z is None else [z]
     every += [] if outline is None else [outline.points]
-    at = plane(axes, np.concatenate(every), right=204.0, most=(640.0, 560.0))
+    at = plane(axes, np.concatenate(every), right=204.0, most=(640.0, 560.0), ruler=ruler)
     parts = [at.frame]
     if outline is not None:
         parts.append(at.line(outline.points, "space", closed=True))

@@ -1,4 +1,4 @@
-"""A plane of the base on paper: the same scale both ways, axes in m, and the marks that plane pictures share."""
+"""A plane of the base on paper: the same scale both ways, axes in the unit of a ruler, and the marks that plane pictures share."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from robocal.cables.geometry import CableRobot
 from robocal.report.cable.marks import placed
 from robocal.report.cable.paint import brief
+from robocal.report.cable.ruler import METRE, Ruler
 from robocal.report.svg import Scale, bottom_axis, label, left_axis, num, path
 
 __all__ = ["Plane", "anchors", "cross", "plane"]
@@ -21,27 +22,36 @@ LEFT, TOP, FOOT = 60.0, 50.0, 44.0
 
 @dataclass(frozen=True)
 class Plane:
-    """Two axes of the base (0 x, 1 y, 2 z) and their scales, and the size of the picture in px."""
+    """Two axes of the base (0 x, 1 y, 2 z), their scales in the unit of the ruler, and the size of the picture in px."""
 
     axes: tuple[int, int]
     x: Scale
     y: Scale
     width: float
     height: float
+    ruler: Ruler = METRE
 
     def flat(self, points: Array) -> Array:
         """Where points (n, 3) m are drawn, (n, 2) px."""
-        p = np.asarray(points, float).reshape(-1, 3)
+        p = np.asarray(points, float).reshape(-1, 3) / self.ruler.metres
         return np.array([[self.x(u), self.y(v)] for u, v in p[:, list(self.axes)].tolist()]).reshape(-1, 2)
+
+    def across(self, u: float) -> float:
+        """Where a coordinate in m along the first axis is drawn, px."""
+        return self.x(u / self.ruler.metres)
+
+    def up(self, v: float) -> float:
+        """The same along the second."""
+        return self.y(v / self.ruler.metres)
 
     @property
     def frame(self) -> str:
         """Axes, grid lines and their titles."""
         i, j = ("xyz"[k] for k in self.axes)
         return (
-            bottom_axis(self.x, self.y.start, self.y.end, f"{i}, m")
+            bottom_axis(self.x, self.y.start, self.y.end, self.ruler.title(i))
             + left_axis(self.y, self.x.start, self.x.end)
-            + label(self.x.start - 36, self.y.end - 12, f"{j}, m", "axis-title")
+            + label(self.x.start - 36, self.y.end - 12, self.ruler.title(j), "axis-title")
         )
 
     def line(self, points: Array, cls: str, closed: bool = False) -> str:
@@ -51,12 +61,17 @@ class Plane:
 
 
 def plane(
-    axes: tuple[int, int], points: Array, *, right: float = 16.0, most: tuple[float, float] = (760.0, 560.0)
+    axes: tuple[int, int],
+    points: Array,
+    *,
+    right: float = 16.0,
+    most: tuple[float, float] = (760.0, 560.0),
+    ruler: Ruler = METRE,
 ) -> Plane:
     """The plane that shows all points (n, 3) m with some air, `right` px of room beside it; no larger than `most` px."""
-    p = points[:, list(axes)]
+    p = points[:, list(axes)] / ruler.metres
     low, high = p.min(axis=0), p.max(axis=0)
-    air = 0.06 * float(max((high - low).max(), 1e-6))
+    air = 0.06 * float(max((high - low).max(), 1e-6 / ruler.metres))
     low, high = low - air, high + air
     # What is seen as a line still gets a strip, and words their room.
     short = np.maximum(np.array([0.55, 0.15]) * float((high - low).max()) - (high - low), 0.0) / 2
@@ -65,7 +80,7 @@ def plane(
     wide, tall = scale * float(high[0] - low[0]), scale * float(high[1] - low[1])
     x = Scale(float(low[0]), float(high[0]), LEFT, LEFT + wide)
     y = Scale(float(low[1]), float(high[1]), TOP + tall, TOP)
-    return Plane(axes, x, y, LEFT + wide + right, TOP + tall + FOOT)
+    return Plane(axes, x, y, LEFT + wide + right, TOP + tall + FOOT, ruler)
 
 
 def anchors(robot: CableRobot, at: Plane) -> str:

@@ -15,6 +15,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
 from robocal.report.cable.marks import Mark, draw, labels
 from robocal.report.cable.paint import brief, figure
+from robocal.report.cable.ruler import METRE, Ruler
 from robocal.report.cable.solids import courses, hull_loops, thinned, wheels
 from robocal.report.cable.stage import Stage, stage
 from robocal.report.cable.tension import STATES, ColouredTensions, coloured
@@ -37,12 +38,13 @@ def scene(
     surface: Surface | Outline | None = None,
     poses: ArrayLike | None = None,
     caption: str = "",
+    ruler: Ruler = METRE,
 ) -> str:
     """The picture (SVG) of a robot at pose (4, 4).
 
     tension (m,) N, NaN for none: colours the cables, and tells slack ones and those over their limits; without it they are plain.
     surface: the boundary of a workspace, or the outline of a section. poses (n, 4, 4): where else the platform stands; the first
-    1500 are drawn. Raises ModelError for shapes that do not fit.
+    1500 are drawn. Numbers are in the unit of the ruler. Raises ModelError for shapes that do not fit.
     """
     at = np.asarray(pose, float)
     if at.shape != (4, 4) or not np.isfinite(at).all():
@@ -53,7 +55,7 @@ def scene(
     ends = at[:3, 3] + robot.b @ at[:3, :3].T
     right = WIDE - (SIDE if held is not None else 0.0)
     top = 34.0 if caption else 8.0
-    seen = stage(robot, ends, np.concatenate([_around(surface), spots]), (0.0, top, right, HIGH))
+    seen = stage(robot, ends, np.concatenate([_around(surface), spots]), (0.0, top, right, HIGH), ruler)
     marks = [
         *_platform(ends, at),
         *_cables(robot, ends, held),
@@ -178,7 +180,11 @@ def _legend(held: ColouredTensions, height: float) -> str:
 
 
 def _said(
-    robot: CableRobot, held: ColouredTensions | None, surface: Surface | Outline | None, cloud: int, caption: str
+    robot: CableRobot,
+    held: ColouredTensions | None,
+    surface: Surface | Outline | None,
+    cloud: int,
+    caption: str,
 ) -> str:
     """The picture in words."""
     parts = [f"{robot.name}: {len(robot.cables)} cables, {robot.degrees}."]

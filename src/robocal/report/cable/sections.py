@@ -13,10 +13,12 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.workspace import Grid
 from robocal.report.cable.paint import figure
 from robocal.report.cable.plane import Plane, anchors, cross, plane
-from robocal.report.numbers import fixed, significant
+from robocal.report.cable.ruler import METRE, Ruler
+from robocal.report.contour import contour
+from robocal.report.numbers import significant
 from robocal.report.svg import Scale, label, nice_ticks, num, path, tick_text
 
-__all__ = ["contour", "section"]
+__all__ = ["section"]
 
 Array = NDArray[np.float64]
 STEPS = 6  # classes of margin on either side of zero
@@ -29,6 +31,7 @@ def section(
     axes: tuple[int, int],
     *,
     points: ArrayLike | None = None,
+    ruler: Ruler = METRE,
 ) -> str:
     """The picture (SVG) of a section in the plane of two axes (0 x, 1 y, 2 z): margins of the grid's layer at the first outline's
     start (its middle layer without one), or which cells are held; outlines on top; points (n, 3) m as dots."""
@@ -42,7 +45,7 @@ def section(
     shown = [robot.a, start, dots, *(o.points for o in outlines), *([] if grid is None else [_corners(grid)])]
     every = np.concatenate([np.asarray(p, float).reshape(-1, 3) for p in shown])
     margin = None if grid is None or grid.margin is None else np.asarray(_flat(grid.margin, axes, across, layer), float)
-    at = plane(axes, every, right=160.0 if margin is not None else 16.0)
+    at = plane(axes, every, right=160.0 if margin is not None else 16.0, ruler=ruler)
     parts = [at.frame]
     if grid is not None and margin is not None:
         edges = _edges(margin)
@@ -56,7 +59,7 @@ def section(
     x, y = at.flat(start)[0].tolist()
     word = "X₀" if np.allclose(start[0], home[0], atol=1e-9) else "start"
     parts += [path(cross([(x, y)], 5.0), "home"), label(x + 9, y + 4, word, "strong halo-text"), anchors(robot, at)]
-    where = "" if robot.degrees != "3R3T" else f" at {'xyz'[across]} = {fixed(level, 2)} m"
+    where = "" if robot.degrees != "3R3T" else f" at {'xyz'[across]} = {ruler.text(level, 2)} {ruler.name}"
     title = f"Section in the plane {'xyz'[axes[0]]}{'xyz'[axes[1]]}{where}"
     parts.append(label(at.x.start, 16, title, "strong"))
     return figure("section", at.width, at.height, parts, title=title, text=_said(outlines, margin))
@@ -108,10 +111,10 @@ def _cells(grid: Grid, axes: tuple[int, int], classes: NDArray[np.int64], at: Pl
     for j, y in enumerate(v.tolist()):
         row = classes[:, j]
         breaks = [0, *(np.flatnonzero(np.diff(row)) + 1).tolist(), len(row)]
-        top, bottom = at.y(y + half[1]), at.y(y - half[1])
+        top, bottom = at.up(y + half[1]), at.up(y - half[1])
         for a, b in itertools.pairwise(breaks):
             if row[a]:
-                left, right = at.x(float(u[a]) - half[0]), at.x(float(u[b - 1]) + half[0])
+                left, right = at.across(float(u[a]) - half[0]), at.across(float(u[b - 1]) + half[0])
                 # A hair wider than the cells, so that no seam shows.
                 found.setdefault(int(row[a]), []).append(
                     f"M{left:.2f} {top:.2f}H{right + 0.2:.2f}V{bottom + 0.2:.2f}H{left:.2f}z"
@@ -122,7 +125,10 @@ def _cells(grid: Grid, axes: tuple[int, int], classes: NDArray[np.int64], at: Pl
 def _zero(grid: Grid, axes: tuple[int, int], margin: Array, at: Plane) -> str:
     pieces = contour(grid.axes[axes[0]], grid.axes[axes[1]], margin)
     return path(
-        "".join(f"M{num(at.x(a))} {num(at.y(b))}L{num(at.x(c))} {num(at.y(d))}" for (a, b), (c, d) in pieces.tolist()),
+        "".join(
+            f"M{num(at.across(a))} {num(at.up(b))}L{num(at.across(c))} {num(at.up(d))}"
+            for (a, b), (c, d) in pieces.tolist()
+        ),
         "zero",
     )
 
@@ -156,30 +162,3 @@ def _said(outlines: Sequence[Outline], margin: Array | None) -> str:
             ends = " to ".join(significant(float(v)) for v in (good.min(), good.max()))
             parts.append(f"Margins from {ends} N; {held:.0f} % of the cells are held.")
     return " ".join(parts) or "Frame anchors and X₀."
-
-
-def contour(u: Array, v: Array, values: Array) -> Array:
-    """Segments (n, 2, 2) in coordinates (u, v) where values (len(u), len(v)) pass zero; what is not finite counts as far below.
-
-    A square whose corners alternate is cut twice, its middle deciding how.
-    """
-    finite = values[np.isfinite(values)]
-    far = float(np.abs(finite).max()) if len(finite) else 1.0
-    z = np.where(np.isfinite(values), values, np.where(values == np.inf, far, -far))
-    z = np.where(z == 0.0, 1e-12 * (far or 1.0), z)
-    corners = np.stack([z[:-1, :-1], z[1:, :-1], z[1:, 1:], z[:-1, 1:]])  # around the square
-    places = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
-    at = np.stack([places[:-1, :-1], places[1:, :-1], places[1:, 1:], places[:-1, 1:]])
-    after, after_at = np.roll(corners, -1, axis=0), np.roll(at, -1, axis=0)
-    passes = (corners > 0) != (after > 0)
-    share = corners / np.where(passes, corners - after, 1.0)
-    hit = at + share[..., None] * (after_at - at)
-    pieces = []
-    for i, j in ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)):
-        both = passes[i] & passes[j] & (passes.sum(axis=0) == 2)
-        pieces.append(np.stack([hit[i][both], hit[j][both]], axis=1))
-    saddle = passes.all(axis=0)
-    joined = (corners.mean(axis=0) > 0) == (corners[0] > 0)
-    for mask, pairs in ((saddle & joined, ((0, 1), (2, 3))), (saddle & ~joined, ((3, 0), (1, 2)))):
-        pieces += [np.stack([hit[i][mask], hit[j][mask]], axis=1) for i, j in pairs]
-    return np.concatenate(pieces)

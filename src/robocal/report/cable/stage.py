@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from robocal.cables.geometry import CableRobot
 from robocal.report.cable.marks import Mark
-from robocal.report.numbers import fixed
-from robocal.report.svg import Scale, bottom_axis, label, left_axis, nice_ticks, num, tick_text
+from robocal.report.cable.ruler import METRE, Ruler
+from robocal.report.svg import Scale, bottom_axis, label, left_axis, nice_ticks, num
 from robocal.report.view import PLANES, Box, View, best, fitted
 
 __all__ = ["Stage", "stage"]
@@ -36,14 +36,15 @@ class Stage:
     turns: bool
 
 
-def stage(robot: CableRobot, ends: Array, others: Array, box: Box) -> Stage:
-    """The stage for a robot with platform anchors at `ends` (m, 3) m and `others` (n, 3) m to be shown; no larger than the box."""
+def stage(robot: CableRobot, ends: Array, others: Array, box: Box, ruler: Ruler = METRE) -> Stage:
+    """The stage for a robot with platform anchors at `ends` (m, 3) m and `others` (n, 3) m to be shown; no larger than the box.
+    Numbers on it are in the unit of the ruler."""
     if robot.degrees == "3R3T":
-        return _spatial(robot, ends, others, box)
-    return _plane(robot, np.concatenate([ends, others]), box)
+        return _spatial(robot, ends, others, box, ruler)
+    return _plane(robot, np.concatenate([ends, others]), box, ruler)
 
 
-def _plane(robot: CableRobot, others: Array, box: Box) -> Stage:
+def _plane(robot: CableRobot, others: Array, box: Box, ruler: Ruler) -> Stage:
     i, j = ("xyz".index(axis) for axis in robot.plane)
     corners = np.repeat(robot.a.mean(axis=0)[None], 4, axis=0)
     ring = _ring(robot.a[:, [i, j]].min(axis=0), robot.a[:, [i, j]].max(axis=0))
@@ -56,10 +57,12 @@ def _plane(robot: CableRobot, others: Array, box: Box) -> Stage:
     view, bottom = _lowered(view, np.concatenate([corners, others]), top + 20, bottom - 20)
     bottom += 20
     (x0, y0), size = view.at, view.scale
-    x = Scale(float(view.middle[i]) + (left - x0) / size, float(view.middle[i]) + (right - x0) / size, left, right)
-    y = Scale(float(view.middle[j]) + (y0 - bottom) / size, float(view.middle[j]) + (y0 - top) / size, bottom, top)
-    axes = bottom_axis(x, bottom, top, f"{'xyz'[i]}, m") + left_axis(y, left, right)
-    axes += label(left - 36, top - 10, f"{'xyz'[j]}, m", "axis-title")
+    across, up = (float(view.middle[k]) / ruler.metres for k in (i, j))
+    size *= ruler.metres
+    x = Scale(across + (left - x0) / size, across + (right - x0) / size, left, right)
+    y = Scale(up + (y0 - bottom) / size, up + (y0 - top) / size, bottom, top)
+    axes = bottom_axis(x, bottom, top, ruler.title("xyz"[i])) + left_axis(y, left, right)
+    axes += label(left - 36, top - 10, ruler.title("xyz"[j]), "axis-title")
     frame = (Mark(corners, "wire", closed=True, lift=-3e3), *_anchors(robot))
     return Stage(view, bottom + 44, (), axes, frame, "", "", False)
 
@@ -73,14 +76,14 @@ def _lowered(view: View, points: Array, top: float, bottom: float) -> tuple[View
     return replace(view, at=(x0, y0 + (top + end) / 2 - (least + most) / 2)), end
 
 
-def _spatial(robot: CableRobot, ends: Array, others: Array, box: Box) -> Stage:
+def _spatial(robot: CableRobot, ends: Array, others: Array, box: Box, ruler: Ruler) -> Stage:
     every = np.concatenate([robot.a, ends, others])
     low, high = every.min(axis=0), every.max(axis=0)
     wide = max(float(np.ptp(every[:, :2], axis=0).max()), 1e-6)
     # A frame whose anchors hang above the base's zero stands on it.
     if 0.0 < low[2] < 1.5 * max(float(high[2] - low[2]), 0.3 * wide):
         low[2] = 0.0
-    step = _step(wide)
+    step = _step(wide / ruler.metres) * ruler.metres
     near, far = np.floor(low[:2] / step + 0.05) * step, np.ceil(high[:2] / step - 0.05) * step
     floor_low, floor_high = np.minimum(near, low[:2]), np.maximum(far, high[:2])
     corners = np.array(
@@ -105,8 +108,10 @@ def _spatial(robot: CableRobot, ends: Array, others: Array, box: Box) -> Stage:
     frame = [Mark(corners[[s + k, s + (k + 1) % 4]], "wire", lift=-1.0) for s in (0, 4) for k in range(4)]
     frame += [Mark(np.linspace(corners[k], corners[4 + k], 5)[s : s + 2], "wire") for k in range(4) for s in range(4)]
     frame += [Mark(np.array([origin, origin + arrow * axis]), f"axis-{'xyz'[k]}") for k, axis in enumerate(np.eye(3))]
-    z = (fixed(v, 2) for v in (low[2], robot.a[:, 2].min(), robot.a[:, 2].max()))
-    foot = "floor at z = {} m, squares of {step} m; frame anchors z = {} to {} m".format(*z, step=tick_text(step))
+    z, unit = [ruler.text(float(v), 2) for v in (low[2], robot.a[:, 2].min(), robot.a[:, 2].max())], ruler.name
+    foot = (
+        f"floor at z = {z[0]} {unit}, squares of {ruler.tick(step)} {unit}; frame anchors z = {z[1]} to {z[2]} {unit}"
+    )
     if not at_origin:
         foot += "; base origin outside, its axes at a corner"
     floor = (Mark(ground, "ground", closed=True), *_grid(floor_low, floor_high, float(low[2]), step))
@@ -115,7 +120,7 @@ def _spatial(robot: CableRobot, ends: Array, others: Array, box: Box) -> Stage:
         view,
         end + 60,
         floor,
-        _numbers(floor_low, floor_high, float(low[2]), step, view),
+        _numbers(floor_low, floor_high, float(low[2]), step, view, ruler),
         (*frame, *_anchors(robot)),
         names,
         foot,
@@ -154,7 +159,7 @@ def _grid(low: Array, high: Array, z: float, step: float) -> list[Mark]:
     return out + [Mark(np.array([[low[0], y, z], [high[0], y, z]]), "grid") for y in _lines(low[1], high[1], step)]
 
 
-def _numbers(low: Array, high: Array, z: float, step: float, view: View) -> str:
+def _numbers(low: Array, high: Array, z: float, step: float, view: View, ruler: Ruler) -> str:
     """Numbers and names along the edges of the floor; those of edges away from the viewer are hidden."""
     out = []
     for k in (0, 1):
@@ -162,13 +167,13 @@ def _numbers(low: Array, high: Array, z: float, step: float, view: View) -> str:
             normal = np.zeros(3)
             normal[1 - k] = side
             lines = _lines(low[k], high[k], step)
-            for v, text in zip(lines, [tick_text(v) for v in lines], strict=True):
+            for v, text in zip(lines, [ruler.tick(v) for v in lines], strict=True):
                 p = np.zeros(3)
                 p[k], p[1 - k], p[2] = v, edge + 0.25 * step * side, z
                 out.append(_fixed_name(view, p, text, "tick", normal))
             p = np.zeros(3)
             p[k], p[1 - k], p[2] = (low[k] + high[k]) / 2, edge + 0.6 * step * side, z
-            out.append(_fixed_name(view, p, f"{'xy'[k]}, m", "axis-title", normal))
+            out.append(_fixed_name(view, p, ruler.title("xy"[k]), "axis-title", normal))
     return "".join(out)
 
 

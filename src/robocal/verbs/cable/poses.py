@@ -108,6 +108,7 @@ def _summary(made: Any) -> str:
 
 def sections(made: Outcome) -> Iterator[Section]:
     """What stopped the motions, where they start, and what the choice is worth."""
+    from robocal.jobs.cable.load import ruler_of
     from robocal.jobs.cable.poses import STOPPED_BY
 
     found = made.result
@@ -115,7 +116,7 @@ def sections(made: Outcome) -> Iterator[Section]:
     head = f"   {n} poses, {figure(100 * found.listing.reached)} % of the box Z reached, mu {found.margin:g}"
     near: tuple[Text, ...] = ()
     if k >= 0:
-        gap = f"{robot.cables[k]} and {robot.cables[l]} pass with {figure(1e3 * found.start.gap)} mm between them"
+        gap = f"{robot.cables[k]} and {robot.cables[l]} pass with {ruler_of(found.units).short(found.start.gap)} between them"
         near = quiet(f"at X_0 {gap}; capacity margin {figure(found.start.margin)} N")
     yield Section.of("", Text.of((robot.name, "strong"), head), *near)
     rows = ((STOPPED_BY[name], str(count), f"{100 * count / n:.1f}") for name, count in found.limits.items())
