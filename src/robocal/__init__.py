@@ -17,11 +17,13 @@ ARRAYS = ("Arm", "Measurements", "measurements", "robot", "table")
 FOUND = ("Found", "Identified")
 ERRORS = ("Cancelled", "InputError")
 CALLS = (
-    "check", "compensate", "drift", "export", "identify", "new", "plan", "predict", "simulate", "study", "validate", "verify",
+    "check", "compensate", "drift", "export", "identify", "import_model", "new", "plan", "predict", "simulate", "study", "validate",
+    "verify",
 )  # fmt: skip
 __all__ = [
     "Arm", "Cancelled", "Found", "Identified", "InputError", "Measurements", "__version__", "cable", "check", "compensate",
-    "drift", "export", "identify", "measurements", "new", "plan", "predict", "robot", "simulate", "study", "table", "validate", "verify",
+    "drift", "export", "identify", "import_model", "measurements", "new", "plan", "predict", "robot", "simulate", "study", "table",
+    "validate", "verify",
 ]  # fmt: skip
 
 

@@ -36,6 +36,7 @@ __all__ = [
     "drift",
     "export",
     "identify",
+    "import_model",
     "measurements",
     "new",
     "plan",
@@ -211,6 +212,27 @@ def identify(
     seed: For whatever is drawn at random, 0 or more.
     base: First link of the chain in a URDF.
     tip: Last link of the chain in a URDF.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def import_model(
+    model: _Given,
+    *,
+    cables: str | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found:
+    """Write a model of CASPR as robot.yaml: the robot that every verb reads from the model itself, with one of its cable sets.
+
+    What robot.yaml cannot hold is named.
+
+    model: CASPR's X_cables.xml, with X_bodies.xml beside it.
+    cables: The cable set to take, by its id.  [default: the model's default set, or its only one]
+    output: Write here, not to the terminal.
+    force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
     Raises InputError.

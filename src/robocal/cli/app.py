@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from robocal.cli.adapter import command
-from robocal.verbs.registry import CABLE, VERBS
+from robocal.verbs.registry import CABLE, VERBS, WORDS
 
 __all__ = ["build"]
 
@@ -34,7 +34,7 @@ CABLES = """Cable-driven parallel robots: lengths, poses, tensions, workspaces, 
 robocal new cable writes a file to start from."""
 
 
-def build(words: Sequence[str] = (*VERBS, *CABLE)) -> typer.Typer:
+def build(words: Sequence[str] = (*VERBS, *WORDS.values(), *CABLE)) -> typer.Typer:
     """The application for a command line: only the verbs that it names are read, the others have but their line of help."""
     app = typer.Typer(
         help=HELP,
@@ -54,7 +54,8 @@ def build(words: Sequence[str] = (*VERBS, *CABLE)) -> typer.Typer:
 
 def _verbs(app: typer.Typer, verbs: Mapping[str, str], under: str, words: Sequence[str]) -> None:
     for name, short in verbs.items():
-        app.command(name, short_help=short)(command(under + name) if name in words else _unread)
+        word = WORDS.get(name, name)
+        app.command(word, short_help=short)(command(under + name) if word in words else _unread)
 
 
 def _unread() -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-__all__ = ["CABLE", "VERBS"]
+__all__ = ["CABLE", "VERBS", "WORDS"]
 
 VERBS: Mapping[str, str] = MappingProxyType({
     "demo": "Watch three arms being calibrated.",
     "new": "Write files to start from.",
+    "import_model": "Write a model of CASPR as robot.yaml.",
     "plan": "Choose which poses to measure, and how many.",
     "check": "Say what files contain and what they can tell.",
     "identify": "Identify true parameters, and prove the gain.",
@@ -33,3 +34,5 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "require": "Sensors and poses that a calibration needs.",
     "drift": "What moved between calibrations?",
 })  # fmt: skip
+# What the command line calls a verb whose word Python keeps for itself: module and function have another name.
+WORDS: Mapping[str, str] = MappingProxyType({"import_model": "import"})

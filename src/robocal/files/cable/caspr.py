@@ -11,20 +11,19 @@ from typing import Any
 
 import numpy as np
 
-from robocal.cables.check import PRINTED
+from robocal.cables.check import PRINTED, check
 from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
-from robocal.errors import FileError
-from robocal.files.cable.cablefile import CableFile, checked
-from robocal.files.cable.casprtree import Node, parse_caspr, unread_elements
+from robocal.errors import FileError, FormatError, ModelError, nearest
+from robocal.files.cable.cablefile import CableFile
+from robocal.files.cable.casprtree import Node, parse_caspr, unheld, unread_elements
 from robocal.files.cable.values import CableUnits
 from robocal.files.outside import discreet
-from robocal.files.text import ROBOT_LIMIT, Source, read_text
-from robocal.files.yamlio import Document
+from robocal.files.text import ROBOT_LIMIT, InputFile, Source, read_text
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark
+from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["read_caspr"]
+__all__ = ["Caspr", "open_caspr", "read_caspr"]
 
 # CASPR's joint of the one body -> degrees of freedom and plane.
 JOINTS = {
@@ -38,6 +37,8 @@ JOINTS = {
     "P_XZ": ("2T", "xz"),
     "P_YZ": ("2T", "yz"),
 }
+# What a complaint of the model is about -> the element that says it.
+SAID = {"tension": "properties", "elasticity": "K", "pulley": "pulley_radius"}
 PASSIVE = "passive"  # cables that nobody drives: cable_passive_...
 OFF = 1e-6  # m; a body's plane further than this from that of the frame anchors is another one
 
@@ -55,10 +56,30 @@ class Cable:
     diameter: float | None
 
 
-@discreet
+@dataclass(frozen=True)
+class Caspr:
+    """A robot of CASPR, and what its files say beside it: which cable set it has, the names of the `others`, what CASPR calls
+    its cables ("" where it does not), the file of its bodies, and remarks on what no robot.yaml can hold."""
+
+    file: CableFile
+    cable_set: str
+    others: tuple[str, ...]
+    names: tuple[str, ...]
+    bodies: InputFile
+    unheld: tuple[Remark, ...]
+
+
 def read_caspr(source: Source) -> CableFile:
     """A robot of CASPR from `X_cables.xml`: the default cable set, or the only one. Lengths in m, forces in N, masses in
     kg. Raises FileError or FormatError."""
+    return open_caspr(source).file
+
+
+@discreet
+def open_caspr(source: Source, cable_set: str | None = None) -> Caspr:
+    """The same with what its files say beside it, of any of its cable sets by name. Raises FileError or FormatError."""
+    if not source.text.lstrip("\ufeff \t\r\n").startswith("<"):
+        raise FormatError("this is not XML, and a model of CASPR is", file=source.path, expected="a file X_cables.xml")
     top, cables = _open(source, "cables")
     name = source.path.name
     if not name.endswith("_cables.xml"):
@@ -66,10 +87,12 @@ def read_caspr(source: Source) -> CableFile:
     beside = source.path.with_name(name.removesuffix("_cables.xml") + "_bodies.xml")
     if not beside.exists():
         raise FileError("the file of the bodies is not beside that of the cables", file=beside, found="nothing")
-    bodies, links = _open(read_text(beside, limit=ROBOT_LIMIT), "links")
+    its = read_text(beside, limit=ROBOT_LIMIT)
+    bodies, links = _open(its, "links")
     body = _body(links)
     doubts, home = body.pop("doubts"), body.pop("home")
-    rows = [_cable(node, body["com"]) for node in _default_set(cables).every()]
+    chosen, others = _chosen(cables, cable_set)
+    rows = [_cable(node, body["com"]) for node in chosen.every()]
     if not rows:
         cables.fail("no cables")
     known: dict[str, Any] = {"limits": np.array([row.limits for row in rows]), **body}
@@ -81,14 +104,47 @@ def read_caspr(source: Source) -> CableFile:
             doubts.append(Remark.of(Code.SAID_OF_SOME, what=what))
     if any(row.pulley[0] > 0 for row in rows):
         known["pulleys"] = Pulleys(*(np.array([row.pulley[i] for row in rows]) for i in (0, 1)))
-    known["sources"] = {"": f"CASPR, {name} and {beside.name}"}
+    called = chosen.said("id") or ""
+    known["sources"] = {"": f"CASPR, {name}{f' (cable set {called})' if called else ''} and {beside.name}"}
     robot = cable_robot(name.removesuffix("_cables.xml"), [r.a for r in rows], [r.b for r in rows], **known)
     _plane(robot, home, cables)
-    document = Document(source.path, source.text, source.sha256, {}, {(): 1})
     odd = (*(doubt.of_file(source.path) for doubt in doubts), *unread_elements(top), *unread_elements(bodies))
-    return CableFile(
-        robot, CableUnits(), source.path, source.text, source.sha256, "caspr", (*odd, *checked(robot, document))
+    file = CableFile(
+        robot, CableUnits(), source.path, source.text, source.sha256, "caspr", (*odd, *_checked(robot, chosen, links))
     )
+    names = tuple(node.attributes.get("name", "") for node in chosen.children)
+    return Caspr(
+        file, called, others, names, InputFile(beside, its.sha256), _unheld(file, chosen, others, home, top, bodies)
+    )
+
+
+def _checked(robot: CableRobot, chosen: Node, links: Node) -> tuple[Remark, ...]:
+    """What is odd about the robot, of the file of its cables. Raises FormatError at the element that says what no robot has."""
+    try:
+        return tuple(doubt.of_file(chosen.file) for doubt in check(robot))
+    except ModelError as error:
+        owner, _, what = str(error.key).partition(".")
+        whose = chosen.children[robot.cables.index(owner)] if owner in robot.cables else chosen
+        at = links.inside(owner) or whose.inside(SAID.get(what, what)) or whose
+        raise error.of_file(at.file, row=at.row, key=f"<{at.tag}>") from None
+
+
+def _unheld(
+    file: CableFile, chosen: Node, others: tuple[str, ...], home: np.ndarray, top: Node, bodies: Node
+) -> tuple[Remark, ...]:
+    """Remarks on what a robot.yaml cannot hold: the other cable sets, where the body's coordinates are counted from, and
+    whatever else is said that has no key."""
+    out = []
+    if others:
+        words = chosen.attributes.get("id", "")
+        out.append(Remark.of(Code.CABLE_SETS_ASIDE, file=str(file.path), chosen=words, others=others))
+    if home.any():
+        x, y, z = (Quantity(float(v)) for v in home)
+        out.append(Remark.of(Code.COUNTED_FROM_ELSEWHERE, file=str(bodies.file), x=x, y=y, z=z))
+    for tree in (top, bodies):
+        if names := unheld(tree):
+            out.append(Remark.of(Code.NO_KEY_FOR, file=str(tree.file), names=names))
+    return tuple(out)
 
 
 def _plane(robot: CableRobot, home: np.ndarray, cables: Node) -> None:
@@ -115,17 +171,22 @@ def _open(source: Source, expected: str) -> tuple[Node, Node]:
     return top, found
 
 
-def _default_set(cables: Node) -> Node:
-    """The set that is called the default, or the only one where none is."""
-    wanted = cables.said("default_cable_set")
+def _chosen(cables: Node, name: str | None) -> tuple[Node, tuple[str, ...]]:
+    """The set of this name, and the names of the others; without a name the set that is called the default, or the only one
+    where none is."""
+    default = cables.said("default_cable_set")
+    wanted = default if name is None else name
     sets = cables.all("cable_set")
     found = sets if wanted is None and len(sets) == 1 else [s for s in sets if s.said("id") == wanted]
     for other in sets:
         other.aside = other not in found
+    names = [s.attributes.get("id", "") for s in sets]
     if len(found) != 1:
-        names = ", ".join(s.attributes.get("id", "") for s in sets)
-        cables.fail("there is not one default cable set", found=wanted, expected=names or "a <cable_set>")
-    return found[0]
+        near = nearest(wanted, names) if wanted is not None and not found else None
+        which = "default cable set" if name is None else "cable set of this name"
+        expected = ", ".join(names) or "a <cable_set>"
+        cables.fail(f"there is not one {which}", found=wanted, expected=expected, suggestion=near)
+    return found[0], tuple(n for s, n in zip(sets, names, strict=True) if s is not found[0])
 
 
 def _body(links: Node) -> dict[str, Any]:

@@ -18,10 +18,11 @@ from robocal.files.unread import named, near_miss
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Node", "parse_caspr", "unread_elements"]
+__all__ = ["Node", "parse_caspr", "unheld", "unread_elements"]
 
 # What CASPR writes for simulations of other things; a cable robot is the same without.
 SILENT = {"end_location", "num", "operational_spaces", "operational_set", "end_effectors"}
+NUMBER = "num"  # of a body: the files' own way to count, and there is one body
 _QUIET = re.compile(r"<!--.*?-->|<!\[CDATA\[.*?\]\]>|<\?.*?\?>", re.DOTALL)
 _ENTITY = re.compile(r"&(?!(?:amp|lt|gt|quot|apos);|#)[^;\s<&]*;?")
 
@@ -60,6 +61,13 @@ class Node:
             rows = " and ".join(str(node.row) for node in found[:2])
             found[1].fail(f"<{self.tag}> has more than one <{tag}>", found=f"rows {rows}", expected="one")
         return found[0]
+
+    def inside(self, tag: str) -> Node | None:
+        """The first element of this tag anywhere inside, None where there is none: to say where something stands."""
+        for child in self.children:
+            if (found := child if child.tag == tag else child.inside(tag)) is not None:
+                return found
+        return None
 
     def said(self, name: str) -> str | None:
         """An attribute, None where it is absent."""
@@ -145,6 +153,21 @@ def unread_elements(top: Node) -> tuple[Remark, ...]:
             if near is not None:
                 found[name] = near
     return (named(Code.ELEMENTS_UNREAD, top.file, found),) if found else ()
+
+
+def unheld(top: Node) -> tuple[str, ...]:
+    """What a file says beside a cable robot, each once: elements for simulations of other things, and attributes that nobody
+    asked for (names, ranges of joints, what a window shows)."""
+    found: dict[str, None] = {}
+    for node in _visited(top):
+        here = dict.fromkeys(c.tag for c in node.children if c.tag in SILENT - node.asked)
+        found |= {f"<{tag}>": None for tag in here if tag != NUMBER}
+        found |= {
+            f"{name} of <{node.tag}>": None
+            for name in node.attributes
+            if f"@{name}" not in node.asked and name != NUMBER
+        }
+    return tuple(found)
 
 
 def _visited(top: Node) -> Iterator[Node]:

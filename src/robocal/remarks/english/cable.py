@@ -25,6 +25,18 @@ TABLE: dict[Code, Words] = {
         "{file}: its inertia (row {row} of {bodies}) is that of no body, and left out",
         "Correct the moments of inertia in that file where they matter.",
     ),
+    Code.CABLE_SETS_ASIDE: Words(
+        "{file}: of its cable sets only {chosen} is taken, not {others}",
+        "--cables SET takes another one, into a robot.yaml of its own.",
+    ),
+    Code.COUNTED_FROM_ELSEWHERE: Words(
+        "{file}: CASPR counts the platform's position from {x:.6g~}, {y:.6g~}, {z:.6g}, robot.yaml from the base",
+        "Add these to the positions of CASPR's trajectories; lengths at a pose are the same.",
+    ),
+    Code.NO_KEY_FOR: Words(
+        "{file}: robot.yaml has no key for {names}",
+        "No length or tension depends on it; keep the model of CASPR where it is wanted.",
+    ),
     Code.ANCHORS_UNUSED: Words(
         "{file}: no cable uses {side} anchor {anchors}",
         "Spare anchors do no harm; check that no cable is missing.",
