@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.runs import ROBOT
+from files.test_cable import caspr
 from killing import FOREIGN, count_calls, duration, judge, killed_after, killed_at, readable
 
 from robocal.cli.main import main
@@ -34,6 +35,7 @@ VERBS = {
     "simulate": (("simulate", "robot.yaml", "-n", "20", "--force", "-o", "OUT"), ("--seed", "7")),
     "demo": (("demo", "tracker", "-o", "OUT"), ("--seed", "5")),
     "new": (("new", "ur10", "-o", "OUT", "--force"), ("--kind", "pose")),
+    "import": (("import", "flat_cables.xml", "-o", "OUT/flat.yaml", "--force"), ("--cables", "other")),
     "cable inverse": ((*CABLE, "inverse", "LAVAL", "p.csv", "-o", "OUT/l.csv", "--force"), ("--tension", "60")),
     "cable forward": ((*CABLE, "forward", "LAVAL", "l.csv", "-o", "OUT/p.csv", "--force"), ("--sigma", "0.5")),
     "cable tension": ((*CABLE, "tension", "LAVAL", "p.csv", "--force", "-o", "OUT"), ("--payload", "5")),
@@ -53,6 +55,9 @@ def home(tmp_path_factory):
     shutil.copy(here / "one" / "robot.yaml", here / "robot.yaml")
     for run, data in (("run", "one"), ("run-two", "two")):
         main(["identify", str(here / "robot.yaml"), str(here / data / "data.yaml"), "-o", str(here / run)])
+    model = caspr(here)
+    used = model.read_text().partition('<cable_set id="used">')[2].partition("</cable_set>")[0]
+    model.write_text(model.read_text().replace('"spare">', f'"other">{used}'))
     (here / "q.csv").write_text("j1 [deg],j2 [deg],j3 [deg]\n10,20,30\n-20,10,5\n")
     (here / "p.csv").write_text("x [m],y [m],z [m],rx [deg],ry [deg],rz [deg]\n0,0,0.1,0,0,0\n0.1,0,0,0,0,0\n")
     assert main(["cable", "inverse", str(LAVAL), str(here / "p.csv"), "-o", str(here / "l.csv")]) == 0

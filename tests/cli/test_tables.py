@@ -10,6 +10,7 @@ import pytest
 from cli.runs import robocal, small
 from cli.test_cable_poses import robot as free
 from cli.worlds import CABLE, PLACES, POSES, TARGETS
+from files.test_cable import caspr
 from rich.console import Console
 from rich.text import Text
 
@@ -33,6 +34,7 @@ VERBS = {
     "simulate": "simulate robot.yaml -n 5 -o sim",
     "plan": "plan robot.yaml -n 8",
     "new": "new --list",
+    "import": "import flat_cables.xml -o imported.yaml --force",
     "inverse": "cable inverse cable.yaml places.csv",
     "forward": "cable forward cable.yaml lengths.csv",
     "tension": "cable tension cable.yaml places.csv",
@@ -54,6 +56,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ):
         (folder / name).write_text(text, encoding="utf-8")
     assert robocal("identify", folder / "robot.yaml", folder / "data.yaml", "-o", folder / "run").status == 0
+    caspr(folder)
     lengths = robocal("cable", "inverse", folder / "cable.yaml", folder / "places.csv").out
     (folder / "lengths.csv").write_text(lengths, encoding="utf-8")
     return folder

@@ -142,7 +142,7 @@ def caspr_files(folder: Path, rng: random.Random) -> World:
     made = {name: (folder / name).read_text() for name in ("flat_cables.xml", "flat_bodies.xml")}
     made["list.csv"] = FLAT_PLACES
     verbs = [("cable", verb, "flat_cables.xml", "list.csv") for verb in ("inverse", "tension")]
-    return World(made, [*verbs, verbs[1] + ("--json",)])
+    return World(made, [*verbs, verbs[1] + ("--json",), ("import", "flat_cables.xml")])
 
 
 def cables(folder: Path, rng: random.Random) -> World:

@@ -15,6 +15,7 @@ import pytest
 from cli.runs import robocal, small
 from cli.worlds import CABLE as CABLE_ROBOT
 from cli.worlds import PLACES, POSES, TARGETS
+from files.test_cable import caspr
 from report.markup import Page
 from rich.console import Console
 
@@ -45,6 +46,7 @@ PAIRS = {
     "plan": ("plan robot.yaml -n 8 --draw 60", lambda: rc.plan("robot.yaml", count=8, candidates=60)),
     "verify": ("verify places.csv others.csv", lambda: rc.verify("places.csv", "others.csv")),
     "new": ("new --list", lambda: rc.new(listing=True)),
+    "import": ("import flat_cables.xml --cables used", lambda: rc.import_model("flat_cables.xml", cables="used")),
     "inverse": ("cable inverse cable.yaml places.csv", lambda: rc.cable.inverse("cable.yaml", "places.csv")),
     "forward": (
         "cable forward cable.yaml lengths.csv --sigma 0.5",
@@ -88,6 +90,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, text in (texts | {"free.yaml": describe_cable(free())}).items():
         (folder / name).write_text(text, encoding="utf-8")
     assert robocal("identify", folder / "robot.yaml", folder / "data.yaml", "-o", folder / "run").status == 0
+    caspr(folder)
     listed(folder / "list.csv", 12, robot=box())
     (folder / "lengths.csv").write_text(robocal("cable", "inverse", folder / "cable.yaml", folder / "places.csv").out)
     return folder

@@ -17,7 +17,7 @@ from cli.runs import robocal
 
 from robocal.errors import ModelError
 from robocal.verbs.option import Arg, Opt, Told, entries
-from robocal.verbs.registry import CABLE, VERBS
+from robocal.verbs.registry import CABLE, VERBS, WORDS
 
 PATHS = (*VERBS, *(f"cable.{name}" for name in CABLE))
 SHARED = {"option", "outcome", "registry", "words"}
@@ -42,7 +42,7 @@ def test_a_verb_has_options_that_say_what_they_are(path: str) -> None:
 
 @pytest.mark.parametrize("path", PATHS)
 def test_help_says_every_option(path: str) -> None:
-    ran = robocal(*path.split("."), "--help")
+    ran = robocal(*WORDS.get(path, path).split("."), "--help")
     said = " ".join(ran.out.split())
     for entry in entries(import_module(f"robocal.verbs.{path}").Options):
         assert entry.word in said, entry.word

@@ -38,7 +38,7 @@ JOINTS = {
     "P_YZ": ("2T", "yz"),
 }
 # What a complaint of the model is about -> the element that says it.
-SAID = {"tension": "properties", "elasticity": "K", "pulley": "pulley_radius"}
+SAID = {"tension": "properties"}
 PASSIVE = "passive"  # cables that nobody drives: cable_passive_...
 OFF = 1e-6  # m; a body's plane further than this from that of the frame anchors is another one
 
@@ -278,4 +278,6 @@ def _from(end: Node) -> tuple[np.ndarray, tuple[float, np.ndarray]]:
     if not axis.any():
         entry.fail("a direction is not zero", found=entry.text.strip())
     radius = end.one("pulley_radius").numbers(1)[0]
+    if radius < 0:
+        end.one("pulley_radius").fail("a negative radius", found=radius, expected="0 m or more")
     return np.array(end.one("fixed_location").numbers(3)), (radius, axis / np.linalg.norm(axis))
