@@ -315,9 +315,8 @@ def test_a_sweep_is_drawn_beside_its_numbers(study):
     robocal("study", study).assert_refused("exists", "--force")
     study.with_suffix(".npz").unlink()
     robocal("study", study).assert_refused("study.html", "exists")
-    page.unlink()
     study.write_text(TEXT.partition("sweep")[0])
-    robocal("study", study)
+    robocal("study", study, "--force")  # nothing to draw: the page of another study does not stay
     assert study.with_suffix(".npz").exists() and not page.exists()
 
 
@@ -327,3 +326,8 @@ def test_a_sweep_is_drawn_beside_its_numbers(study):
 def test_a_bias_has_a_direction(study, along, found):
     study.write_text(TEXT + f"bias: {{length: 1 mm, along: {along}}}\n")
     robocal("study", study).assert_refused("bias.along", "not a direction")
+
+
+def test_a_value_is_varied_once(study):
+    study.write_text(TEXT.replace("[length, squared]", "[length, squared, length]"))
+    robocal("study", study).assert_refused("sweep.residual", "given twice")

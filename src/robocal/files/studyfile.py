@@ -134,6 +134,9 @@ def read_study(path: str | os.PathLike[str]) -> Study:
     for name, some in zip(names, values, strict=True):
         if not some:
             document.fail("nothing to vary", ("sweep", name), found=some, expected="a list of values")
+        words = [_words(v) for v in some]
+        if len(set(words)) < len(words):
+            document.fail("a value is given twice", ("sweep", name), found=", ".join(words), expected="each once")
     many = 1
     for some in values:
         many *= len(some)

@@ -75,7 +75,7 @@ def pictures(found: Found) -> Iterator[Section]:
                 ]
                 shape = (len(x.values), len(y.values))
                 grid, theory = values[at].reshape(shape), told[at].reshape(shape)
-                said = f"Lines of equal {name} ({of}) over {x.title} and {y.title}{_where(more)}; dotted: as foretold."
+                said = f"Lines of equal {name} ({of}) over {x.title} and {y.title}{_where(_told(keys, rest, more))}; dotted: as foretold."
                 drawn = levels(x, y, grid, theory if np.isfinite(theory).any() else None, unit, said, f"{name}-{k}")
                 blocks += [Text.of(said), *([Figure(drawn)] if drawn else [])]
         else:
@@ -84,7 +84,9 @@ def pictures(found: Found) -> Iterator[Section]:
             for more in _combined(keys, rest):
                 at = [_at(found, keys, rest, more, axes, (word,)) for word in keys[axes[0]].words]
                 theory = told[at]
-                lines.append(Curve(", ".join(more), values[at], theory if np.isfinite(theory).any() else None))
+                lines.append(
+                    Curve(", ".join(_told(keys, rest, more)), values[at], theory if np.isfinite(theory).any() else None)
+                )
             said = f"{name} ({of}) against {x.title}."
             if any(c.told is not None for c in lines):
                 said += " Dotted: as linear theory foretells; below: by how much what was found is more."
@@ -112,6 +114,11 @@ def _values(found: Found, name: str) -> tuple[Array, Array, str]:
 
 def _combined(keys: list[_Key], rest: list[int]) -> Iterator[tuple[str, ...]]:
     return itertools.product(*(keys[i].words for i in rest))
+
+
+def _told(keys: list[_Key], rest: list[int], more: tuple[str, ...]) -> tuple[str, ...]:
+    """A combination in words: a number says of what it is."""
+    return tuple(w if keys[i].numbers is None else f"{keys[i].name} {w}" for i, w in zip(rest, more, strict=True))
 
 
 def _where(more: tuple[str, ...]) -> str:

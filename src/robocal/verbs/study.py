@@ -76,7 +76,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     if len(study.points) > 1:
         head, *tables = sections(outcome)
         files[drawn.name] = page(study.path.name, (head, *details(outcome), *tables), kind="Study").encode("utf-8")
-    places = write_files(result.parent, files)
+    places = write_files(result.parent, files, remove=(drawn.name,))
     clear(result)
     return outcome.kept(places)
 
