@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from robocal.errors import ModelError, nearest
+from robocal.estimate.criteria import CRITERIA
 from robocal.files.plain import json_text
 from robocal.files.schema import Model, Version, validate
 from robocal.files.text import read_text
@@ -21,23 +22,31 @@ __all__ = ["Point", "Study", "read_study"]
 
 METHODS = ("lm", "gauss-newton", "ekf")
 POINTS, TRIALS = 10_000, 10_000_000
+MOST = 500  # poses that are planned
 
 
 class PosesModel(Model):
-    """Poses of one calibration: a list, or so many at random about the middle, up to `shift` and `turn` in every component."""
+    """Poses of one calibration: a list, or so many at random about the middle, up to `shift` and `turn` in every component.
+
+    Those of an arm lie within its joint limits, and may be chosen as `plan` does; `tests` lists where it has to be accurate.
+    """
 
     file: str | None = None
     count: int | None = None
     shift: str | None = None
     turn: str | None = None
+    choose: Literal["random", "planned"] = "random"
+    criterion: str = "I"
+    tests: str | None = None
 
 
 class NoiseModel(Model):
-    """Standard deviations."""
+    """Standard deviations, and whether the data file of an arm states them."""
 
     length: str | None = None
     position: str | None = None
     orientation: str | None = None
+    stated: bool = True
 
 
 class BiasModel(Model):
@@ -51,10 +60,11 @@ class BiasModel(Model):
 
 
 class ErrorsModel(Model):
-    """How far true robots are from the nominal one: standard deviations of lengths and angles."""
+    """How far true robots are from the nominal one: standard deviations of lengths and angles, of the joints or of the tool too."""
 
     length: str = "0.3 mm"
     angle: str = "1 mrad"
+    tool: bool = False
 
 
 class OptionsModel(Model):
@@ -155,9 +165,10 @@ def read_study(path: str | os.PathLike[str]) -> Study:
     if plain.seed < 0:
         document.fail("a seed is not negative", ("seed",), found=plain.seed, expected="0 or more")
     chunk = plain.chunk or CHUNKS[plain.of]
-    # What decides the numbers: the robots as they are now, not only what they are called.
-    robots = {r: read_text(r).sha256 if Path(r).is_file() else r for r in dict.fromkeys(p["robot"] for p in points)}
-    told = {"of": plain.of, "trials": plain.trials, "seed": plain.seed, "chunk": chunk, "robots": list(robots.values())}
+    # What decides the numbers: the robots and lists as they are now, not only what they are called.
+    named = [p[key] for key in ("robot", "poses.file", "poses.tests") for p in points if p[key] is not None]
+    read = [read_text(r).sha256 if Path(r).is_file() else r for r in dict.fromkeys(named)]
+    told = {"of": plain.of, "trials": plain.trials, "seed": plain.seed, "chunk": chunk, "robots": read}
     text = json_text({**told, "points": [{k: v for k, v in p.settings if k != "robot"} for p in points]})
     return Study(source.path, plain.of, tuple(points), plain.trials, chunk, plain.seed, text, source.sha256)
 
@@ -179,7 +190,7 @@ def _put(raw: dict[str, Any], name: str, value: Any, document: Document) -> None
         at = at.setdefault(key, {})
         if not isinstance(at, dict):
             document.fail("no such key to vary", ("sweep", name), found=name, expected="a key of this file")
-    at[last] = value
+    at[last] = copy.deepcopy(value)  # another key of the sweep may vary what is within
 
 
 def _is_file(study: Path, robot: str) -> bool:
@@ -207,8 +218,11 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
         document.fail("poses are a list or so many at random", ("poses",), expected="file, or count")
     if out["poses.count"] is not None and not 1 <= out["poses.count"] <= 1_000_000:
         document.fail("no such number of poses", ("poses", "count"), found=out["poses.count"], expected="1 or more")
-    if out["poses.file"] is not None:
-        out["poses.file"] = str(path.parent / out["poses.file"])
+    for key in ("poses.file", "poses.tests"):
+        if out[key] is not None:
+            out[key] = str(path.parent / out[key])
+    if out["poses.choose"] == "planned":
+        _plannable(model, document)
     along = out["bias.along"]
     if len(along) != 3 or not 0 < math.hypot(*along) < math.inf:
         document.fail("not a direction", ("bias", "along"), found=along, expected="three numbers, such as [0, 0, 1]")
@@ -227,3 +241,18 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
             suggestion=nearest(found, METHODS),
         )  # fmt: skip
     return tuple(out.items())
+
+
+def _plannable(model: StudyModel, document: Document) -> None:
+    """Raises FormatError for poses that `plan` cannot choose."""
+    poses = model.poses
+    if model.of != "identification":
+        document.fail("only poses of arms are planned", ("poses", "choose"), found="planned", expected="random")
+    if poses.count is None or poses.count > MOST:
+        found = poses.file if poses.count is None else poses.count
+        document.fail("no such number of planned poses", ("poses", "count"), found=found, expected=f"count, 1 to {MOST}")
+    if poses.criterion not in CRITERIA:
+        document.fail(
+            "unknown criterion", ("poses", "criterion"), found=poses.criterion, expected=", ".join(CRITERIA),
+            suggestion=nearest(poses.criterion, CRITERIA),
+        )  # fmt: skip

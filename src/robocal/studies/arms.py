@@ -7,14 +7,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.arms.chain import Chain
 from robocal.calibrate.identify import identify
 from robocal.calibrate.options import Options
 from robocal.files.robot import open_robot
 from robocal.files.studyfile import Point
-from robocal.measure.data import DataSet
+from robocal.measure.data import DataSet, Frame
 from robocal.planning.candidates import joint_range
 from robocal.simulation.hiding import hidden
 from robocal.simulation.rigs import STANDS, Instrument, measure
+from robocal.studies.poses import ArmPoses
+from robocal.studies.truth import coverage, elsewhere
 
 __all__ = ["ArmTrials"]
 
@@ -23,44 +26,67 @@ NOISE = 5e-5  # m, of a tracker that nobody stated
 
 
 class ArmTrials:
-    """One point of a study: of every trial whether the model improved (1 or 0), and the mean errors (m) of what was held out, or left out
-    one by one, before and after.
+    """One point of a study: of every trial whether the model improved (1 or 0), the mean errors (m) of what was held out, or left out
+    one by one, before and after, that of the identified model at other poses, and the share of its intervals that hold the truth.
 
-    A tracker that stands somewhere measures positions with normal noise; so large a share of the configurations as `gross` says has an
-    error of its size on top.
+    A tracker that stands somewhere measures positions with normal noise, or full poses where a noise of orientations is said; so large
+    a share of the configurations as `gross` says has an error of its size on top.
     """
 
-    outputs = {"improved": "1", "before": "m", "after": "m"}  # noqa: RUF012
+    outputs = {"improved": "1", "before": "m", "after": "m", "elsewhere": "m", "coverage": "1"}  # noqa: RUF012
 
-    def __init__(self, point: Point) -> None:
+    def __init__(self, point: Point, seed: int = 0) -> None:
         self.point = point
         self.arm = open_robot(point["robot"])
         self.options = Options(
             loss=point["options.loss"], method=point["options.method"], hold_out=point["options.hold_out"]
         )
+        self.tracker = _tracker(point["noise.position"], point["noise.orientation"])
+        middle = joint_range(self.arm.chain).mean(axis=1)
+        seen = measure(self.arm.chain, middle[None], self.tracker, np.random.default_rng(0))
+        self.poses = ArmPoses(point, self.arm.chain, seen.observations, seed)
 
     def run(self, count: int, rng: np.random.Generator) -> dict[str, Array]:
         """The outputs of so many trials, (count,)."""
         out = {name: np.full(count, np.nan) for name in self.outputs}
         for i, own in enumerate(rng.spawn(count)):
-            found = identify(self.arm.chain, self._data(own), self.options)
+            truth, frame, data = self._measured(own)
+            found = identify(self.arm.chain, data, self.options)
             stage = next(s for s in found.stages if s.unit == "m")
             before, after = stage.held_out_before or stage.leave_one_out_before, stage.held_out or stage.leave_one_out
             out["improved"][i] = found.verdict.status == "improved"
             if before is not None and after is not None:
                 out["before"][i], out["after"][i] = before.mean, after.mean
+            # Streams of their own: what is judged does not change what is measured.
+            out["elsewhere"][i] = elsewhere(found, truth, self.poses.judged(own.spawn(1)[0]), frame)
+            out["coverage"][i] = coverage(found, truth, frame)
         return out
 
-    def _data(self, rng: np.random.Generator) -> DataSet:
-        chain, p = self.arm.chain, self.point
-        size = {"m": p["errors.length"], "rad": p["errors.angle"]}
-        moved = {n: chain.table[n].value + rng.normal() * size.get(chain.table[n].unit, 0.0) for n in chain.geometric}
-        low, high = joint_range(chain).T
-        q = rng.uniform(low, high, (p["poses.count"], len(low)))
-        noise = NOISE if p["noise.position"] is None else p["noise.position"]
-        data = hidden(measure(chain.with_values(moved), q, Instrument("position", noise, frame=STANDS), rng))
+    def _measured(self, rng: np.random.Generator) -> tuple[Chain, Frame, DataSet]:
+        """A true arm, where the tracker stands, and what is handed in of what it measured."""
+        p = self.point
+        truth = self._true(rng)
+        q = self.poses.measured(rng)
+        data = measure(truth, q, self.tracker, rng)
         bad = rng.uniform(size=len(q)) < p["gross.share"]
         along = rng.normal(size=(len(q), 3))
         along *= bad[:, None] * p["gross.size"] / np.linalg.norm(along, axis=1, keepdims=True)
         (obs,) = data.observations
-        return replace(data, observations=(replace(obs, value=obs.value + along[obs.configuration]),))
+        assert obs.frame is not None
+        value = np.array(obs.value)
+        value[:, :3] += along[obs.configuration]
+        told = replace(obs, value=value, sigma=obs.sigma if p["noise.stated"] else None)
+        return truth, obs.frame, hidden(replace(data, observations=(told,)))
+
+    def _true(self, rng: np.random.Generator) -> Chain:
+        chain, p = self.arm.chain, self.point
+        size = {"m": p["errors.length"], "rad": p["errors.angle"]}
+        tool = [n for n in chain.table.free if n.startswith("tool.")] if p["errors.tool"] else []
+        names = [*chain.geometric, *tool]
+        return chain.with_values({n: chain.table[n].value + rng.normal() * size.get(chain.table[n].unit, 0.0) for n in names})
+
+
+def _tracker(noise: float | None, turn: float | None) -> Instrument:
+    """Of positions (noise in m), or of full poses where a noise of orientations (rad) is said."""
+    plain = Instrument(noise=NOISE if noise is None else noise, frame=STANDS)
+    return plain if turn is None else replace(plain, kind="pose", angle_noise=turn)

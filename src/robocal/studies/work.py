@@ -51,7 +51,7 @@ def _trials(study: Study, point: int) -> Any:
         return CableTrials(study.points[point])
     from robocal.studies.arms import ArmTrials
 
-    return ArmTrials(study.points[point])
+    return ArmTrials(study.points[point], study.seed)
 
 
 def trials_of(study: Study, point: int) -> Any:

@@ -1,0 +1,63 @@
+"""Where the arms of a study are measured, and at which other poses they are judged."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.arms.chain import Chain
+from robocal.files.poses import read_poses
+from robocal.files.studyfile import Point
+from robocal.planning.candidates import Template, joint_range
+from robocal.planning.poses import PlanOptions, plan
+
+__all__ = ["ArmPoses"]
+
+Array = NDArray[np.float64]
+JUDGED = 300  # poses at which a trial is judged, where no list says which
+
+
+class ArmPoses:
+    """The poses of one point: a list, so many drawn within the joint limits in every trial, or so many that `plan` chooses once, with its
+    defaults and the study's seed, for an instrument like the template's.
+
+    Where a list says at which poses the robot has to be accurate (`tests`), its first, third, ... are planned for and those between are
+    judged; otherwise poses drawn within the joint limits are, others for either.
+    """
+
+    def __init__(self, point: Point, chain: Chain, template: Template, seed: int) -> None:
+        self.point, self.chain, self.template, self.seed = point, chain, template, seed
+
+    @cached_property
+    def fixed(self) -> Array | None:
+        """What is measured in every trial, (m, n); None where every trial draws its own."""
+        p = self.point
+        if p["poses.file"] is not None:
+            return self._list("poses.file")
+        if p["poses.choose"] == "random":
+            return None
+        options = PlanOptions(p["poses.count"], p["poses.criterion"], seed=self.seed)
+        tests = self.tests
+        return plan(self.chain, self.template, options, tests=None if tests is None else tests[::2]).q
+
+    @cached_property
+    def tests(self) -> Array | None:
+        """Where the robot has to be accurate, (t, n), as a list says."""
+        return None if self.point["poses.tests"] is None else self._list("poses.tests")
+
+    def measured(self, rng: np.random.Generator) -> Array:
+        """The joint values of one trial, (m, n)."""
+        return self._drawn(self.point["poses.count"], rng) if self.fixed is None else self.fixed
+
+    def judged(self, rng: np.random.Generator) -> Array:
+        """Joint values (t, n) that were neither measured nor planned for."""
+        return self._drawn(JUDGED, rng) if self.tests is None else self.tests[1::2]
+
+    def _drawn(self, count: int, rng: np.random.Generator) -> Array:
+        low, high = joint_range(self.chain).T
+        return rng.uniform(low, high, (count, len(low)))
+
+    def _list(self, key: str) -> Array:
+        return read_poses(self.point[key], self.chain)[1]
