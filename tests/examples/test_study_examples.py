@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import re
 import shlex
+from pathlib import Path
 
+import numpy as np
 import pytest
 from examples.test_examples import EXAMPLES, commands
 from examples.test_examples import place as place
+from sizes import size
 
 from robocal.cli.main import main
 
@@ -48,7 +51,7 @@ def test_the_first_row_of_table_3_1_is_near_what_is_printed(place, capsys):
 
 @pytest.mark.slow
 def test_arms(place, capsys):
-    poses, losses = (c for c in commands("studies") if "arm" in c or "losses" in c)
+    poses, losses = spec("poses-of-an-arm"), spec("outliers-against-losses")
     after = [1e3 * p["after"]["mean"] for p in points(poses, capsys)]
     told = re.search(r"to ([\d.]+), ([\d.]+) and ([\d.]+) mm with 30, 56 and 100", said())
     assert after == pytest.approx([float(v) for v in told.groups()], rel=0.02)
@@ -58,50 +61,4 @@ def test_arms(place, capsys):
     assert [huber, tukey] == pytest.approx([float(ends[2])] * 2, rel=0.02)
 
 
-def spec(name):
-    return next(c for c in commands("studies") if f"/{name}.yaml" in c)
-
-
-def mm(found, output, **varied):
-    """The root mean square of an output at the point with these words, and what is foretold."""
-    (point,) = [p for p in found if p["varied"] == {k.replace("__", "."): v for k, v in varied.items()}]
-    return 1e3 * point[output]["rms"], 1e3 * point[output]["foretold"]
-
-
-def test_constant_errors_of_lengths_and_positions(place, capsys):
-    """B.1 and B.2: the one is in the zeros alone, the other in the anchors alone."""
-    for p in points(spec("figure-b.1"), capsys):
-        assert p["anchors"]["rms"] < 1e-12
-        assert 1e3 * p["zeros"]["rms"] == pytest.approx(float(p["varied"]["bias.length"].split()[0]), rel=1e-9)
-    for p in points(spec("figure-b.2"), capsys):
-        assert p["zeros"]["rms"] < 1e-12
-        size = float(p["varied"]["bias.position"].split()[0])
-        assert 1e3 * p["anchors"]["rms"] == pytest.approx(size / 3**0.5, rel=1e-9)
-
-
-def test_constant_errors_of_orientations_and_noise_of_lengths(place, capsys):
-    """B.3 and B.4, as the README says."""
-    turned = points(spec("figure-b.3"), capsys)
-    told = re.search(
-        r"errs by ([\d.]+) mm \(anchors, ([\d.]+) % more than foretold\), lengths by ([\d.]+) mm \(([\d.]+) % less",
-        said(),
-    )
-    of = [mm(turned, "anchors", bias__orientation="10 deg", residual=r) for r in ("squared", "length")]
-    assert [of[0][0], of[1][0]] == pytest.approx([float(told[1]), float(told[3])], rel=0.01)
-    assert 100 * (of[0][0] / of[0][1] - 1) == pytest.approx(float(told[2]), abs=1)
-    assert 100 * (1 - of[1][0] / of[1][1]) == pytest.approx(float(told[4]), abs=1)
-    noisy = points(spec("figure-b.4"), capsys)
-    told = re.search(r"give ([\d.]+) mm of ([\d.]+) foretold, and lengths ([\d.]+) mm of ([\d.]+)\.", said())
-    of = [v for r in ("squared", "length") for v in mm(noisy, "anchors", noise__length="2.8 mm", residual=r)]
-    assert of == pytest.approx([float(v) for v in told.groups()], rel=0.01)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["figure-b.5", "figure-b.6", "figure-c.1", "figure-c.3", "figure-c.5"])
-def test_what_is_found_is_what_is_foretold(place, capsys, name):
-    """Of lengths to a twentieth: lists differ. Zeros err about 1.7 times as anchors, as the thesis says of annex C."""
-    for p in points(spec(name), capsys):
-        if p["varied"]["residual"] == "length":
-            for output in ("anchors", "zeros"):
-                assert p[output]["rms"] == pytest.approx(p[output]["foretold"], rel=0.06)
-            assert p["zeros"]["rms"] / p["anchors"]["rms"] == pytest.approx(3**0.5, rel=0.06)
+    poses, losses = spec("poses-of-an-arm"), spec("outliers-against-losses")

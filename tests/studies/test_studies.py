@@ -14,15 +14,23 @@ import socket
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from cli.runs import robocal
 
+from robocal.calibrate.identify import identify
+from robocal.files.poses import poses_text, read_poses
+from robocal.files.robot import open_robot
 from robocal.files.studyfile import read_study
+from robocal.parameters import FRAME_SYMBOLS
+from robocal.planning.candidates import joint_range
+from robocal.planning.poses import PlanOptions, plan
 from robocal.studies.run import parts_of
-from robocal.studies.work import chunks, do
+from robocal.studies.truth import coverage
+from robocal.studies.work import chunks, do, trials_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TEXT = """robocal: 1
@@ -174,6 +182,138 @@ def test_arms(tmp_path):
     assert point["improved"]["mean"] == 1 and 0 < point["after"]["mean"] < 0.3 * point["before"]["mean"]
 
 
+ARM = """robocal: 1
+kind: study
+of: identification
+robot: rv-2aj
+trials: 4
+chunk: 2
+seed: 5
+poses: {count: 25}
+noise: {position: 0.1 mm}
+"""
+
+
+@pytest.fixture
+def arm(tmp_path):
+    """A study of an arm, and lists of its poses: eight that are tests, thirty that are measured."""
+    chain, rng = open_robot("rv-2aj").chain, np.random.default_rng(0)
+    for name, many in (("tests.csv", 8), ("listed.csv", 30)):
+        q = rng.uniform(*joint_range(chain).T, (many, len(chain.joints)))
+        (tmp_path / name).write_text(poses_text(chain, [f"p{i}" for i in range(many)], q, range(many)))
+    (tmp_path / "study.yaml").write_text(ARM)
+    return tmp_path / "study.yaml"
+
+
+def of(study, old, new):
+    assert old in ARM
+    study.write_text(ARM.replace(old, new))
+    return study
+
+
+def test_planned_poses_are_those_of_plan(arm):
+    """Those that the verb chooses with the study's seed, in every trial."""
+    said = robocal("plan", "rv-2aj", "-n", 25, "--noise", 0.1, "--seed", 5, "-o", arm.parent / "plan")
+    assert said.status == 0, said.said
+    chain = open_robot("rv-2aj").chain
+    _, q, _ = read_poses(arm.parent / "plan" / "poses.csv", chain)
+    poses = trials_of(read_study(of(arm, "count: 25", "count: 25, choose: planned")), 0).poses
+    one, two = (poses.measured(np.random.default_rng(i)) for i in range(2))
+    np.testing.assert_array_equal(one, two)
+    np.testing.assert_allclose(one[np.lexsort(one.T)], q[np.lexsort(q.T)], atol=1e-9)
+    others = [poses.judged(np.random.default_rng(i)) for i in range(2)]
+    assert others[0].shape == (300, 5) and (others[0] != others[1]).all()
+
+
+def test_planned_poses_are_the_same_in_every_process(arm):
+    of(arm, "{count: 25}", "{count: 25, choose: planned}\nsweep: {poses.criterion: [I, D]}")
+    one = conducted(arm, "one.npz", workers=1)
+    assert conducted(arm, "two.npz", workers=2) == one
+    with np.load(arm.parent / "one.npz") as file:
+        assert file["elsewhere"].shape == (2, 4) and (file["elsewhere"][0] != file["elsewhere"][1]).all()
+
+
+def test_where_a_list_says_the_robot_has_to_be_accurate(arm):
+    """Its first, third, ... are planned for, the others judged; another list is another study."""
+    read = read_study(of(arm, "count: 25", "count: 25, choose: planned, tests: tests.csv"))
+    chain = open_robot("rv-2aj").chain
+    place = arm.parent / "tests.csv"
+    _, q, _ = read_poses(place, chain)
+    poses = trials_of(read, 0).poses
+    np.testing.assert_array_equal(poses.judged(np.random.default_rng(0)), q[1::2])
+    wanted = plan(chain, poses.template, PlanOptions(25, seed=5), tests=q[::2]).q
+    np.testing.assert_array_equal(poses.measured(np.random.default_rng(0)), wanted)
+    place.write_text("".join(place.read_text().splitlines(keepends=True)[:-1]))
+    assert read_study(arm).text != read.text
+
+
+def test_an_arm_is_measured_at_a_list_of_poses(arm):
+    study = of(arm, "count: 25", "file: listed.csv")
+    poses = trials_of(read_study(study), 0).poses
+    assert poses.measured(np.random.default_rng(0)).shape == (30, 5)
+    assert conducted(study, "out.npz", workers=1)
+
+
+@pytest.mark.parametrize("noise", ["position: 0.1 mm", "position: 0.1 mm, orientation: 0.2 mrad"])
+def test_the_error_elsewhere_falls_with_the_noise(arm, noise):
+    """And is that of the tracker's view: a thousandth of the noise leaves a thousandth of the error."""
+    fine = noise.replace("0.1 mm", "0.1 um").replace("0.2 mrad", "0.2 urad")
+    of(arm, "noise: {position: 0.1 mm}", f"sweep: {{noise: [{{{noise}}}, {{{fine}}}]}}")
+    conducted(arm, "out.npz", workers=1)
+    with np.load(arm.parent / "out.npz") as file:
+        coarse, small = file["elsewhere"].mean(axis=1)
+    assert 2e-5 < coarse < 2e-4 and small == pytest.approx(1e-3 * coarse, rel=0.3)
+
+
+def test_coverage_counts_the_intervals_that_hold_the_truth(arm):
+    trials = trials_of(read_study(of(arm, "{position: 0.1 mm}", "{position: 0.1 mm, stated: false}")), 0)
+    truth, frame, data = trials._measured(np.random.default_rng(1))
+    assert data.observations[0].sigma is None and frame.value != data.observations[0].frame.value
+    found = identify(trials.arm.chain, data, trials.options)
+    fitted = [p.name for p in found.parameters if p.interval is not None]
+    assert {"j2.theta", "tracker.x"} <= set(fitted)
+    # Where the estimate is the truth every interval holds it, far from it none does, and each parameter counts alike.
+    at = {n: found.table[n].value for n in fitted}
+    here = truth.with_values({n: v for n, v in at.items() if n in truth.table})
+    there = replace(frame, value=tuple(found.table[f"tracker.{s}"].value for s in FRAME_SYMBOLS))
+    assert coverage(found, here, there) == 1
+    one = here.with_values({"j2.theta": at["j2.theta"] + 1})
+    assert coverage(found, one, there) == pytest.approx(1 - 1 / len(fitted))
+    away = here.with_values({n: v + 1 for n, v in at.items() if n in truth.table})
+    assert coverage(found, away, replace(there, value=tuple(v + 100 for v in there.value))) == 0
+
+
+def test_the_tool_of_a_true_arm_is_off_where_that_is_said(arm):
+    for said, off in (("", False), ("\nerrors: {length: 1 mm, angle: 5 mrad, tool: true}", True)):
+        trials = trials_of(read_study(of(arm, "seed: 5", f"seed: 5{said}")), 0)
+        truth = trials._true(np.random.default_rng(1))
+        assert (truth.table["tool.x"].value != trials.arm.chain.table["tool.x"].value) == off
+
+
+def test_settings_of_a_sweep_do_not_leak_into_each_other(arm):
+    read = read_study(
+        of(arm, "noise: {position: 0.1 mm}", "sweep: {noise: [{position: 0.1 mm}], noise.stated: [true, false]}")
+    )
+    assert [dict(p.varied)["noise"] for p in read.points] == ["position 0.1 mm"] * 2
+    assert [p["noise.stated"] for p in read.points] == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("count: 25", "count: 25, choose: plan", "planned"),
+        ("count: 25", "count: 501, choose: planned", "1 to 500"),
+        ("count: 25", "file: listed.csv, choose: planned", "poses.count"),
+        ("count: 25", "count: 25, criterion: O9", "O1"),
+        ("count: 25", "count: 25, tests: none.csv", "none.csv"),
+        ("position: 0.1 mm", "position: 0.1 mm, stated: maybe", "stated"),
+    ],
+)
+def test_poses_of_arms_that_cannot_be_meant_are_refused(arm, old, new, words):
+    ran = robocal("study", of(arm, old, new), "--workers", 1)
+    assert ran.status == 2 and words in ran.remarks, ran.said
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
@@ -193,6 +333,8 @@ def test_arms(tmp_path):
         ("chunk: 10", "chunks: 10", "chunks"),
         ("seed: 3", "seed: -3", "seed"),
         ("count: 40", "count: 2", "too few poses"),
+        ("count: 40", "count: 40, choose: planned", "poses.choose"),
+        ("count: 40", "count: 40, tests: tests.csv", "poses.tests"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(study, old, new, words):

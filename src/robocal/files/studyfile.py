@@ -221,8 +221,7 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
     for key in ("poses.file", "poses.tests"):
         if out[key] is not None:
             out[key] = str(path.parent / out[key])
-    if out["poses.choose"] == "planned":
-        _plannable(model, document)
+    _plannable(model, document)
     along = out["bias.along"]
     if len(along) != 3 or not 0 < math.hypot(*along) < math.inf:
         document.fail("not a direction", ("bias", "along"), found=along, expected="three numbers, such as [0, 0, 1]")
@@ -246,13 +245,15 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
 def _plannable(model: StudyModel, document: Document) -> None:
     """Raises FormatError for poses that `plan` cannot choose."""
     poses = model.poses
-    if model.of != "identification":
-        document.fail("only poses of arms are planned", ("poses", "choose"), found="planned", expected="random")
-    if poses.count is None or poses.count > MOST:
-        found = poses.file if poses.count is None else poses.count
-        document.fail("no such number of planned poses", ("poses", "count"), found=found, expected=f"count, 1 to {MOST}")
+    for key, plain in (("choose", "random"), ("tests", None)):
+        if model.of != "identification" and (found := getattr(poses, key)) != plain:
+            document.fail("only poses of arms are planned", ("poses", key), found=found, expected="of: identification")
     if poses.criterion not in CRITERIA:
         document.fail(
             "unknown criterion", ("poses", "criterion"), found=poses.criterion, expected=", ".join(CRITERIA),
             suggestion=nearest(poses.criterion, CRITERIA),
         )  # fmt: skip
+    if poses.choose == "planned" and (poses.count is None or poses.count > MOST):
+        found = poses.file if poses.count is None else poses.count
+        expected = f"count, 1 to {MOST}"
+        document.fail("no such number of planned poses", ("poses", "count"), found=found, expected=expected)

@@ -83,7 +83,9 @@ class ArmTrials:
         size = {"m": p["errors.length"], "rad": p["errors.angle"]}
         tool = [n for n in chain.table.free if n.startswith("tool.")] if p["errors.tool"] else []
         names = [*chain.geometric, *tool]
-        return chain.with_values({n: chain.table[n].value + rng.normal() * size.get(chain.table[n].unit, 0.0) for n in names})
+        return chain.with_values(
+            {n: chain.table[n].value + rng.normal() * size.get(chain.table[n].unit, 0.0) for n in names}
+        )
 
 
 def _tracker(noise: float | None, turn: float | None) -> Instrument:
