@@ -473,3 +473,17 @@ def test_a_bias_has_a_direction(study, along, found):
 def test_a_value_is_varied_once(study):
     study.write_text(TEXT.replace("[length, squared]", "[length, squared, length]"))
     robocal("study", study).assert_refused("sweep.residual", "given twice")
+
+
+@pytest.mark.parametrize("key", ["errors: {length: 1 mm}", "options: {loss: huber}", "gross: {share: 0.1}"])
+def test_what_another_kind_of_study_knows_is_refused(study, key):
+    study.write_text(TEXT + key + "\n")
+    robocal("study", study).assert_refused(key.partition(":")[0], "nothing of this kind of study")
+
+
+@pytest.mark.parametrize("key", ["residual", "bias.length", "noise.length", "poses.shift"])
+def test_also_where_it_is_varied(study, key):
+    study.write_text("robocal: 1\nkind: study\nof: identification\nrobot: irb-120\ntrials: 2\nposes: {count: 30}\n")
+    with study.open("a") as file:
+        file.write(f"sweep: {{{key}: [{'length' if key == 'residual' else '1 mm'}]}}\n")
+    robocal("study", study).assert_refused("nothing of this kind of study", key.partition(".")[0])

@@ -127,6 +127,11 @@ class Study:
     sha256: str
 
 
+# What one kind of study does not know: nothing that is written is passed over.
+FOREIGN = {
+    "cable-calibration": ("errors", "options", "gross", "noise.stated", "poses.criterion"),
+    "identification": ("residual", "bias", "noise.length", "poses.shift", "poses.turn"),
+}
 CHUNKS = {"cable-calibration": 500, "identification": 20}
 # key of a setting -> SI unit
 QUANTITIES = {
@@ -203,6 +208,11 @@ def _robot(study: Path, robot: str) -> Path:
 
 def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tuple[str, Any], ...]:
     model = validate(StudyModel, document, raw)
+    for key in FOREIGN[model.of]:
+        part, _, name = key.partition(".")
+        if part in raw and (not name or name in (raw[part] or {})):
+            place = (part, name) if name else (part,)
+            document.fail("nothing of this kind of study", place, found=key, expected=f"what `of: {model.of}` knows")
     robot = str(_robot(path, model.robot)) if _is_file(path, model.robot) else model.robot
     out: dict[str, Any] = {"robot": robot, "residual": model.residual}
     for part in ("poses", "noise", "bias", "errors", "options", "gross"):
