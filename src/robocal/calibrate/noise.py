@@ -198,5 +198,4 @@ def owners(data: DataSet, problem: Problem) -> Iterator[tuple[int, Rows]]:
 
 def under(problem: Problem, stated: DataSet, noisy: DataSet) -> Problem:
     """The problem of `stated` with the sigma of `noisy`, the same data otherwise: nothing else of it is made again."""
-    terms = (t.under(noisy.observations[own].sigma) for own, t in owners(stated, problem))
-    return replace(problem, terms=tuple(terms))
+    return problem.with_terms([t.under(noisy.observations[own].sigma) for own, t in owners(stated, problem)])

@@ -212,7 +212,7 @@ def analyse(
     (`Parameter.believed`), and so are the names in `always`. `lin` is the problem linearised at x, where somebody has it.
     """
     # What is weighed down by a loss says as much as anything else of what could be seen.
-    root = squares(replace(problem, loss="none"), x, lin).root
+    root = squares(problem.with_loss("none"), x, lin).root
     r = root / noise
     names, scale = problem.free, problem.scales
     n = len(names)
@@ -279,7 +279,7 @@ def _absorbed(problem: Problem, x: Array, found: tuple[Combination, ...]) -> tup
     """The same, where what moves the rows and yet has no partners is told to be what local blocks take up."""
     if not problem.blocks or all(c.partners for c in found):
         return found
-    moves = np.sqrt(np.diag(replace(problem, loss="none").normal(np.atleast_2d(x)).a[0])) * problem.scales
+    moves = np.sqrt(np.diag(problem.with_loss("none").normal(np.atleast_2d(x)).a[0])) * problem.scales
     felt = dict(zip(problem.free, moves > 1e-6 * max(moves.max(initial=0.0), 1.0), strict=True))
     names = tuple(name for name, family in zip(FAMILIES, problem.families, strict=False) if family.size)
     return tuple(c if c.partners or not felt[c.name] else replace(c, families=names) for c in found)

@@ -11,6 +11,7 @@ of the rotation vector's left Jacobian, inverted.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from robocal.estimate.rows import Normal
 from robocal.parameters import Table
 
-__all__ = ["add_shared", "covariance_root", "shared_root"]
+__all__ = ["Pull", "add_shared", "covariance_root", "shared_root"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -54,24 +55,40 @@ def _shared(table: Table, names: Sequence[str]) -> list[tuple[Ints, Array]]:
     return out
 
 
-def add_shared(root: Array, d: Array, turns: Ints, out: Normal) -> None:
-    """Adds the priors of shared columns to the normal equations, the matrix in its lower triangle: root (n, n), the step d (B, n)
-    from their means, and the columns of rotation vectors, (k, 3) or -1."""
-    pull = d @ root.T
-    out.cost += 0.5 * np.sum(pull * pull, axis=1)
-    info = root.T @ root
-    bent = [c for c in turns if (c >= 0).all() and not _even(info, c)]
-    if not bent:  # alone on their columns and equal on all axes: Jinv^T d = d
-        out.g += pull @ root
-        out.a += np.tril(info)
+@dataclass(frozen=True)
+class Pull:
+    """What priors of shared columns add, whatever the step: root (n, n), the information in its lower triangle, and the columns
+    (3,) of rotation vectors for which the step is bent."""
+
+    root: Array
+    information: Array
+    bent: tuple[Ints, ...]
+
+    @classmethod
+    def of(cls, root: Array, turns: Ints) -> Pull:
+        """Of a root (n, n) and the columns of rotation vectors, (k, 3) or -1."""
+        info = root.T @ root
+        # Alone on their columns and equal on all axes: Jinv^T d = d.
+        return cls(root, np.tril(info), tuple(c for c in turns if (c >= 0).all() and not _even(info, c)))
+
+
+def add_shared(pull: Pull, d: Array, out: Normal) -> None:
+    """Adds the priors of shared columns to the normal equations, the matrix in its lower triangle; d (B, n) is the step from their
+    means."""
+    root = pull.root
+    along = d @ root.T
+    out.cost += 0.5 * np.sum(along * along, axis=1)
+    if not pull.bent:
+        out.g += along @ root
+        out.a += pull.information
         return
     from robocal.geometry import so3
 
     slope = np.broadcast_to(np.eye(len(root)), (len(d), *root.shape)).copy()
-    for c in bent:
+    for c in pull.bent:
         slope[:, c[:, None], c] = so3.left_jacobian_inverse(d[:, c])
     rows = root @ slope
-    out.g += np.einsum("bij,bi->bj", rows, pull)
+    out.g += np.einsum("bij,bi->bj", rows, along)
     out.a += np.tril(np.swapaxes(rows, 1, 2) @ rows)
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.errors import ModelError
 from robocal.estimate.families import Family, offsets
 from robocal.estimate.losses import LOSSES, TUNING, Loss, slopes
-from robocal.estimate.priors import add_shared, covariance_root, shared_root
+from robocal.estimate.priors import Pull, add_shared, covariance_root, shared_root
 from robocal.estimate.rows import Linear, Normal, Residuals, Term, pieces
 from robocal.estimate.whitened import whitened
 from robocal.parameters import Table
@@ -35,6 +36,17 @@ Bools = NDArray[np.bool_]
 CHUNK = 1 << 16
 POSE = 16  # numbers
 NOTHING = np.empty((0, 0))
+# What is worked out of a problem once, by what it depends on: rows (and columns), names and free columns, values and priors.
+_OF_ROWS = frozenset({"bound_terms", "_bare", "numbers", "aside", "pairs"})
+_OF_LAYOUT = frozenset({"sizes", "places", "_ones", "_kernels"})
+_OF_COLUMNS = _OF_LAYOUT | {"index", "column_of", "_turns"}
+_OF_TABLE = frozenset(
+    {"_start", "bounds", "bounded", "stated", "_held", "believed", "prior_root", "expected_root", "scales", "preference", "_pull"}
+)
+_OTHER_FREE = _OF_LAYOUT | {"_bare", "numbers", "aside", "pairs", "_start"}
+_OTHER_TERMS = _OF_COLUMNS | _OF_TABLE | {"pairs"}
+_OTHER_TABLE = _OF_ROWS | _OF_COLUMNS
+_OTHER_WEIGHTS = _OTHER_TABLE | _OF_TABLE
 
 
 @dataclass(frozen=True)
@@ -109,6 +121,12 @@ class Problem:
         return tuple(t.bind(self.column_of) for t in self.terms)
 
     @cached_property
+    def _bare(self) -> tuple[Term, ...]:
+        """The terms without Jacobians."""
+        nothing = np.full(len(self.table), -1, dtype=np.int64)
+        return tuple([t.bind(nothing) for t in self.terms])
+
+    @cached_property
     def _turns(self) -> tuple[Ints, Ints, Ints, Ints]:
         """Rotation vectors with a free component, and the free columns that simply add."""
         at = np.array([t for t in self.table.turns if (self.column_of[t : t + 3] >= 0).any()], dtype=np.int64)
@@ -147,6 +165,10 @@ class Problem:
         return shared_root(self.table, self.free) if self.priors else np.zeros((self.n, self.n))
 
     @cached_property
+    def _pull(self) -> Pull:
+        return Pull.of(self.prior_root, self._turns[1])
+
+    @cached_property
     def expected_root(self) -> Array:
         """S (n, n), S S^T the covariance expected without data: diagonal, but where a stated prior says more."""
         return covariance_root(self.table, self.free, self.scales) if self.priors else np.diag(self.scales)
@@ -167,25 +189,40 @@ class Problem:
         wanted = set(names)
         for name in wanted:
             _ = self.table[name]
-        return replace(self, free=tuple(n for n in self.table.names if n in wanted))
+        free = tuple([n for n in self.table.names if n in wanted])
+        return self if free == self.free else self._with(_OTHER_FREE, free=free)
 
     def with_weights(self, weights: Array | None) -> Problem:
         """The same rows with one weight per configuration, (U,) or (B, U); leave-one-out and bootstrap are weights."""
-        return replace(
-            self, weights=None if weights is None else np.ascontiguousarray(np.atleast_2d(weights), dtype=float)
-        )
+        some = None if weights is None else np.ascontiguousarray(np.atleast_2d(weights), dtype=float)
+        return self._with(_OTHER_WEIGHTS, weights=some)
 
     def without(self, rows: Sequence[NDArray[np.bool_]]) -> Problem:
         """The same problem with these rows of every term, (m,) each, set aside."""
-        return replace(self, terms=tuple(t.without(r) for t, r in zip(self.terms, rows, strict=True)))
+        return self.with_terms([t.without(r) for t, r in zip(self.terms, rows, strict=True)])
+
+    def with_terms(self, terms: Sequence[Term]) -> Problem:
+        """The same problem with other terms of the same rows: their noise, or which of them count."""
+        return self._with(_OTHER_TERMS, terms=tuple(terms))
 
     def with_loss(self, loss: str, tuning: float | None = None) -> Problem:
         """The same rows with a robust loss."""
-        return replace(self, loss=loss, tuning=tuning)
+        return self._with(_OTHER_WEIGHTS, loss=loss, tuning=tuning)
 
     def with_table(self, table: Table) -> Problem:
         """The same rows over a table with the same names and other values, priors or bounds."""
-        return replace(self, table=table)
+        return self._with(_OTHER_TABLE, table=table)
+
+    def with_priors(self, priors: bool) -> Problem:
+        """The same problem, where stated priors count or do not."""
+        return self._with(_OTHER_TABLE, priors=priors)
+
+    def _with(self, same: frozenset[str], **changes: Any) -> Problem:
+        """Another problem of which `same`, what was worked out of this one, is the same."""
+        known = self.__dict__
+        made = replace(self, **changes)
+        made.__dict__.update({name: known[name] for name in same if name in known})
+        return made
 
     def with_local_prior(
         self, sigma: ArrayLike | None = None, covariance: ArrayLike | None = None, family: int = 0
@@ -214,22 +251,15 @@ class Problem:
 
     def difference(self, x: Array) -> Array:
         """The tangent step from the prior mean to x, (B, n)."""
-        from robocal.geometry import so3
-
-        at, columns, rows, adds = self._turns
-        mean = self.table.values
         out = np.zeros((len(x), self.n))
-        out[:, adds] = x[:, rows] - mean[rows]
-        for t, c in zip(at, columns, strict=True):
-            w = so3.log(so3.exp(x[:, t : t + 3]) @ so3.exp(mean[t : t + 3]).T)
-            out[:, c[c >= 0]] = w[:, c >= 0]
+        self._kernels[4](np.ascontiguousarray(x), self._start[0], *self._turns, out)
         return out
 
     def normal(self, x: Array, which: Ints | None = None, curved: Bools | None = None) -> Normal:
         """Cost, gradient and Gauss-Newton matrix at x (B, P); `which` (B,) tells the problems of the batch when only
         some are asked, `curved` (B,) those in which the curvature of the loss counts in the matrix (none)."""
         batch, n = len(x), self.n
-        accumulate, accumulate_blocks, add_block_priors, _ = self._kernels
+        accumulate, accumulate_blocks, add_block_priors = self._kernels[:3]
         which = np.arange(batch) if which is None else which
         out = Normal.zeros(batch, n, *self.sizes, len(self.pairs))
         straight = np.zeros(batch, dtype=np.bool_) if curved is None or self.loss == "none" else curved
@@ -259,7 +289,7 @@ class Problem:
                     )  # fmt: skip
             pairs = part.stop
         if self._held:
-            add_shared(self.prior_root, self.difference(x), self._turns[1], out)
+            add_shared(self._pull, self.difference(x), out)
         for i, family in enumerate(self.families):
             if family.prior is not None:
                 place = self.places[i]
@@ -273,9 +303,9 @@ class Problem:
     @cached_property
     def _kernels(self) -> tuple[Callable[..., None], ...]:  # an import costs as much as a small kernel
         from robocal.estimate._kernels import accumulate, accumulate_blocks, add_block_priors
-        from robocal.geometry._kernels import add_step
+        from robocal.geometry._kernels import add_step, step_between
 
-        return accumulate, accumulate_blocks, add_block_priors, add_step
+        return accumulate, accumulate_blocks, add_block_priors, add_step, step_between
 
     @cached_property
     def pairs(self) -> Ints:
@@ -326,7 +356,7 @@ class Problem:
         """Unwhitened residuals of every term at x: (m, d) for one x (P,) or (1, P), else (B, m, d)."""
         x = np.atleast_2d(x)
         out = []
-        for term in self.with_free(()).bound_terms:
+        for term in self._bare:
             # Of many vectors some rows at a time: what a row passes through, a pose at most, stays in the cache.
             every, m = np.arange(len(x)), len(term.scale)
             rows = m if len(x) == 1 else max(1, CHUNK // (POSE * len(x)))

@@ -113,7 +113,7 @@ def effective_columns(problem: Problem, x: Array) -> float:
     n = problem.n
     if not problem.stated.any():
         return float(n)
-    left = squares(replace(problem, loss="none"), x).root if reducible(problem) else eliminate(problem.linearize(x))
+    left = squares(problem.with_loss("none"), x).root if reducible(problem) else eliminate(problem.linearize(x))
     hold = problem.prior_root * problem.scales
     held = _held(left, problem)
     if held is None:

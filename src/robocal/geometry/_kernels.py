@@ -107,6 +107,29 @@ def add_step(values, step, at, columns, rows, adds):
 
 
 @kernel
+def step_between(values, mean, at, columns, rows, adds, out):
+    """out (B, n) <- the tangent step from mean (P,) to values (B, P): what `add_step` takes; a held component is left out."""
+    left = np.empty((3, 3))
+    right = np.empty((3, 3))
+    both = np.empty((3, 3))
+    w = np.empty(3)
+    for b in range(values.shape[0]):
+        for i in range(rows.shape[0]):
+            out[b, adds[i]] = values[b, rows[i]] - mean[rows[i]]
+        for i in range(at.shape[0]):
+            p = at[i]
+            rotation_from_vector(values[b, p], values[b, p + 1], values[b, p + 2], left)
+            rotation_from_vector(mean[p], mean[p + 1], mean[p + 2], right)
+            for r in range(3):
+                for c in range(3):
+                    both[r, c] = left[r, 0] * right[c, 0] + left[r, 1] * right[c, 1] + left[r, 2] * right[c, 2]
+            vector_from_rotation(both, w)
+            for k in range(3):
+                if columns[i, k] >= 0:
+                    out[b, columns[i, k]] = w[k]
+
+
+@kernel
 def left_inverse(w, out):
     """out (3, 3) <- the inverse of the left Jacobian of the rotation vector w, I - [w] / 2 + e [w]^2."""
     n2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]

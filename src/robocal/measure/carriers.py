@@ -67,11 +67,8 @@ class Path:
         return bool(self.program.columns)
 
     def bind(self, column_of: Ints) -> Path:
-        used = self.program.parameters
-        used = used[column_of[used] >= 0]
-        output = np.full(len(column_of), -1, dtype=np.int64)
-        output[used] = np.arange(len(used))
-        return replace(self, columns=column_of[used], entries=self.program.entries(output))
+        columns, entries = self.program.bound(column_of)
+        return Path(self.program, self.phi, self.trig, columns, entries, self.local)
 
     def hold(self, family: int) -> Path:
         return self

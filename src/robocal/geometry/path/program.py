@@ -23,6 +23,8 @@ from robocal.parameters import FRAME_SYMBOLS, Table
 __all__ = ["AXES", "Element", "Program", "Term", "compile_path", "frame_element"]
 
 Array = NDArray[np.float64]
+Bound = tuple[NDArray[np.int64], tuple[NDArray[np.int64], Array]]  # columns, and entries of the Jacobian
+KEPT = 256  # sets of free columns
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz", "screw", "frame")
 
 
@@ -102,6 +104,24 @@ class Program:
                     rows.append((e, i if frame else 0, column_of[parameter], -1 if frame else column, -1))
                     factors.append(self.factor[t])
         return np.array(rows, dtype=np.int64).reshape(-1, 5), np.array(factors, dtype=float)
+
+    def bound(self, column_of: NDArray[np.int64]) -> Bound:
+        """What a Jacobian needs to know of the free columns (P,), those of table rows or -1: worked out once for each set."""
+        key = column_of.tobytes()
+        found = self._bound.get(key)
+        if found is None:
+            if len(self._bound) >= KEPT:
+                self._bound.clear()
+            used = self.parameters
+            used = used[column_of[used] >= 0]
+            output = np.full(len(column_of), -1, dtype=np.int64)
+            output[used] = np.arange(len(used))
+            found = self._bound[key] = column_of[used], self.entries(output)
+        return found
+
+    @cached_property
+    def _bound(self) -> dict[bytes, Bound]:
+        return {}
 
     def joint_entries(self, joints: Sequence[str]) -> tuple[NDArray[np.int64], Array]:
         """Jacobian entries for joint values; column i of the output is joints[i]."""
