@@ -16,7 +16,7 @@ from robocal.calibrate.fit import chosen_weights
 from robocal.calibrate.noise import apply_noise, assess
 from robocal.calibrate.starts import search as starts
 from robocal.calibrate.thin import thinned
-from robocal.estimate.identifiability import analyse
+from robocal.estimate.choosing.choice import choose
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.measure.base import problem as build
@@ -68,7 +68,7 @@ def known_baseline(
     candidates = starts.combined(model, few, own, some.with_free(frames))
     # What can be seen of the frames is asked where they are believed to stand, not at the table's zeros.
     there = made.with_table(made.table.with_values({n: v for n, v in candidates[0].items() if n in frames}))
-    seen = analyse(there.with_free(frames), there.start).kept if frames else ()
+    seen = choose(there.with_free(frames), there.start).kept if frames else ()
     if few is data or not seen:
         x, converged = starts.refine(made, seen, [c for c in candidates if c])
     else:

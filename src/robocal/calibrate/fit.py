@@ -24,6 +24,7 @@ from robocal.calibrate.noise import Group, apply_noise, assess, noise_dof, under
 from robocal.calibrate.options import Options
 from robocal.calibrate.split import places
 from robocal.errors import ModelError
+from robocal.estimate.choosing.choice import choose
 from robocal.estimate.elimination import Squares, squares
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.estimate.least_squares import Solution, least_squares
@@ -133,7 +134,7 @@ def fit(
     if watch:
         watch({"stage": "noise", "groups": len(tau)})
     data, candidate = posed(tau)
-    seen = analyse(candidate, soft)
+    seen = choose(candidate, soft)
     kept = names if options.keep_all else seen.kept
     restarted = 0
     for _ in range(2):
@@ -152,8 +153,7 @@ def fit(
     final = analyse(candidate, solution.x)
     if not options.keep_all:
         # The report speaks of the set that was fitted.
-        dropped = tuple(n for n in names if n not in kept)
-        final = replace(final, kept=kept, dropped=dropped, combinations=seen.combinations)
+        final = replace(final, fitted=seen)
     return Fit(chosen, solution, final, tuple(groups), data, restarted, found.covariance, found.notes)
 
 
@@ -223,7 +223,7 @@ def _large_errors(
     if not tau:
         return tau, soft
     _, made = posed({})
-    kept = analyse(made, start).kept
+    kept = choose(made, start).kept
     chosen = made.with_free(kept)
     if not kept or made.numbers[configurations].sum() < 2 * len(kept):
         return tau, soft

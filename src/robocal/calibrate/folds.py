@@ -27,7 +27,7 @@ from robocal.calibrate.evidence import errors
 from robocal.calibrate.fit import near
 from robocal.calibrate.poses import own_poses
 from robocal.calibrate.split import Split
-from robocal.estimate.identifiability import SEEN, analyse
+from robocal.estimate.choosing.choice import SEEN, choose
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.measure.machine import Machine
@@ -228,7 +228,7 @@ def profile(problem: Problem, x: Array, held: Bools, names: tuple[str, ...]) -> 
     for used in (touching & anchors, touching):
         some = replace(weighted, terms=tuple(t for t, u in zip(problem.terms, used, strict=True) if u))
         numbers = int(some.numbers[held].sum())
-        kept = analyse(some.with_free(names), x).kept if numbers else ()
+        kept = choose(some.with_free(names), x).kept if numbers else ()
         if len(kept) == len(names):
             break
     if not kept:

@@ -15,7 +15,7 @@ from robocal.calibrate.identification import Band, ParameterResult, RowTable
 from robocal.calibrate.noise import owners
 from robocal.calibrate.region import limited
 from robocal.calibrate.workspace import Region
-from robocal.estimate.identifiability import together
+from robocal.estimate.choosing.choice import together
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Residuals
 from robocal.estimate.uncertainty import Total, Uncertainty, band, quantile

@@ -22,7 +22,7 @@ from robocal.calibrate.evidence import bootstrap_gain, constant_errors, errors
 from robocal.calibrate.identify import baseline, frame_names
 from robocal.calibrate.split import leave_one_out_rounds
 from robocal.calibrate.statistics import Statistic
-from robocal.estimate.identifiability import analyse
+from robocal.estimate.choosing.choice import choose
 from robocal.files.parts import made_by
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
@@ -123,7 +123,7 @@ def model_errors(chain: Chain, data: DataSet, watch: Watch | None = None, *, too
     held = replace(chain, table=chain.table.with_free(free))
     problem, x = baseline(held, data, np.arange(len(data.configurations)), watch)
     frames = frame_names(held, problem)
-    kept = analyse(problem.with_free(frames), x).kept if frames else ()
+    kept = choose(problem.with_free(frames), x).kept if frames else ()
     left = problem.residuals(x)
     position, position_at = errors(left, "m")
     angle, _ = errors(left, "rad")

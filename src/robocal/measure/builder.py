@@ -39,7 +39,7 @@ class Builder:
 
     def path(self, elements: Sequence[Element], configuration: Ints) -> Path:
         """A path of elements at some configurations."""
-        program = self._program(elements)
+        program = compile_path(elements, self.table)
         if not program.columns:
             phi = np.zeros((1, len(configuration), 0))
             return Path(program, phi, program.cosines(phi))
@@ -53,15 +53,6 @@ class Builder:
                 "a configuration lacks a value that the model needs", key=program.columns[column], found=place
             )
         return Path(program, phi, trig)
-
-    def _program(self, elements: Sequence[Element]) -> Program:
-        """A path against the table: the same in every problem of one machine and its configurations."""
-        known = self.configurations.memo.setdefault("programs", {})
-        key = self.table.names, tuple(elements)
-        if key not in known:
-            known[key] = compile_path(elements, self.table)
-        found: Program = known[key]
-        return found
 
     def _driven(self, program: Program) -> tuple[Array, Array]:
         """What the configurations drive a program with, (1, U, C), and its cosines (1, U, D, 2): the same in every problem of

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -46,7 +46,15 @@ class Element:
     constant: float = 0.0
     screw: tuple[float, ...] = (0.0,) * 6
 
+    def __hash__(self) -> int:
+        return self._hash
 
+    @cached_property
+    def _hash(self) -> int:  # of every element of every path that is asked for
+        return hash((self.axis, self.terms, self.constant, self.screw))
+
+
+@lru_cache(maxsize=256)
 def frame_element(owner: str) -> Element:
     """The element of a whole frame whose six parameters are `owner.x` ... `owner.rz`."""
     return Element("frame", tuple(Term(f"{owner}.{s}") for s in FRAME_SYMBOLS))
@@ -171,6 +179,17 @@ _NO_ENTRIES = (np.empty((0, 5), dtype=np.int64), np.empty(0))
 
 def compile_path(elements: Iterable[Element], table: Table) -> Program:
     """Turns elements into arrays against a parameter table. Raises ModelError for a parameter that the table lacks."""
+    try:
+        return _compiled(tuple(elements), table.names)
+    except KeyError as missing:
+        _ = table[missing.args[0]]
+        raise
+
+
+@lru_cache(maxsize=64)
+def _compiled(elements: tuple[Element, ...], names: tuple[str, ...]) -> Program:
+    """One identification asks for the same few paths dozens of times."""
+    index = {name: i for i, name in enumerate(names)}
     kinds, constants, screws, start, terms, factors = [], [], [], [0], [], []
     columns: list[str] = []
     for element in elements:
@@ -181,13 +200,12 @@ def compile_path(elements: Iterable[Element], table: Table) -> Program:
             )
         varies = False
         for term in element.terms:
-            _ = table[term.parameter]
             column = -1
             if term.column != "1":
                 if term.column not in columns:
                     columns.append(term.column)
                 column, varies = columns.index(term.column), True
-            terms.append((table.index[term.parameter], column))
+            terms.append((index[term.parameter], column))
             factors.append(term.factor)
         start.append(len(terms))
         kinds.append((AXES.index(element.axis), int(varies)))
