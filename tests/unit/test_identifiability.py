@@ -7,8 +7,8 @@ import pytest
 from measure.scenarios import SCENARIOS, build
 from unit.plain_terms import Plain, linear, plain_problem
 
-from robocal.estimate.elimination import block_columns, eliminate, triangle
 from robocal.estimate.choosing.choice import NAMED, SEEN, Combination, together
+from robocal.estimate.elimination import block_columns, eliminate, triangle
 from robocal.estimate.identifiability import analyse, observability
 from robocal.remarks.code import Code
 

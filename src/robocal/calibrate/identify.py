@@ -1,12 +1,8 @@
 """Identify a machine from its measurements, and judge the result.
 
-1 split    fit and held-out configurations, in one round or several
-2 gross    rows that belong to no others are set aside (see `gross`)
-3 start    closed form for frames and targets, refined together: the baseline
-4 fit      what is seen above the noise, on the fit configurations (see `fit`)
-5 judge    paired comparison with the baseline on configurations that were not used
-6 refit    once more on everything, for the model that is handed back, with covariance and prediction band
-7 offsets  the joints' zeros alone, proven on the same configurations, for controllers that take nothing else
+1 decide   split, gross rows, baseline, fit, proof and verdict (see `decide`)
+2 tell     the model that is handed back with covariance and prediction band, and what is worth knowing of it
+3 offsets  the joints' zeros alone, proven on the same configurations, for controllers that take nothing else
 """
 
 from __future__ import annotations
@@ -15,33 +11,22 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from robocal.calibrate.bands import coverage_of, coverage_remarks, mean_conditions, measured_range, total_of
-from robocal.calibrate.baseline import baseline, frame_names, known_baseline, renoised
+from robocal.calibrate.bands import coverage_of, coverage_remarks, mean_conditions, measured_range
+from robocal.calibrate.baseline import baseline, frame_names
 from robocal.calibrate.bootstrap import bootstrap_words, resample
+from robocal.calibrate.decide import Decision, decide
 from robocal.calibrate.estimators import batched, estimator
-from robocal.calibrate.fit import Fit, fit, posed_again
-from robocal.calibrate.gross import set_aside
 from robocal.calibrate.identification import Identification
-from robocal.calibrate.judge import stages, units_of, verdict
+from robocal.calibrate.judge import stages, units_of
 from robocal.calibrate.linear import linearity, linearity_words
-from robocal.calibrate.motions import lacking
-from robocal.calibrate.numbers import held_number, questioned
 from robocal.calibrate.offsets import offsets_alone
 from robocal.calibrate.options import Options
 from robocal.calibrate.outliers import find_outliers
-from robocal.calibrate.prove import FEW, Proven, prove
-from robocal.calibrate.region import qualified, where_it_holds
+from robocal.calibrate.prove import FEW
+from robocal.calibrate.region import where_it_holds
 from robocal.calibrate.results import parameter_results, prediction_band, row_table
-from robocal.calibrate.scale import scale_of, scaled
 from robocal.calibrate.scatter import kept_rows
-from robocal.calibrate.segments.find import find_segments, refused_by
-from robocal.calibrate.split import SHARE, make_split, places
-from robocal.calibrate.starts.own import placed
 from robocal.calibrate.warn import data_warnings
-from robocal.calibrate.zeros import with_zeros
 from robocal.errors import ModelError
 from robocal.estimate.uncertainty import uncertainty
 from robocal.measure.base import problem as build
@@ -50,7 +35,6 @@ from robocal.measure.machine import Machine
 
 __all__ = ["FEW", "baseline", "frame_names", "identify"]
 
-Array = NDArray[np.float64]
 M = TypeVar("M", bound=Machine)
 Watch = Callable[[dict[str, object]], None]
 
@@ -62,83 +46,42 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
     if options.bootstrap is not None and not batched(options):
         words = "the bootstrap takes a method that minimises the cost"
         raise ModelError(words, key="method", found=options.method, expected="lm")
-    if not data.observations or not len(data.configurations):
-        raise ModelError("the data set holds no measurement")
-    _numbers(data)
-    data = placed(model, data)
-    count = len(np.unique(places(data.configurations)))
-    if options.hold_out is None:
-        options = replace(options, hold_out=SHARE if count >= FEW and options.folds is None else 0.0)
-    assert options.hold_out is not None
-    split = make_split(data, options.hold_out, folds=options.folds, blocks=options.blocks, seed=options.seed)
-    everyone = np.arange(len(data.configurations))
-    clean, by = set_aside(model, data, everyone, watch), (options.loss, options.tuning)
-    begun = known_baseline(model, clean, everyone, *by, watch)
-    start = posed_again(begun.problem, begun.x)
-    whole = fit(model, clean, everyone, options, start, watch)
-    if (likelier := with_zeros(model, whole)) is not None:
-        return identify(likelier, data, options, watch)
-    # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
-    base = renoised(model, (clean, begun), whole.data, everyone, *by)
-    proven = prove(model, data, clean, split, options, base, whole, watch)
-    found: Identification[M] = _handed_back(model, clean, options, start, whole, proven, base.converged, watch)
-    return replace(found, offsets=offsets_alone(model, base.x, whole, proven, options.seed))
+    made = decide(model, data, options, watch)
+    found = _handed_back(made, watch)
+    return replace(found, offsets=offsets_alone(made.model, made.base.x, made.whole, made.proven, options.seed))
 
 
-def _handed_back(
-    model: M,
-    data: DataSet,
-    options: Options,
-    start: Array,
-    whole: Fit,
-    proven: Proven,
-    started: bool,
-    watch: Watch | None,
-) -> Identification[M]:
-    """Everything that is told of a fit to all measurements but gross rows, which `data` marks, and of what was proven."""
+def _handed_back(made: Decision[M], watch: Watch | None) -> Identification[M]:
+    """Everything that is told of what was decided."""
+    model, data, options, whole, proven = made.model, made.data, made.options, made.whole, made.proven
     base, base_x, part, held = proven.base, proven.base_x, proven.part, proven.held
     told, best = units_of(base), proven.best
     u = whole.uncertainty
     if whole.covariance is not None:
         u = replace(u, covariance=whole.covariance)
-    values = whole.solution.x[0]
-    names = whole.problem.table.names
-    table = whole.problem.table.with_values(values[: len(names)])
-    corrected = model.with_values({n: float(v) for n, v in zip(names, values, strict=False) if n in model.table})
+    table = whole.problem.table.with_values(made.values)
     # The instrument's own bars: the same columns, weighed with the stated noise alone.
     stated = build(model, data).with_weights(whole.problem.weights).with_free(whole.problem.free)
     known = all(obs.sigma is not None for obs in data.observations)
-    off, strange = (
-        total_of(whole),
-        find_outliers(
-            model,
-            data,
-            max(whole, part, key=lambda f: f.problem.aside),
-            {u: best.errors(u)[2] for u in told} if best else None,
-        ),
-    )
-    moved = find_segments(model, data, dict(zip(names, map(float, values), strict=False)))
-    bent = linearity(whole, start, u, told)
-    scale = scale_of(model, whole, off)
-    held_at = held_number(model, whole)
+    seen = max(whole, part, key=lambda f: f.problem.aside)
+    strange = find_outliers(model, data, seen, {u: best.errors(u)[2] for u in told} if best else None)
+    off, scale, held_at = made.off, made.scale, made.held_number
+    bent = linearity(whole, made.start, u, told)
     holds = where_it_holds(model, data, whole, off, (base, base_x), options.region, scale)
-    judged = verdict(model, data, base, part, whole, proven.proofs, options, started)
-    if (few := lacking(model, whole)) is not None:
-        judged = judged.refused(few)
     checked = coverage_of(part, held)
     results = parameter_results(model, whole, u, off, uncertainty(stated, whole.solution.x) if known else None)
     drawn = None if options.bootstrap is None else resample(whole, u.sigma, options.bootstrap, options.seed, watch)
     ids = data.configurations.ids
     return Identification(
         model,
-        corrected,
+        made.corrected,
         table,
         options,
         results,
         whole.identifiability,
         tuple(stages(data, base, base_x, part, proven.fitted, proven.proofs, unit) for unit in told),
         whole.groups,
-        refused_by(moved, qualified(questioned(scaled(judged, scale), held_at), holds)),
+        made.verdict(holds),
         row_table(data, base, base_x, part, held, best.after.value if best else {}),
         tuple(ids[i] for i in proven.fitted),
         tuple(ids[i] for i in held),
@@ -174,14 +117,3 @@ def _handed_back(
         scale=scale,
         kept=kept_rows(whole, off),
     )
-
-
-def _numbers(data: DataSet) -> None:
-    for obs in data.observations:
-        for what, bad in (
-            ("a measurement is not a finite number", ~np.isfinite(obs.value).all(axis=-1)),
-            ("a sigma must be above zero", np.zeros(len(obs)) if obs.sigma is None else ~(obs.sigma > 0).all(axis=-1)),
-        ):
-            if bad.any():
-                first = obs.configuration[np.flatnonzero(bad)[0]]
-                raise ModelError(what, key=obs.label, found=f"configuration {data.configurations.ids[first]}")

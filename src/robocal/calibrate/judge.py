@@ -32,7 +32,7 @@ from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["Proof", "best", "drawn", "stages", "units_of", "verdict"]
+__all__ = ["Proof", "best", "drawn", "stages", "units_of", "unseen_of", "verdict"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -102,12 +102,7 @@ def _stages(
     seen: dict[str, Any] = {}
     for name in ("held_out", "k_fold", "leave_one_out"):
         proof = proofs.get(name)
-        seen[name] = seen[f"{name}_before"] = None
-        if proof is not None:
-            first, second, told = proof.errors(unit, everything)
-            turned = bool(proof.after.profiled.any())
-            seen[f"{name}_before"] = Statistic.of(first[told], turned)
-            seen[name] = Statistic.of(second[told], turned)
+        seen[f"{name}_before"], seen[name] = (None, None) if proof is None else unseen_of(proof, unit, everything)
     # Where a configuration's own pose is fitted to its rows, predicting the mean of them is no rival.
     constant = _constant(data, base, best(proofs), everything) if unit == "m" and not base.blocks else None
     return Stages(
@@ -119,6 +114,13 @@ def _stages(
         folds=_folds(proofs["k_fold"], unit, at, everything) if "k_fold" in proofs else (),
         **seen,
     )
+
+
+def unseen_of(proof: Proof, unit: str, everything: bool = False) -> tuple[Statistic | None, Statistic | None]:
+    """The errors of what a proof held out, before and after, in one unit; `everything`: those of gross rows too."""
+    first, second, told = proof.errors(unit, everything)
+    turned = bool(proof.after.profiled.any())
+    return Statistic.of(first[told], turned), Statistic.of(second[told], turned)
 
 
 def _folds(proof: Proof, unit: str, at: Ints, everything: bool) -> tuple[Fold, ...]:
@@ -136,8 +138,8 @@ def _folds(proof: Proof, unit: str, at: Ints, everything: bool) -> tuple[Fold, .
 
 def best(proofs: Mapping[str, Proof]) -> Proof | None:
     """The proof that the verdict takes: the first that there is, unless gross rows left it too little to prove anything."""
-    known = [proofs[n] for n in ("held_out", "k_fold", "leave_one_out") if n in proofs]
-    return next((p for p in known if not p.starved), known[0] if known else None)
+    known = [n for n in ("held_out", "k_fold", "leave_one_out") if n in proofs]
+    return next((proofs[n] for n in known if not proofs[n].starved), proofs[known[0]] if known else None)
 
 
 def _located(data: DataSet) -> list[int]:

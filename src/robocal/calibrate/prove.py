@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,6 +32,32 @@ Bools = NDArray[np.bool_]
 Watch = Callable[[dict[str, object]], None]
 FEW = 25  # below this many configurations a held-out fifth proves little, and leave-one-out is cheap
 MANY = 400  # above this, leave-one-out is not run unless asked for
+
+
+class Proofs(Mapping[str, Proof]):
+    """Proofs by name; one that others may make needless is made when it is asked for."""
+
+    def __init__(self) -> None:
+        self.made: dict[str, Proof] = {}
+        self._later: dict[str, Callable[[], Proof]] = {}
+
+    def later(self, name: str, make: Callable[[], Proof]) -> None:
+        """Enters a proof that is made when somebody asks for it."""
+        self._later[name] = make
+
+    def __getitem__(self, name: str) -> Proof:
+        if name not in self.made:
+            self.made[name] = self._later[name]()
+        return self.made[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.made or name in self._later
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(dict.fromkeys((*self._later, *self.made)))
+
+    def __len__(self) -> int:
+        return len({*self._later, *self.made})
 
 
 @dataclass(frozen=True)
@@ -67,22 +93,25 @@ def prove(
     gross rows."""
     told = units_of(base.problem)
     count = len(np.unique(places(data.configurations)))
-    proofs: dict[str, Proof] = {}
+    proofs = Proofs()
     if options.folds is not None:
         if watch:
             watch({"stage": "folds", "configurations": len(split)})
         quick = batched(options) and not options.reselect
-        proofs["k_fold"] = _rounds(model, data, clean, base, whole, split, options, watch, quick)
+        proofs.made["k_fold"] = _rounds(model, data, clean, base, whole, split, options, watch, quick)
     # By itself where it is one batch, or where nothing else proves anything; who asks for it gets it from any method, by
     # refits.
     blind = estimator(options.method).blind
     cheap = options.folds is None and (count <= MANY if batched(options) else count < FEW and not blind)
     if (cheap if options.leave_one_out is None else options.leave_one_out) and count > 2:
-        if watch:
-            watch({"stage": "leave-one-out", "configurations": count})
-        rounds = leave_one_out_rounds(data)
-        quick = batched(options)
-        proofs["leave_one_out"] = _rounds(model, data, clean, base, whole, rounds, options, watch, quick)
+
+        def one_by_one() -> Proof:
+            if watch:
+                watch({"stage": "leave-one-out", "configurations": count})
+            rounds = leave_one_out_rounds(data)
+            return _rounds(model, data, clean, base, whole, rounds, options, watch, batched(options))
+
+        proofs.later("leave_one_out", one_by_one)
     missed = "leave_one_out" not in proofs and not batched(options) and options.leave_one_out is None
     left_out = (Remark.of(Code.LEAVE_ONE_OUT_LEFT),) if missed and not blind and options.folds is None else ()
     everyone = np.arange(len(data.configurations))
@@ -90,7 +119,7 @@ def prove(
         return Proven(proofs, base.problem, base.x, whole, everyone, everyone[:0], everyone[:0], left_out)
     fitted, held = split.configurations(0)
     one = trial(model, data, split, 0, options, told, base.x, watch)
-    proofs["held_out"] = Proof(split, one.before, one.after, _units(base.problem, one.aside))
+    proofs.made["held_out"] = Proof(split, one.before, one.after, _units(base.problem, one.aside))
     embargoed = np.flatnonzero(~(split.fit[0] | split.held[0]))
     return Proven(proofs, one.base, one.base_x, one.part, fitted, held, embargoed, left_out)
 

@@ -41,7 +41,19 @@ _OF_ROWS = frozenset({"bound_terms", "_bare", "numbers", "aside", "pairs"})
 _OF_LAYOUT = frozenset({"sizes", "places", "_ones", "_kernels"})
 _OF_COLUMNS = _OF_LAYOUT | {"index", "column_of", "_turns"}
 _OF_TABLE = frozenset(
-    {"_start", "bounds", "bounded", "stated", "_held", "believed", "prior_root", "expected_root", "scales", "preference", "_pull"}
+    {
+        "_start",
+        "bounds",
+        "bounded",
+        "stated",
+        "_held",
+        "believed",
+        "prior_root",
+        "expected_root",
+        "scales",
+        "preference",
+        "_pull",
+    }
 )
 _OTHER_FREE = _OF_LAYOUT | {"_bare", "numbers", "aside", "pairs", "_start"}
 _OTHER_TERMS = _OF_COLUMNS | _OF_TABLE | {"pairs"}

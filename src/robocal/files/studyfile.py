@@ -99,6 +99,7 @@ class StudyModel(Model):
     errors: ErrorsModel = ErrorsModel()
     options: OptionsModel = OptionsModel()
     gross: GrossModel = GrossModel()
+    outputs: list[str] | None = None
     sweep: dict[str, list[Any]] = {}  # noqa: RUF012
 
 
@@ -131,6 +132,11 @@ class Study:
 FOREIGN = {
     "cable-calibration": ("errors", "options", "gross", "noise.stated", "poses.criterion"),
     "identification": ("residual", "bias", "noise.length", "poses.shift", "poses.turn"),
+}
+# What a trial says, and what it says where the file names it under `outputs`.
+OUTPUTS = {
+    "cable-calibration": (("anchors", "zeros"), ()),
+    "identification": (("improved", "before", "after"), ("elsewhere", "coverage")),
 }
 CHUNKS = {"cable-calibration": 500, "identification": 20}
 # key of a setting -> SI unit
@@ -187,7 +193,7 @@ def _put(raw: dict[str, Any], name: str, value: Any, document: Document) -> None
     """Sets the value at a key path such as `poses.count`."""
     at = raw
     *way, last = name.split(".")
-    if name in ("sweep", "seed", "trials", "chunk", "robocal", "kind", "of"):
+    if name in ("sweep", "outputs", "seed", "trials", "chunk", "robocal", "kind", "of"):
         document.fail(
             "this is not to be varied", ("sweep", name), expected="robot, poses.count, noise.length, residual, ..."
         )
@@ -232,6 +238,7 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
         if out[key] is not None:
             out[key] = str(path.parent / out[key])
     _plannable(model, document)
+    out["outputs"] = _outputs(model, document)
     along = out["bias.along"]
     if len(along) != 3 or not 0 < math.hypot(*along) < math.inf:
         document.fail("not a direction", ("bias", "along"), found=along, expected="three numbers, such as [0, 0, 1]")
@@ -250,6 +257,19 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
             suggestion=nearest(found, METHODS),
         )  # fmt: skip
     return tuple(out.items())
+
+
+def _outputs(model: StudyModel, document: Document) -> tuple[str, ...]:
+    """Raises FormatError for outputs that no trial has."""
+    usual, more = OUTPUTS[model.of]
+    chosen = usual if model.outputs is None else tuple(model.outputs)
+    wrong = next((name for name in chosen if name not in (*usual, *more)), None)
+    if wrong is not None or not chosen or len(set(chosen)) < len(chosen):
+        document.fail(
+            "no such outputs", ("outputs",), found=wrong or list(chosen), expected=f"some of {', '.join((*usual, *more))}",
+            suggestion=nearest(wrong, (*usual, *more)) if wrong else None,
+        )  # fmt: skip
+    return chosen
 
 
 def _plannable(model: StudyModel, document: Document) -> None:

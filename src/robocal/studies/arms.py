@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
+from robocal.calibrate.decide import decide
 from robocal.calibrate.identify import identify
 from robocal.calibrate.options import Options
 from robocal.files.robot import open_robot
@@ -22,6 +23,7 @@ from robocal.studies.truth import coverage, elsewhere
 __all__ = ["ArmTrials"]
 
 Array = NDArray[np.float64]
+UNITS = {"improved": "1", "before": "m", "after": "m", "elsewhere": "m", "coverage": "1"}
 NOISE = 5e-5  # m, of a tracker that nobody stated
 
 
@@ -33,10 +35,9 @@ class ArmTrials:
     a share of the configurations as `gross` says has an error of its size on top.
     """
 
-    outputs = {"improved": "1", "before": "m", "after": "m", "elsewhere": "m", "coverage": "1"}  # noqa: RUF012
-
     def __init__(self, point: Point, seed: int = 0) -> None:
         self.point = point
+        self.outputs = {name: UNITS[name] for name in point["outputs"]}
         self.arm = open_robot(point["robot"])
         self.options = Options(
             loss=point["options.loss"], method=point["options.method"], hold_out=point["options.hold_out"]
@@ -48,19 +49,20 @@ class ArmTrials:
 
     def run(self, count: int, rng: np.random.Generator) -> dict[str, Array]:
         """The outputs of so many trials, (count,)."""
-        out = {name: np.full(count, np.nan) for name in self.outputs}
+        out = {name: np.full(count, np.nan) for name in UNITS}
         for i, own in enumerate(rng.spawn(count)):
+<<<<<<< HEAD
             truth, frame, data = self._measured(own)
-            found = identify(self.arm.chain, data, self.options)
-            stage = next(s for s in found.stages if s.unit == "m")
-            before, after = stage.held_out_before or stage.leave_one_out_before, stage.held_out or stage.leave_one_out
-            out["improved"][i] = found.verdict.status == "improved"
-            if before is not None and after is not None:
-                out["before"][i], out["after"][i] = before.mean, after.mean
+            found = decide(self.arm.chain, data, self.options)
+            out["improved"][i] = found.verdict().status == "improved"
+            if (unseen := found.unseen("m")) is not None:
+                out["before"][i], out["after"][i] = (errors.mean for errors in unseen)
             # Streams of their own: what is judged does not change what is measured.
-            out["elsewhere"][i] = elsewhere(found, truth, self.poses.judged(own.spawn(1)[0]), frame)
-            out["coverage"][i] = coverage(found, truth, frame)
-        return out
+            if "elsewhere" in self.outputs:
+                out["elsewhere"][i] = elsewhere(found, truth, self.poses.judged(own.spawn(1)[0]), frame)
+            if "coverage" in self.outputs:
+                out["coverage"][i] = coverage(identify(self.arm.chain, data, self.options), truth, frame)
+        return {name: out[name] for name in self.outputs}
 
     def _measured(self, rng: np.random.Generator) -> tuple[Chain, Frame, DataSet]:
         """A true arm, where the tracker stands, and what is handed in of what it measured."""

@@ -31,10 +31,9 @@ class CableTrials:
     (a small rotation in front) have normal noise, and constant errors on top.
     """
 
-    outputs = OUTPUTS
-
     def __init__(self, point: Point) -> None:
         self.point = point
+        self.outputs = {name: OUTPUTS[name] for name in point["outputs"]}
         self.robot: CableRobot = read_cable(point["robot"]).robot
         m = len(self.robot.cables)
         wheel = self.robot.pulleys or Pulleys(np.zeros(m), np.tile([0.0, 0.0, 1.0], (m, 1)))
@@ -79,7 +78,8 @@ class CableTrials:
         a, z = found.anchors - self.robot.a, found.zeros - self.robot.zeros
         good = found.converged.all(axis=1)
         anchors, zeros = np.sqrt((a**2).mean(axis=(1, 2))), np.sqrt((z**2).mean(axis=1))
-        return {"anchors": np.where(good, anchors, np.nan), "zeros": np.where(good, zeros, np.nan)}
+        found_of = {"anchors": np.where(good, anchors, np.nan), "zeros": np.where(good, zeros, np.nan)}
+        return {name: found_of[name] for name in self.outputs}
 
     def foretold(self, rng: np.random.Generator) -> dict[str, float]:
         """The same by linear theory: root mean squares over trials."""

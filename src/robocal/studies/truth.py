@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
+from robocal.calibrate.decide import Decision
 from robocal.calibrate.identification import Identification
 from robocal.measure.base import problem
 from robocal.measure.data import Frame
@@ -27,11 +28,11 @@ def coverage(found: Identification[Chain], truth: Chain, frame: Frame) -> float:
     return float(np.mean([low <= value <= high for (low, high), value in told])) if told else float("nan")
 
 
-def elsewhere(found: Identification[Chain], truth: Chain, q: Array, frame: Frame) -> float:
+def elsewhere(found: Decision[Chain], truth: Chain, q: Array, frame: Frame) -> float:
     """Mean distance (m) between the tool points of the identified and of the true arm at joint values q (m, n), as the instrument whose
     true frame this is would see them: its place is identified with the arm."""
     data = measure(truth, q, Instrument("position", frame=frame.value, name=frame.name), None)
     (obs,) = data.observations
-    at = Frame(frame.name, tuple(found.table[f"{frame.name}.{s}"].value for s in FRAME_SYMBOLS))
+    at = Frame(frame.name, tuple(found.values[f"{frame.name}.{s}"] for s in FRAME_SYMBOLS))
     made = problem(found.corrected, replace(data, observations=(replace(obs, frame=at),)))
     return float(np.linalg.norm(made.residuals(made.start)[0].value, axis=-1).mean())

@@ -111,7 +111,13 @@ class Choice:
 
 
 def choose(
-    problem: Problem, x: Array, *, noise: float = 1.0, always: Sequence[str] = (), seen: float = SEEN, lin: Linear | None = None
+    problem: Problem,
+    x: Array,
+    *,
+    noise: float = 1.0,
+    always: Sequence[str] = (),
+    seen: float = SEEN,
+    lin: Linear | None = None,
 ) -> Choice:
     """Which free columns of a problem are kept at x; see `identifiability.analyse`."""
     # What is weighed down by a loss says as much as anything else of what could be seen.
