@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -152,6 +153,10 @@ def check_covariance(c: NDArray[np.float64], size: int, key: str) -> None:
         )
 
 
+_NAMED = ("index", "names", "turns", "layouts")  # what tables with the same names have in common
+_VALUELESS = (*_NAMED, "scales", "usual", "bounds", "priors", "believed", "preferences")  # and if values alone differ
+
+
 @dataclass(frozen=True)
 class Table:
     """An ordered, immutable set of parameters with unique names; `together` are the priors that several of them share."""
@@ -200,6 +205,41 @@ class Table:
                 i += 1
         return np.array(found, dtype=np.int64)
 
+    @cached_property
+    def layouts(self) -> dict[tuple[str, ...], Any]:
+        """What problems have worked out of names and turns alone, by their free columns: the same for all tables with these names."""
+        return {}
+
+    @cached_property
+    def scales(self) -> NDArray[np.float64]:
+        """`Parameter.scale` of every row, (P,)."""
+        return np.array([p.scale for p in self.rows], dtype=float)
+
+    @cached_property
+    def usual(self) -> NDArray[np.float64]:
+        """`Parameter.usual` of every row, (P,)."""
+        return np.array([p.usual for p in self.rows], dtype=float)
+
+    @cached_property
+    def bounds(self) -> NDArray[np.float64]:
+        """Lower and upper bounds, (2, P)."""
+        return np.array([[p.lower for p in self.rows], [p.upper for p in self.rows]])
+
+    @cached_property
+    def priors(self) -> NDArray[np.float64]:
+        """`Parameter.prior` of every row, (P,); zero where none is stated."""
+        return np.array([p.prior or 0.0 for p in self.rows])
+
+    @cached_property
+    def believed(self) -> NDArray[np.bool_]:
+        """`Parameter.believed` of every row, (P,)."""
+        return np.array([p.believed for p in self.rows], dtype=bool)
+
+    @cached_property
+    def preferences(self) -> NDArray[np.int64]:
+        """`Parameter.preference` of every row, (P,)."""
+        return np.array([p.preference for p in self.rows], dtype=np.int64)
+
     def __len__(self) -> int:
         return len(self.rows)
 
@@ -222,9 +262,9 @@ class Table:
             for name in values:
                 _ = self[name]
             rows = [_changed(p, value=float(values[p.name])) if p.name in values else p for p in self.rows]
-            return self._of(rows)
+            return self._of(rows, same=_VALUELESS)
         each = np.asarray(values, float).tolist()
-        return self._of([_changed(p, value=v) for p, v in zip(self.rows, each, strict=True)])
+        return self._of([_changed(p, value=v) for p, v in zip(self.rows, each, strict=True)], same=_VALUELESS)
 
     def with_free(self, names: Iterable[str]) -> Table:
         """The same table with exactly these names free."""
@@ -268,10 +308,13 @@ class Table:
             _ = self[name]
         return self._of([_changed(p, expected=expected.get(p.name, p.expected)) for p in self.rows])
 
-    def _of(self, rows: Sequence[Parameter], together: tuple[Together, ...] | None = None) -> Table:
-        """A table of rows with the same names and turns: what is known of these need not be found again."""
-        made = object.__new__(Table)
-        made.__dict__.update({k: self.__dict__[k] for k in ("index", "names", "turns") if k in self.__dict__})
+    def _of(
+        self, rows: Sequence[Parameter], together: tuple[Together, ...] | None = None, same: tuple[str, ...] = _NAMED
+    ) -> Table:
+        """A table of rows with the same names and turns: what is known of these, `same`, need not be found again."""
+        _ = self.layouts
+        made, known = object.__new__(Table), self.__dict__
+        made.__dict__.update({k: known[k] for k in same if k in known})
         made.__dict__.update(rows=tuple(rows), together=self.together if together is None else together)
         return made
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +30,7 @@ def test_a_trial_says_what_identify_says(name):
 
 def test_without_a_hold_out_a_trial_tells_what_was_left_out_one_by_one():
     point = next(p for p in read_study(STUDIES / "poses-of-an-arm.yaml").points if p["poses.count"] == 30)
-    trials = ArmTrials({**point, "options.hold_out": 0.0})
+    trials = ArmTrials(replace(point, settings=(*point.settings, ("options.hold_out", 0.0))))
     told = trials.run(1, np.random.default_rng(7))
     found = identify(trials.arm.chain, trials._data(np.random.default_rng(7).spawn(1)[0]), trials.options)
     (stage,) = (s for s in found.stages if s.unit == "m")

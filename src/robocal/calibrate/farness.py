@@ -157,7 +157,7 @@ def _parts(
         sign = np.where(inside[first:last], -1.0, 1.0)[:, None, None]
         for p, (start, stop, _) in enumerate(term.parts):
             own = j[:, start:stop]
-            hat = np.einsum("mai,mbi->mab", own @ inverse, own, optimize=True)
+            hat = (own @ inverse) @ own.transpose(0, 2, 1)
             trace = np.einsum("maa->m", hat)
             squares[p][first:last] = _square(np.eye(stop - start) + sign * hat, white[:, start:stop], trace)
             levers[p][first:last] = trace / (stop - start)

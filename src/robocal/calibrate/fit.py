@@ -165,9 +165,7 @@ def near(problem: Problem, start: Array) -> Array:
 
 def softly(problem: Problem, start: Array) -> Problem:
     """The problem with every free column held at x (1, P), HOLD times as softly as its expected error."""
-    table = problem.table.with_values(start[0, : len(problem.table)])
-    table = table.with_priors({n: HOLD * float(s) for n, s in zip(problem.free, problem.scales, strict=True)})
-    return problem.with_table(table).with_priors(True)
+    return problem.softly(start, HOLD)
 
 
 def posed_again(problem: Problem, x: Array) -> Array:

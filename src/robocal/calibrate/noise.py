@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal.estimate.problem import Problem
+from robocal.estimate.rows import Residuals
 from robocal.estimate.uncertainty import leverages
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet
 
-__all__ = ["Group", "apply_noise", "assess", "noise_dof", "owners", "under"]
+__all__ = ["Group", "apply_noise", "assess", "median", "noise_dof", "owners", "under"]
 
 Array = NDArray[np.float64]
 Key = tuple[str, str]  # (sensor group, SI unit)
@@ -92,7 +93,7 @@ def assess(
     # A fit that resists outliers must not let them decide what the noise is.
     resistant = problem.loss != "none"
     rows: dict[Key, list[tuple[Array, Array, Array]]] = {}
-    in_use: dict[Key, Array] = {}
+    in_use: dict[Key, tuple[Residuals, int, int]] = {}
     kinds: dict[str, str] = {}
     paid = _paid(problem, x, chosen, columns)
     for r, taken, (own, term) in zip(problem.residuals(x), paid, owners(stated, problem), strict=True):
@@ -101,7 +102,7 @@ def assess(
         for start, stop, unit in r.parts:
             keep = chosen[r.configuration] & r.used
             sigma = np.zeros_like(r.value) if r.group in unstated or given is None else given[term.index]
-            in_use[r.group, unit] = 1 / r.scale[r.used, start:stop]
+            in_use[r.group, unit] = r, start, stop
             rows.setdefault((r.group, unit), []).append(
                 (r.value[keep, start:stop].ravel(), sigma[keep, start:stop].ravel(), taken[keep, start:stop].ravel())
             )
@@ -114,7 +115,7 @@ def assess(
         rms = float(np.sqrt(np.mean(value**2)))
         if name in unstated:
             # Without a degree of freedom residuals are zero whatever the noise: what was assumed stays.
-            spread = _spread(value, dof, resistant) if dof >= 1 else float(np.sqrt(np.mean(in_use[name, unit] ** 2)))
+            spread = _spread(value, dof, resistant) if dof >= 1 else _assumed(*in_use[name, unit])
             tau = max(spread, FLOOR.get(unit, 1e-12))
             groups.append(Group(name, kinds[name], unit, len(value), dof, None, rms, None, tau))
             continue
@@ -126,6 +127,10 @@ def assess(
             Group(name, kinds[name], unit, len(value), dof, chi2, rms, float(np.sqrt(np.mean(sigma**2))), tau)
         )
     return groups
+
+
+def _assumed(r: Residuals, start: int, stop: int) -> float:
+    return float(np.sqrt(np.mean((1 / r.scale[r.used, start:stop]) ** 2)))
 
 
 def _paid(problem: Problem, x: Array, chosen: NDArray[np.bool_], columns: float) -> list[Array]:
@@ -152,11 +157,18 @@ def _paid(problem: Problem, x: Array, chosen: NDArray[np.bool_], columns: float)
     return out
 
 
+def median(values: Array) -> float:
+    """As `numpy.median` of (n,), which takes longer to look at its arguments than for a few hundred numbers."""
+    n = len(values)
+    parted = np.partition(values, ((n - 1) // 2, n // 2, n - 1))
+    return float(parted[-1] if np.isnan(parted[-1]) else (parted[(n - 1) // 2] + parted[n // 2]) / 2)
+
+
 def _spread(value: Array, dof: float, resistant: bool) -> float:
     """Standard deviation with dof degrees of freedom; resistant: from the median of squares, which outliers do not
     move."""
     if resistant:
-        return float(np.sqrt(np.median(value**2) / MEDIAN * len(value) / dof))
+        return float(np.sqrt(median(value**2) / MEDIAN * len(value) / dof))
     return float(np.sqrt(value @ value / dof))
 
 

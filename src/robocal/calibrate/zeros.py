@@ -30,12 +30,12 @@ def with_zeros(model: M, fit: Fit) -> M | None:
     own = set(fit.problem.free) & (set(model.geometric) - model.anywhere)
     change = {n: abs(float(x[table.index[n]]) - model.table[n].value) for n in own}
     far = {n for n in own if change[n] > ALIKELY * model.table[n].scale}
+    if not far:
+        return None
     # A zero with a stated prior is where its owner says.
     zeros = {z.parameter: model.table[z.parameter] for z in model.open_zeros}
     lost = {n: LOST[z.unit] for n, z in zeros.items() if z.prior is None and z.unit in LOST and z.scale < LOST[z.unit]}
-    alike = {
-        c.name: far & {n for n, _ in c.partners} for c in fit.identifiability.combinations if far and c.name in lost
-    }
+    alike = {c.name: far & {n for n, _ in c.partners} for c in fit.identifiability.combinations if c.name in lost}
     if not any(alike.values()):
         return None
     off = total_of(fit)

@@ -37,7 +37,8 @@ def covariance_root(table: Table, names: Sequence[str], scales: Array) -> Array:
 
 def shared_root(table: Table, names: Sequence[str]) -> Array:
     """R (n, n) with R^T R the information of the stated priors of these columns; a row of zeros where none is stated."""
-    out = np.diag([1 / p.prior if p.prior else 0.0 for p in (table[n] for n in names)])
+    stated = table.priors[[table.index[n] for n in names]]
+    out = np.diag(np.divide(1.0, stated, out=np.zeros(len(stated)), where=stated != 0))
     for at, covariance in _shared(table, names):
         # C = L L^T, so C^-1 = L^-T L^-1.
         out[np.ix_(at, at)] = np.linalg.inv(np.linalg.cholesky(covariance))

@@ -36,10 +36,11 @@ Bools = NDArray[np.bool_]
 CHUNK = 1 << 16
 POSE = 16  # numbers
 NOTHING = np.empty((0, 0))
+_GIVEN = ("table", "terms", "free", "families", "configurations", "weights", "loss", "tuning", "priors")
 # What is worked out of a problem once, by what it depends on: rows (and columns), names and free columns, values and priors.
 _OF_ROWS = frozenset({"bound_terms", "_bare", "numbers", "aside", "pairs"})
 _OF_LAYOUT = frozenset({"sizes", "places", "_ones", "_kernels"})
-_OF_COLUMNS = _OF_LAYOUT | {"index", "column_of", "_turns"}
+_OF_COLUMNS = _OF_LAYOUT | {"_layout"}
 _OF_TABLE = frozenset(
     {
         "_start",
@@ -53,12 +54,41 @@ _OF_TABLE = frozenset(
         "scales",
         "preference",
         "_pull",
+        "_soft",
     }
 )
 _OTHER_FREE = _OF_LAYOUT | {"_bare", "numbers", "aside", "pairs", "_start"}
 _OTHER_TERMS = _OF_COLUMNS | _OF_TABLE | {"pairs"}
 _OTHER_TABLE = _OF_ROWS | _OF_COLUMNS
 _OTHER_WEIGHTS = _OTHER_TABLE | _OF_TABLE
+
+
+def _known(loss: str) -> str:
+    if loss not in LOSSES:
+        raise ModelError("unknown loss", found=loss, expected=", ".join(LOSSES))
+    return loss
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where free columns lie in a table: the row of each, (n,), the column of every row or -1, (P,), and how they move: rotation
+    vectors with a free component, their columns, and rows and columns of what simply adds."""
+
+    index: Ints
+    column_of: Ints
+    turns: tuple[Ints, Ints, Ints, Ints]
+
+    @classmethod
+    def of(cls, table: Table, free: Sequence[str]) -> Layout:
+        """Of the columns of these names."""
+        index = np.array([table.index[name] for name in free], dtype=np.int64)
+        column_of = np.full(len(table), -1, dtype=np.int64)
+        column_of[index] = np.arange(len(index))
+        at = np.array([t for t in table.turns if (column_of[t : t + 3] >= 0).any()], dtype=np.int64)
+        columns = np.array([column_of[t : t + 3] for t in at], dtype=np.int64).reshape(-1, 3)
+        turning = set(columns.ravel().tolist())
+        adds = np.array([c for c in range(len(index)) if c not in turning], dtype=np.int64)
+        return cls(index, column_of, (at, columns, index[adds], adds))
 
 
 @dataclass(frozen=True)
@@ -76,8 +106,7 @@ class Problem:
     priors: bool = True
 
     def __post_init__(self) -> None:
-        if self.loss not in LOSSES:
-            raise ModelError("unknown loss", found=self.loss, expected=", ".join(LOSSES))
+        _known(self.loss)
 
     # --- layout -------------------------------------------------------------------------------------------------------------
 
@@ -116,16 +145,22 @@ class Problem:
         return np.concatenate([self.table.values, *(f.start.ravel() for f in self.families)])[None]
 
     @cached_property
+    def _layout(self) -> Layout:
+        known = self.table.layouts
+        if self.free not in known:
+            known[self.free] = Layout.of(self.table, self.free)
+        found: Layout = known[self.free]
+        return found
+
+    @property
     def index(self) -> Ints:
         """The table row of every free column, shape (n,)."""
-        return np.array([self.table.index[name] for name in self.free], dtype=np.int64)
+        return self._layout.index
 
-    @cached_property
+    @property
     def column_of(self) -> Ints:
         """The column of every table row, or -1, shape (P,)."""
-        out = np.full(len(self.table), -1, dtype=np.int64)
-        out[self.index] = np.arange(self.n)
-        return out
+        return self._layout.column_of
 
     @cached_property
     def bound_terms(self) -> tuple[Term, ...]:
@@ -138,19 +173,15 @@ class Problem:
         nothing = np.full(len(self.table), -1, dtype=np.int64)
         return tuple([t.bind(nothing) for t in self.terms])
 
-    @cached_property
+    @property
     def _turns(self) -> tuple[Ints, Ints, Ints, Ints]:
-        """Rotation vectors with a free component, and the free columns that simply add."""
-        at = np.array([t for t in self.table.turns if (self.column_of[t : t + 3] >= 0).any()], dtype=np.int64)
-        columns = np.array([self.column_of[t : t + 3] for t in at], dtype=np.int64).reshape(-1, 3)
-        adds = np.array([c for c in range(self.n) if c not in set(columns.ravel())], dtype=np.int64)
-        return at, columns, self.index[adds], adds
+        return self._layout.turns
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the free columns, each (n,)."""
-        rows = [self.table[name] for name in self.free]
-        return np.array([p.lower for p in rows]), np.array([p.upper for p in rows])
+        low, high = self.table.bounds[:, self.index]
+        return low, high
 
     @cached_property
     def bounded(self) -> bool:
@@ -160,7 +191,7 @@ class Problem:
     @cached_property
     def stated(self) -> Bools:
         """Which free columns have a stated prior, (n,)."""
-        return np.array([bool(self.table[name].prior) and self.priors for name in self.free], dtype=bool)
+        return np.asarray((self.table.priors[self.index] != 0) & self.priors)
 
     @cached_property
     def _held(self) -> bool:
@@ -169,7 +200,7 @@ class Problem:
     @cached_property
     def believed(self) -> Bools:
         """Which free columns have a stated prior that says how far off they are, (n,)."""
-        return np.array([b and self.table[n].believed for n, b in zip(self.free, self.stated, strict=True)], dtype=bool)
+        return np.asarray(self.stated & self.table.believed[self.index])
 
     @cached_property
     def prior_root(self) -> Array:
@@ -188,19 +219,18 @@ class Problem:
     @cached_property
     def scales(self) -> Array:
         """The error expected of every free column without data, (n,); a stated prior says it, unless priors are off."""
-        rows = [self.table[name] for name in self.free]
-        return np.array([p.scale if self.priors else p.usual for p in rows], dtype=float)
+        return (self.table.scales if self.priors else self.table.usual)[self.index]
 
     @cached_property
     def preference(self) -> Ints:
         """Which free column is rather kept where the data cannot tell it from another: the higher, (n,)."""
-        return np.array([self.table[name].preference for name in self.free], dtype=np.int64)
+        return self.table.preferences[self.index]
 
     def with_free(self, names: Sequence[str]) -> Problem:
         """The same rows with other free columns (in table order)."""
-        wanted = set(names)
+        wanted, known = set(names), self.table.index
         for name in wanted:
-            _ = self.table[name]
+            _ = name in known or self.table[name]
         free = tuple([n for n in self.table.names if n in wanted])
         return self if free == self.free else self._with(_OTHER_FREE, free=free)
 
@@ -219,7 +249,7 @@ class Problem:
 
     def with_loss(self, loss: str, tuning: float | None = None) -> Problem:
         """The same rows with a robust loss."""
-        return self._with(_OTHER_WEIGHTS, loss=loss, tuning=tuning)
+        return self._with(_OTHER_WEIGHTS, loss=_known(loss), tuning=tuning)
 
     def with_table(self, table: Table) -> Problem:
         """The same rows over a table with the same names and other values, priors or bounds."""
@@ -231,10 +261,29 @@ class Problem:
 
     def _with(self, same: frozenset[str], **changes: Any) -> Problem:
         """Another problem of which `same`, what was worked out of this one, is the same."""
-        known = self.__dict__
-        made = replace(self, **changes)
+        _ = self._soft
+        known, made = self.__dict__, object.__new__(Problem)
         made.__dict__.update({name: known[name] for name in same if name in known})
+        made.__dict__.update({name: known[name] for name in _GIVEN}, **changes)
         return made
+
+    def softly(self, x: Array, width: float) -> Problem:
+        """The problem with every free column held at x (1, P), so many times as softly as its expected error."""
+        key = width, x.tobytes()
+        first = self._soft.get(key)
+        if first is None:
+            table = self.table.with_values(x[0, : len(self.table)])
+            table = table.with_priors({n: width * float(s) for n, s in zip(self.free, self.scales, strict=True)})
+            first = self._soft[key] = self.with_table(table).with_priors(True)
+            _ = first._start, first.scales, first.stated, first._held, first.bounds, first.bounded, first._pull
+        # Everything that such a table says is known from the first time.
+        made = self._with(_OTHER_TABLE, table=first.table, priors=True)
+        made.__dict__.update({name: first.__dict__[name] for name in _OF_TABLE if name in first.__dict__})
+        return made
+
+    @cached_property
+    def _soft(self) -> dict[tuple[float, bytes], Problem]:
+        return {}
 
     def with_local_prior(
         self, sigma: ArrayLike | None = None, covariance: ArrayLike | None = None, family: int = 0

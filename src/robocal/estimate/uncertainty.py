@@ -113,19 +113,25 @@ def effective_columns(problem: Problem, x: Array) -> float:
     n = problem.n
     if not problem.stated.any():
         return float(n)
+    if not problem.blocks:
+        a = problem.with_loss("none").with_priors(False).normal(np.atleast_2d(x)).a[0]
+        rows = int(problem.numbers[problem.counted].sum())
+        held = _held(a + np.tril(a, -1).T, rows, problem)
+        if held is not None:
+            return n - held
     left = squares(problem.with_loss("none"), x).root if reducible(problem) else eliminate(problem.linearize(x))
     hold = problem.prior_root * problem.scales
-    held = _held(left, problem)
+    held = _held(left.T @ left, len(left), problem) if problem.blocks else None
     if held is None:
         full = triangle(np.vstack([triangle(left) * problem.scales, hold]))
         held = float(np.linalg.norm(np.linalg.lstsq(full.T, hold.T, rcond=None)[0]) ** 2)
     return n - held
 
 
-def _held(j: Array, problem: Problem) -> float | None:
-    """Trace of (J^T J + P)^-1 P by Cholesky, a few times faster than QR, J (N, n); None where rounding could be seen in it:
+def _held(square: Array, rows: int, problem: Problem) -> float | None:
+    """Trace of (J^T J + P)^-1 P by Cholesky, a few times faster than QR, J^T J (n, n) of so many rows; None where rounding could be seen:
     with every column held, it errs by eps over the smallest pivot, and it is compared with the number of rows."""
-    a = j.T @ j + problem.prior_root.T @ problem.prior_root
+    a = square + problem.prior_root.T @ problem.prior_root
     size = np.sqrt(np.diag(a))
     if not (size > 0).all():
         return None
@@ -133,7 +139,7 @@ def _held(j: Array, problem: Problem) -> float | None:
         root = np.linalg.cholesky(a / np.outer(size, size))
     except np.linalg.LinAlgError:
         return None
-    if not np.diag(root).min() ** 2 * max(len(j), 1) > EPS / SHARP:
+    if not np.diag(root).min() ** 2 * max(rows, 1) > EPS / SHARP:
         return None
     return float(np.linalg.norm(np.linalg.solve(root, problem.prior_root.T / size[:, None])) ** 2)
 

@@ -20,7 +20,7 @@ from robocal.measure.builder import Builder
 from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Machine, Rig
 from robocal.measure.rows import KINDS, Kind, Rows, kind_of, register
-from robocal.parameters import Parameter, Table
+from robocal.parameters import Parameter, Table, Together
 
 __all__ = [
     "KINDS",
@@ -70,7 +70,7 @@ def problem(
                     "two different numbers have one name", key=p.name, expected="two names, or equal values"
                 )
             rows.setdefault(p.name, p)
-    table = Table(tuple(rows.values()), machine.table.together)
+    table = _table(data, tuple(rows.values()), machine.table.together)
     if values:
         table = table.with_values(values)
     families = []
@@ -90,6 +90,14 @@ def problem(
         tuple(families),
         configurations=len(data.configurations),
     )
+
+
+def _table(data: DataSet, rows: tuple[Parameter, ...], together: tuple[Together, ...]) -> Table:
+    """The table of these rows: where the last problem of these configurations had the same, that one, with all it knows."""
+    known: Table | None = data.configurations.memo.get("table")
+    if known is None or known.rows != rows or known.together != together:
+        known = data.configurations.memo["table"] = Table(rows, together)
+    return known
 
 
 def _starts(data: DataSet) -> Array:

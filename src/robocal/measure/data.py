@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -36,7 +37,7 @@ class Frame:
     expected: tuple[float, float] = (1.0, 1.0)
     said: bool = field(default=True, compare=False)
 
-    @property
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Its six rows of a parameter table."""
         return frame_parameters(self.name, self.value, free=self.free, expected=self.expected)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.calibrate.noise import median
 from robocal.calibrate.segments.run import Candidate, Run
 
 __all__ = ["LEAST", "Found", "Model", "spread"]
@@ -163,7 +164,7 @@ def spread(left: Array) -> float:
     """Standard deviation per axis from the median of squared lengths, which outliers do not move."""
     square = np.einsum("kd,kd->k", left, left)
     some = square[square > 0]
-    return math.sqrt(float(np.median(some)) / float(special.chdtri(left.shape[1], 0.5))) if len(some) else EPS
+    return math.sqrt(median(some) / float(special.chdtri(left.shape[1], 0.5))) if len(some) else EPS
 
 
 @dataclass(frozen=True)

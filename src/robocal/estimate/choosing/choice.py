@@ -166,7 +166,7 @@ def _preferred(
         if not rivals or size[wanted] <= tolerance[wanted]:
             continue
         if shares is None:
-            shares = np.linalg.lstsq(scaled[:, kept], scaled[:, asked], rcond=None)[0]
+            shares = np.asarray(np.linalg.lstsq(scaled[:, kept], scaled[:, asked], rcond=None)[0], float)
         effect = dict(zip(kept, np.abs(shares[:, number]) * size[kept], strict=True))
         for rival in sorted(rivals, key=lambda k: (preference[k], -effect[k])):
             if effect[rival] < PARTNER * max(effect.values()):
