@@ -154,7 +154,8 @@ def check_covariance(c: NDArray[np.float64], size: int, key: str) -> None:
 
 
 _NAMED = ("index", "names", "turns", "layouts")  # what tables with the same names have in common
-_VALUELESS = (*_NAMED, "scales", "usual", "bounds", "priors", "believed", "preferences")  # and if values alone differ
+_PRIORLESS = (*_NAMED, "_values", "usual", "bounds", "preferences", "_most")  # and where priors alone differ
+_VALUELESS = (*_NAMED, "scales", "usual", "bounds", "priors", "believed", "preferences", "_most")  # and where values do
 
 
 @dataclass(frozen=True)
@@ -213,7 +214,7 @@ class Table:
     @cached_property
     def scales(self) -> NDArray[np.float64]:
         """`Parameter.scale` of every row, (P,)."""
-        return np.array([p.scale for p in self.rows], dtype=float)
+        return np.where(self.believed, self.priors, self.usual)
 
     @cached_property
     def usual(self) -> NDArray[np.float64]:
@@ -233,7 +234,13 @@ class Table:
     @cached_property
     def believed(self) -> NDArray[np.bool_]:
         """`Parameter.believed` of every row, (P,)."""
-        return np.array([p.believed for p in self.rows], dtype=bool)
+        stated = np.array([p.prior is not None for p in self.rows], dtype=bool)
+        return np.asarray(stated & (self.priors <= self._most))
+
+    @cached_property
+    def _most(self) -> NDArray[np.float64]:
+        """How wide a prior may be that is believed, (P,)."""
+        return np.asarray(np.maximum(self.usual, [WIDE * TYPICAL.get(p.unit, 1.0) for p in self.rows]))
 
     @cached_property
     def preferences(self) -> NDArray[np.int64]:
@@ -280,7 +287,7 @@ class Table:
             _ = self[name]
         rows = [_changed(p, prior=priors[p.name]) if p.name in priors else p for p in self.rows]
         left = (t.without(priors) for t in self.together)
-        return self._of(rows, tuple(t for t in left if len(t.names) > 1))
+        return self._of(rows, tuple(t for t in left if len(t.names) > 1), same=_PRIORLESS)
 
     def with_covariance(self, names: Sequence[str], covariance: ArrayLike) -> Table:
         """The same table with a prior of several parameters together, covariance (k, k) in SI.

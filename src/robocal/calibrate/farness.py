@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal.calibrate.digits import WITHIN
-from robocal.calibrate.noise import apply_noise, assess, under
+from robocal.calibrate.noise import assess, under
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term, spread
 from robocal.measure.base import Rows
@@ -40,6 +40,9 @@ TAILS = 2.0  # times that, where the scale is what a model leaves
 EFFICIENCY = 0.37  # of the median as a scale: so much of the degrees of freedom it knows
 ALONE = 1e-4  # 1 - leverage: a prediction from the others would be a hundred times less certain than the row
 LONELY = 0.1  # the same, far from that
+CLEAR = (
+    1e-6  # of a pivot: nothing of such a matrix is open, and its inverse is a few times cheaper than where some may be
+)
 CHUNK = 2000
 # Of the largest number measured, or of one: what a file's digits and a converged iteration resolve; less is no gross error.
 RESOLUTION = 1e-7
@@ -117,8 +120,7 @@ def far_from(data: DataSet, problem: Problem, x: Array, configurations: Ints) ->
     was stated."""
     noise = assess(data, problem.with_loss("huber"), x, configurations, float(problem.n))
     tau = {(g.name, g.unit): g.tau for g in noise if g.tau > 0}
-    noisy = apply_noise(data, tau)
-    return farness(under(problem, data, noisy), x, tau)
+    return farness(under(problem, data, tau), x, tau)
 
 
 def _white(term: Term, x: Array, n: int) -> tuple[Array, Array]:
@@ -140,7 +142,12 @@ def _inverse(problem: Problem, weight: list[Array], rows: list[Array]) -> Array:
     # Columns differ by orders of magnitude: unit diagonal before the inverse.
     size = np.sqrt(np.where(np.diag(a) > 0, np.diag(a), 1.0))
     both = np.outer(size, size)
-    return np.asarray(np.linalg.pinv(a / both, hermitian=True) / both)
+    a = a / both
+    try:
+        sure = bool(np.diag(np.linalg.cholesky(a)).min(initial=1.0) ** 2 > CLEAR)
+    except np.linalg.LinAlgError:
+        sure = False
+    return np.asarray((np.linalg.inv(a) if sure else np.linalg.pinv(a, hermitian=True)) / both)
 
 
 def _parts(

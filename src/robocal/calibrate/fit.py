@@ -114,11 +114,11 @@ def fit(
     first = build(model, stated).with_weights(weights).with_loss(options.loss, options.tuning)
     first = replace(first, priors=options.priors)
 
-    def posed(tau: Tau) -> tuple[DataSet, Problem]:
-        data = apply_noise(stated, tau)
-        return data, under(first, stated, data)
+    def posed(tau: Tau) -> Problem:
+        return under(first, stated, tau)
 
-    data, candidate = posed({})
+    tau: Tau = {}
+    candidate = posed(tau)
     names = candidate.free
     if not names:
         raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
@@ -127,13 +127,14 @@ def fit(
         solution = method.run(candidate, start, options, watch).solution
         groups = assess(stated, candidate, solution.x, configurations, len(names))
         # A step taken blindly deserves a covariance in units of what it left behind.
-        data, candidate = posed({(g.name, g.unit): g.tau for g in groups if g.stated is None})
-        return Fit(candidate, solution, analyse(candidate, solution.x), tuple(groups), data)
+        tau = {(g.name, g.unit): g.tau for g in groups if g.stated is None}
+        candidate = posed(tau)
+        return Fit(candidate, solution, analyse(candidate, solution.x), tuple(groups), apply_noise(stated, tau))
     tau, soft = _noise(posed, stated, configurations, start)
     tau, soft = _large_errors(posed, stated, configurations, start, tau, soft)
     if watch:
         watch({"stage": "noise", "groups": len(tau)})
-    data, candidate = posed(tau)
+    candidate = posed(tau)
     seen = choose(candidate, soft)
     kept = names if options.keep_all else seen.kept
     restarted = 0
@@ -148,13 +149,15 @@ def fit(
         if set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 1e-3 * tau[k] for k in new):
             break
         tau = new
-        data, candidate = posed(tau)
+        candidate = posed(tau)
     chosen = candidate.with_free(kept)
     final = analyse(candidate, solution.x)
     if not options.keep_all:
         # The report speaks of the set that was fitted.
         final = replace(final, fitted=seen)
-    return Fit(chosen, solution, final, tuple(groups), data, restarted, found.covariance, found.notes)
+    return Fit(
+        chosen, solution, final, tuple(groups), apply_noise(stated, tau), restarted, found.covariance, found.notes
+    )
 
 
 def near(problem: Problem, start: Array) -> Array:
@@ -180,19 +183,17 @@ def posed_again(problem: Problem, x: Array) -> Array:
     return other if ended.cost[1] < CLEARLY * ended.cost[0] else x
 
 
-def _noise(
-    posed: Callable[[Tau], tuple[DataSet, Problem]], stated: DataSet, configurations: Ints, start: Array
-) -> tuple[Tau, Array]:
+def _noise(posed: Callable[[Tau], Problem], stated: DataSet, configurations: Ints, start: Array) -> tuple[Tau, Array]:
     """tau of every group when everything free may explain the data, softly held at the start; and where that fit
     ended."""
-    _, made = posed({})
+    made = posed({})
     # The baseline has used up a degree of freedom for every number that it moved.
     moved = int((start[0, made.index] != made.start[0, made.index]).sum())
     groups = assess(stated, made, start, configurations, moved)
     tau = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
     x = start
     for _ in range(SOFT_ROUNDS):
-        _, made = posed(tau)
+        made = posed(tau)
         soft = softly(made, start)
         # Where rows are weighed anew at every step, the way is longer without being a valley.
         x = least_squares(soft, x, max_iterations=CREEPING if soft.loss == "none" else STEPS).x
@@ -207,7 +208,7 @@ def _noise(
 
 
 def _large_errors(
-    posed: Callable[[Tau], tuple[DataSet, Problem]],
+    posed: Callable[[Tau], Problem],
     stated: DataSet,
     configurations: Ints,
     start: Array,
@@ -220,7 +221,7 @@ def _large_errors(
     """
     if not tau:
         return tau, soft
-    _, made = posed({})
+    made = posed({})
     kept = choose(made, start).kept
     chosen = made.with_free(kept)
     if not kept or made.numbers[configurations].sum() < 2 * len(kept):

@@ -32,7 +32,7 @@ from robocal.calibrate.baseline import Baseline, baseline, frame_names
 from robocal.calibrate.digits import rounded
 from robocal.calibrate.farness import FAR, Farness, far_from, farness
 from robocal.calibrate.fit import NEAR, Fit, chosen_weights, posed_again, softly
-from robocal.calibrate.noise import apply_noise, assess, owners, under
+from robocal.calibrate.noise import assess, owners, under
 from robocal.calibrate.thin import thinned
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -62,7 +62,7 @@ class _Search:
     configurations: Ints
 
     def posed(self, tau: Tau, used: Sequence[Bools], loss: str, tuning: float | None = None) -> Problem:
-        noisy = under(self.made, self.data, apply_noise(self.data, tau))
+        noisy = under(self.made, self.data, tau)
         aside = [~used[own][term.index] for own, term in owners(self.data, noisy)]
         return noisy.without(aside).with_loss(loss, tuning)
 
@@ -100,7 +100,8 @@ def sift(model: Machine, data: DataSet, configurations: Ints, watch: Watch | Non
     if watch:
         watch({"stage": "gross"})
     search = _Search(model, data, configurations)
-    few = _Search(model, *thinned(model, data, configurations))
+    some, own = thinned(model, data, configurations)
+    few = search if some is data else _Search(model, some, own)
     start, tau, near = _nominal(few)
     x = start = posed_again(few.made, start)
     for loss, tuning in (("huber", None), ("tukey", FAR)):
@@ -111,8 +112,9 @@ def sift(model: Machine, data: DataSet, configurations: Ints, watch: Watch | Non
         used = tuple(np.ones(len(o), dtype=bool) for o in data.observations)
         x, tau = _settled(search, start, x, tau, used, "tukey", FAR)
     # No row is gross for being rounded more coarsely than the others.
-    data = rounded(model, data, search.posed(tau, used, "none"), x, None if few.data is data else few.data)
-    search = replace(search, data=data)
+    known = rounded(model, data, search.posed(tau, used, "none"), x, None if few.data is data else few.data)
+    if known is not data:
+        data, search = known, replace(search, data=known)
     for _ in range(ROUNDS):
         soft = softly(search.posed(tau, used, "none"), start)
         there, away = x, farness(soft, x, tau)
@@ -133,13 +135,14 @@ def _nominal(search: _Search) -> tuple[Array, Tau, tuple[Bools, ...]]:
     made, x = baseline(search.model, search.data, search.configurations)
     frames = frame_names(search.model, made)
     tau: Tau = {}
+    made = search.posed(tau, every, "huber")
     for _ in range(ROUNDS):
-        new = search.noise(search.posed(tau, every, "huber"), x, float(len(frames)))
+        new = search.noise(made, x, float(len(frames)))
         if tau and _close(new, tau):
             break
-        tau = new
+        tau, made = new, search.posed(new, every, "huber")
         if frames:
-            x = least_squares(search.posed(tau, every, "huber").with_free(frames), x).x
+            x = least_squares(made.with_free(frames), x).x
     there = search.posed(tau, every, "none").with_free(frames)
     far = _by_observation(search.data, there, farness(there, x, tau).far)
     return x, tau, tuple(~f for f in far)

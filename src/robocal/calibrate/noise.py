@@ -21,7 +21,7 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Residuals
 from robocal.estimate.uncertainty import leverages
 from robocal.measure.base import Rows, kind_of
-from robocal.measure.data import DataSet
+from robocal.measure.data import DataSet, Observations
 
 __all__ = ["Group", "apply_noise", "assess", "median", "noise_dof", "owners", "under"]
 
@@ -68,18 +68,20 @@ def noise_dof(groups: Iterable[Group], dof: float) -> float:
 
 def apply_noise(data: DataSet, tau: Mapping[Key, float]) -> DataSet:
     """The same data with sigma^2 = s^2 + tau^2."""
-    out = []
-    for obs in data.observations:
-        kind = kind_of(obs)
-        s = np.zeros((len(obs), kind.size)) if obs.sigma is None else np.array(obs.sigma)
-        touched = obs.sigma is not None
-        for start, stop, unit in kind.parts:
-            extra = tau.get((obs.label, unit), 0.0)
-            if extra > 0:
-                s[:, start:stop] = np.hypot(s[:, start:stop], extra)
-                touched = True
-        out.append(replace(obs, sigma=s if touched else None))
-    return DataSet(data.configurations, tuple(out))
+    return DataSet(data.configurations, tuple(replace(o, sigma=_noisy(o, tau)) for o in data.observations))
+
+
+def _noisy(obs: Observations, tau: Mapping[Key, float]) -> Array | None:
+    """The sigma (k, d) of some observations with that; None where none is stated and nothing added."""
+    kind = kind_of(obs)
+    s = np.zeros((len(obs), kind.size)) if obs.sigma is None else np.array(obs.sigma)
+    touched = obs.sigma is not None
+    for start, stop, unit in kind.parts:
+        extra = tau.get((obs.label, unit), 0.0)
+        if extra > 0:
+            s[:, start:stop] = np.hypot(s[:, start:stop], extra)
+            touched = True
+    return s if touched else None
 
 
 def assess(
@@ -99,16 +101,16 @@ def assess(
     for r, taken, (own, term) in zip(problem.residuals(x), paid, owners(stated, problem), strict=True):
         kinds.setdefault(r.group, r.kind)
         given = stated.observations[own].sigma
+        keep = chosen[r.configuration] & r.used
+        sigma = np.zeros_like(r.value) if r.group in unstated or given is None else given[term.index]
         for start, stop, unit in r.parts:
-            keep = chosen[r.configuration] & r.used
-            sigma = np.zeros_like(r.value) if r.group in unstated or given is None else given[term.index]
             in_use[r.group, unit] = r, start, stop
             rows.setdefault((r.group, unit), []).append(
                 (r.value[keep, start:stop].ravel(), sigma[keep, start:stop].ravel(), taken[keep, start:stop].ravel())
             )
     groups = []
     for (name, unit), parts in rows.items():
-        value, sigma, taken = (np.concatenate(p) for p in zip(*parts, strict=True))
+        value, sigma, taken = parts[0] if len(parts) == 1 else (np.concatenate(p) for p in zip(*parts, strict=True))
         if not len(value):
             continue
         dof = max(len(value) - float(taken.sum()), LEAST * len(value))
@@ -208,6 +210,7 @@ def owners(data: DataSet, problem: Problem) -> Iterator[tuple[int, Rows]]:
             yield number, term
 
 
-def under(problem: Problem, stated: DataSet, noisy: DataSet) -> Problem:
-    """The problem of `stated` with the sigma of `noisy`, the same data otherwise: nothing else of it is made again."""
-    return problem.with_terms([t.under(noisy.observations[own].sigma) for own, t in owners(stated, problem)])
+def under(problem: Problem, stated: DataSet, tau: Mapping[Key, float]) -> Problem:
+    """The problem of `stated` with sigma^2 = s^2 + tau^2, as `apply_noise` has it: nothing else of it is made again."""
+    sigma = [_noisy(obs, tau) for obs in stated.observations]
+    return problem.with_terms([t.under(sigma[own]) for own, t in owners(stated, problem)])
