@@ -487,3 +487,19 @@ def test_also_where_it_is_varied(study, key):
     with study.open("a") as file:
         file.write(f"sweep: {{{key}: [{'length' if key == 'residual' else '1 mm'}]}}\n")
     robocal("study", study).assert_refused("nothing of this kind of study", key.partition(".")[0])
+
+
+def test_outputs_are_those_that_the_file_names(study):
+    study.write_text(TEXT + "outputs: [zeros]\n")
+    ran = robocal("study", study, "-o", study.parent / "zeros.npz", "--json")
+    assert list(ran.document["units"]) == ["zeros"] and all("anchors" not in p for p in ran.document["points"])
+    with np.load(study.parent / "zeros.npz") as file:
+        assert sorted(file.files) == ["varied.residual", "zeros"]
+    for outputs, said in (
+        ("[zeroes]", "zeros"),
+        ("[]", "outputs"),
+        ("[coverage]", "anchors, zeros"),
+        ("[zeros, zeros]", "outputs"),
+    ):
+        study.write_text(TEXT + f"outputs: {outputs}\n")
+        robocal("study", study, "--force").assert_refused("no such outputs", said)

@@ -51,7 +51,6 @@ class ArmTrials:
         """The outputs of so many trials, (count,)."""
         out = {name: np.full(count, np.nan) for name in UNITS}
         for i, own in enumerate(rng.spawn(count)):
-<<<<<<< HEAD
             truth, frame, data = self._measured(own)
             found = decide(self.arm.chain, data, self.options)
             out["improved"][i] = found.verdict().status == "improved"
