@@ -191,6 +191,7 @@ chunk: 2
 seed: 5
 poses: {count: 25}
 noise: {position: 0.1 mm}
+outputs: [improved, elsewhere]
 """
 
 

@@ -29,23 +29,21 @@ class ArmPoses:
 
     def __init__(self, point: Point, chain: Chain, template: Template, seed: int) -> None:
         self.point, self.chain, self.template, self.seed = point, chain, template, seed
+        # Read at once, so that a list that is not there is told before the first trial, whatever the trials say of it.
+        self.listed = self._list("poses.file")
+        self.tests = self._list("poses.tests")  # where the robot has to be accurate, (t, n)
 
     @cached_property
     def fixed(self) -> Array | None:
         """What is measured in every trial, (m, n); None where every trial draws its own."""
+        if self.listed is not None:
+            return self.listed
         p = self.point
-        if p["poses.file"] is not None:
-            return self._list("poses.file")
         if p["poses.choose"] == "random":
             return None
         options = PlanOptions(p["poses.count"], p["poses.criterion"], seed=self.seed)
-        tests = self.tests
-        return plan(self.chain, self.template, options, tests=None if tests is None else tests[::2]).q
-
-    @cached_property
-    def tests(self) -> Array | None:
-        """Where the robot has to be accurate, (t, n), as a list says."""
-        return None if self.point["poses.tests"] is None else self._list("poses.tests")
+        wanted = None if self.tests is None else self.tests[::2]
+        return plan(self.chain, self.template, options, tests=wanted).q
 
     def measured(self, rng: np.random.Generator) -> Array:
         """The joint values of one trial, (m, n)."""
@@ -59,5 +57,5 @@ class ArmPoses:
         low, high = joint_range(self.chain).T
         return rng.uniform(low, high, (count, len(low)))
 
-    def _list(self, key: str) -> Array:
-        return read_poses(self.point[key], self.chain)[1]
+    def _list(self, key: str) -> Array | None:
+        return None if self.point[key] is None else read_poses(self.point[key], self.chain)[1]
