@@ -155,7 +155,7 @@ def test_the_interval_of_few_places_holds_the_gain(rng, shape):
 
 def verdict(before, after, constant=None, **more):
     n = len(after)
-    given = {"rank": 5, "converged": True, "seed": 0, "kind": "held out", **more}
+    given = {"blind": False, "converged": True, "seed": 0, "kind": "held out", **more}
     return judge(np.asarray(before, float), np.asarray(after, float), constant, np.arange(n), **given)
 
 
@@ -167,7 +167,7 @@ GOOD, BAD, FAR = np.full(20, 1e-4), np.full(20, 1e-3), np.full(20, 0.5)
     [
         (lambda: verdict(BAD, GOOD, FAR), "improved", "falls by 0.9 mm, 95 % interval 0.9 to 0.9 mm (held out)"),
         (lambda: verdict(BAD, GOOD), "improved", "falls by"),
-        (lambda: verdict(BAD, GOOD, FAR, rank=0), "refused", "no parameter at all"),
+        (lambda: verdict(BAD, GOOD, FAR, blind=True), "refused", "no parameter at all"),
         (lambda: verdict(BAD, np.append(GOOD[1:], np.nan), FAR), "refused", "cannot be evaluated"),
         (lambda: verdict(FAR, BAD, BAD), "refused", "no gain over predicting the mean: 1 mm on unseen poses, 1 mm"),
         (
@@ -217,6 +217,13 @@ def test_few_configurations_prove_nothing(count, status):
     four."""
     n = 40
     v = judge(
-        np.full(n, 1e-3), np.full(n, 1e-4), None, np.arange(n) % count, rank=5, converged=True, seed=0, kind="held out"
+        np.full(n, 1e-3),
+        np.full(n, 1e-4),
+        None,
+        np.arange(n) % count,
+        blind=False,
+        converged=True,
+        seed=0,
+        kind="held out",
     )
     assert v.status == status and (v.reasons[0].code is Code.FEW_UNSEEN) is (status == "not_improved")

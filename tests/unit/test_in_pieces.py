@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy
@@ -15,13 +17,15 @@ from robocal.arms.gravity import Gravity, drive, link_end
 from robocal.calibrate import evidence, gross
 from robocal.calibrate.fit import EXACT, NEAR
 from robocal.calibrate.noise import apply_noise, under
+from robocal.calibrate.segments.model import _inverse_root, _Sums
 from robocal.calibrate.split import NEAR as PLACE
 from robocal.calibrate.split import _cells, places
+from robocal.estimate._kernels import held_by
 from robocal.estimate.rows import spread
 from robocal.geometry.path.program import Element, Term, compile_path
 from robocal.measure import reach as reaching
 from robocal.measure.base import problem
-from robocal.measure.data import Configurations
+from robocal.measure.data import Configurations, DataSet
 from robocal.parameters import Parameter, Table
 
 
@@ -136,8 +140,8 @@ def test_cells_are_halved_from_the_largest():
 
 def test_another_sigma_is_the_problem_made_again():
     data = measured(30)
-    noisy = apply_noise(data, {(data.observations[0].label, "m"): 3e-4})
-    again, same = problem(measured_arm(), noisy), under(problem(measured_arm(), data), data, noisy)
+    tau = {(data.observations[0].label, "m"): 3e-4}
+    again, same = problem(measured_arm(), apply_noise(data, tau)), under(problem(measured_arm(), data), data, tau)
     x = again.start
     np.testing.assert_array_equal(again.normal(x).a, same.normal(x).a)
 
@@ -165,3 +169,49 @@ def test_the_map_picks_by_joints_and_geometry_what_the_whole_model_would(rng):
     bent, q = grown(bare), rng.uniform(-1, 1, (50, 3))
     assert bent.derived
     np.testing.assert_allclose(reaching.places_by_joints(bent, q), bare.pose(q)[:, :3, 3], atol=1e-12)
+
+
+def test_the_same_rows_are_one_problem_and_no_others():
+    """What was worked out of a problem is kept for as long as nothing of it is another: a row, a sigma, the machine."""
+    data, machine = measured(30), measured_arm()
+    first = problem(machine, data)
+    assert problem(machine, DataSet(data.configurations, tuple(replace(o) for o in data.observations))) is first
+    (obs,) = data.observations
+    moved = replace(data, observations=(replace(obs, value=obs.value + 1e-3),))
+    for other in (
+        problem(machine, moved),
+        problem(machine, data, free=machine.table.free[:3]),
+        problem(measured_arm(), data),
+    ):
+        assert other is not first
+    away = problem(machine, moved).residuals(first.start)[0].value - first.residuals(first.start)[0].value
+    np.testing.assert_allclose(away, -1e-3, atol=1e-12)
+
+
+def test_what_priors_hold_is_the_trace(rng):
+    """Cholesky in place against the formula, with a prior of its own and with one that several share; none where it is open."""
+    j, root = rng.normal(size=(40, 7)), np.diag(rng.uniform(0.5, 2.0, 7))
+    root[2:4, 2:5] = rng.normal(size=(2, 3))
+    a = j.T @ j + root.T @ root
+    trace, least = held_by(np.tril(a), root)
+    np.testing.assert_allclose(trace, np.trace(np.linalg.solve(a, root.T @ root)), rtol=1e-12)
+    assert 0 < least < 1 and held_by(np.tril(np.ones((3, 3))), np.eye(3))[1] <= 1e-12
+
+
+def test_a_segments_share_that_the_model_answers(rng):
+    """Of all pairs of a grid by the products of its ends, and of each by itself; a root of what is open leaves out that direction."""
+    parts = (
+        rng.normal(size=(60, 3, 4)),
+        rng.normal(size=(60, 3)),
+        rng.uniform(0.5, 1, 60),
+        rng.normal(size=(60, 3, 9)),
+    )
+    sums = _Sums.of(*parts)
+    a, b = (m for m in np.triu_indices(31, 1))
+    both = np.concatenate([sums.gain(a[i : i + 50], b[i : i + 50])[0] for i in range(0, len(a), 50)])
+    np.testing.assert_allclose(sums.gain(a, b)[0], both, rtol=1e-9)
+    j = rng.normal(size=(20, 5))
+    for rows, rank in ((j, 5), (j @ np.diag([1.0, 1, 1, 1, 0]), 4)):
+        w = _inverse_root(rows.T @ rows)
+        assert w.shape == (5, rank)
+        np.testing.assert_allclose(w @ w.T, np.linalg.pinv(rows.T @ rows), atol=1e-9)

@@ -6,8 +6,8 @@ and the nominal model leaves more than the identified one: each is measured by i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from robocal.estimate.choosing.choice import choose
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.measure.base import problem as build
-from robocal.measure.data import DataSet, Observations
+from robocal.measure.data import DataSet, same_rows
 from robocal.measure.machine import Machine
 from robocal.parameters import FRAME_SYMBOLS
 
@@ -30,7 +30,6 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Watch = Callable[[dict[str, object]], None]
 ROUNDS = 8
-ROWS = tuple(f.name for f in fields(Observations) if f.name != "rounding")
 
 
 @dataclass(frozen=True)
@@ -87,21 +86,21 @@ Placed = tuple[Array, tuple[str, ...], bool]
 
 
 def _remembered(model: Machine, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
-    """As `_placed`. Where the search for gross rows marked none, what it began with is what is asked again."""
+    """As `_placed`. Where the search for gross rows marked none, what it began with is what is asked again: what rounding leaves in
+    rows moves no fit."""
     memo, key = data.configurations.memo, ("baseline", configurations.tobytes())
     known = memo.get(key)
-    if near is None and known is not None and known[0] is model and _same(known[1], data.observations):
+    if (
+        near is None
+        and known is not None
+        and known[0] is model
+        and same_rows(known[1], data.observations, ("rounding",))
+    ):
         return np.array(known[2][0]), known[2][1], known[2][2]
     found = _placed(model, data, configurations, made, near)
     if near is None:
         memo[key] = model, data.observations, (np.array(found[0]), *found[1:])
     return found
-
-
-def _same(one: Sequence[Observations], other: Sequence[Observations]) -> bool:
-    """Whether these hold the same rows; what rounding leaves in them moves no fit."""
-    pairs = zip(one, other, strict=False)
-    return len(one) == len(other) and all(getattr(a, name) is getattr(b, name) for a, b in pairs for name in ROWS)
 
 
 def _placed(model: Machine, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:

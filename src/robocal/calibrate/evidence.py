@@ -166,7 +166,7 @@ def judge(
     constant: Array | None,
     configurations: Ints,
     *,
-    rank: int,
+    blind: bool,
     converged: bool,
     seed: int,
     kind: str,
@@ -176,10 +176,10 @@ def judge(
     located: Array | None = None,
 ) -> Verdict:
     """The verdict from unseen errors of the baseline and of the identified model, (N,) each, in `unit`; `kind` names
-    how they were held out. `constant` is what predicting the mean misses of those that have one, `located` what the identified
-    model misses of the same (None: `after`). `everything` are both errors of all rows, and which of them are told, where gross
-    ones were left out."""
-    if rank == 0:
+    how they were held out, `blind` whether nothing was seen above the noise. `constant` is what predicting the mean misses of
+    those that have one, `located` what the identified model misses of the same (None: `after`). `everything` are both errors of
+    all rows, and which of them are told, where gross ones were left out."""
+    if blind:
         return Verdict("refused", (Remark.of(Code.RANK_ZERO),))
     if not np.isfinite(after).all():
         return Verdict("refused", (Remark.of(Code.NOT_FINITE),))

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal.calibrate.digits import WITHIN
-from robocal.calibrate.noise import assess, under
+from robocal.calibrate.noise import assess, quantile, under
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term, spread
 from robocal.measure.base import Rows
@@ -40,9 +40,8 @@ TAILS = 2.0  # times that, where the scale is what a model leaves
 EFFICIENCY = 0.37  # of the median as a scale: so much of the degrees of freedom it knows
 ALONE = 1e-4  # 1 - leverage: a prediction from the others would be a hundred times less certain than the row
 LONELY = 0.1  # the same, far from that
-CLEAR = (
-    1e-6  # of a pivot: nothing of such a matrix is open, and its inverse is a few times cheaper than where some may be
-)
+# Of the smallest pivot: nothing of such a matrix is open, its inverse is right to seven digits, and a few times cheaper.
+CLEAR = 1e-9
 CHUNK = 2000
 # Of the largest number measured, or of one: what a file's digits and a converged iteration resolve; less is no gross error.
 RESOLUTION = 1e-7
@@ -196,15 +195,12 @@ def _rounding(term: Rows, start: int, stop: int) -> Array:
 
 def _scale(parts: list[_Part]) -> tuple[float, float]:
     """The robust standard deviation of D, at least one, and the degrees of freedom that know it."""
-    # Rows of different size share a scale: each D^2 is compared with its own quantiles.
-    ratio = {
-        level: np.concatenate([p.square[p.inside] / special.chdtri(p.size, 1 - level) for p in parts])
-        for level in (0.5, 0.75)
-    }
     own = np.concatenate([p.square[p.inside] / p.size for p in parts])
     if not len(own):
         return 1.0, 1.0
-    robust = max(*(float(np.quantile(v, level)) for level, v in ratio.items()), 1.0)
+    # Rows of different size share a scale: each D^2 is compared with its own quantiles.
+    by = np.concatenate([np.full(np.count_nonzero(p.inside), p.size) for p in parts])
+    robust = max(1.0, *(quantile(own * (by / special.chdtri(by, 1 - level)), level) for level in (0.5, 0.75)))
     near = own[own < robust * FAR**2]
     square = max(robust, float(near.mean()) if len(near) else 1.0)
     dof = sum(float(np.sum(p.size * (1 - np.minimum(p.leverage[p.inside], 1.0)))) for p in parts)

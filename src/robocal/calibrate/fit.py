@@ -112,7 +112,7 @@ def fit(
     """Fits everything that is free and seen to some configurations, starting from x (1, P)."""
     weights = chosen_weights(len(stated.configurations), configurations)
     first = build(model, stated).with_weights(weights).with_loss(options.loss, options.tuning)
-    first = replace(first, priors=options.priors)
+    first = first if options.priors else first.with_priors(False)
 
     def posed(tau: Tau) -> Problem:
         return under(first, stated, tau)
@@ -196,9 +196,10 @@ def _noise(posed: Callable[[Tau], Problem], stated: DataSet, configurations: Int
         made = posed(tau)
         soft = softly(made, start)
         # Where rows are weighed anew at every step, the way is longer without being a valley.
-        x = least_squares(soft, x, max_iterations=CREEPING if soft.loss == "none" else STEPS).x
+        ended = least_squares(soft, x, max_iterations=CREEPING if soft.loss == "none" else STEPS)
+        x = ended.x
         # A column counts as far as the data, not the hold, decide it.
-        groups = assess(stated, made, x, configurations, effective_columns(soft, x))
+        groups = assess(stated, made, x, configurations, effective_columns(soft, x, ended.normal))
         new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
         settled = set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 0.01 * tau[k] for k in new)
         tau = new

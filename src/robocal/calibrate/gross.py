@@ -155,8 +155,9 @@ def _settled(
     for _ in range(ROUNDS):
         made = search.posed(tau, used, loss, tuning)
         soft = softly(made, start)
-        x = least_squares(soft, x, cost_tolerance=NEAR).x
-        new = search.noise(made, x, effective_columns(soft, x))
+        ended = least_squares(soft, x, cost_tolerance=NEAR)
+        x = ended.x
+        new = search.noise(made, x, effective_columns(soft, x, ended.normal))
         done = _close(new, tau)
         tau = new
         if done:
@@ -171,9 +172,11 @@ def _close(new: Tau, old: Tau) -> bool:
 def neither(model: Machine, data: DataSet, base: Baseline, found: Fit, configurations: Ints) -> tuple[Bools, ...]:
     """Rows of every term that neither the baseline nor the identified model comes near, both fitted to some configurations."""
     frames = frame_names(model, base.problem)
-    one = far_from(data, base.problem.with_free(frames), base.x, configurations)
+    one = far_from(data, base.problem.with_free(frames), base.x, configurations).strange
+    if not any(a.any() for a in one):
+        return one
     other = far_from(data, found.problem, found.solution.x, configurations)
-    return tuple(a & b for a, b in zip(one.strange, other.far, strict=True))
+    return tuple(a & b for a, b in zip(one, other.far, strict=True))
 
 
 def marked(data: DataSet, used: Iterable[Bools]) -> DataSet:

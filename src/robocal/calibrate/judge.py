@@ -212,7 +212,7 @@ def verdict(
         after[told],
         constant,
         drawn(proof.split, label, at[told]),
-        rank=part.identifiability.rank,
+        blind=part.identifiability.blind,
         # Some methods end after as many steps as were asked for.
         converged=part.solution.reasons[0].converged or estimator(options.method).finite,
         seed=options.seed,

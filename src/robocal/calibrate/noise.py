@@ -23,7 +23,7 @@ from robocal.estimate.uncertainty import leverages
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet, Observations
 
-__all__ = ["Group", "apply_noise", "assess", "median", "noise_dof", "owners", "under"]
+__all__ = ["Group", "apply_noise", "assess", "median", "noise_dof", "owners", "quantile", "under"]
 
 Array = NDArray[np.float64]
 Key = tuple[str, str]  # (sensor group, SI unit)
@@ -97,16 +97,19 @@ def assess(
     rows: dict[Key, list[tuple[Array, Array, Array]]] = {}
     in_use: dict[Key, tuple[Residuals, int, int]] = {}
     kinds: dict[str, str] = {}
-    paid = _paid(problem, x, chosen, columns)
-    for r, taken, (own, term) in zip(problem.residuals(x), paid, owners(stated, problem), strict=True):
+    keep = [np.flatnonzero(chosen[t.configuration] & t.used) for t in problem.terms]
+    paid = _paid(
+        problem, x, chosen, columns, [(len(k), t.scale.shape[1]) for k, t in zip(keep, problem.terms, strict=True)]
+    )
+    for r, taken, some, (own, term) in zip(problem.residuals(x), paid, keep, owners(stated, problem), strict=True):
         kinds.setdefault(r.group, r.kind)
         given = stated.observations[own].sigma
-        keep = chosen[r.configuration] & r.used
-        sigma = np.zeros_like(r.value) if r.group in unstated or given is None else given[term.index]
+        value = r.value[some]
+        sigma = np.zeros_like(value) if r.group in unstated or given is None else given[term.index[some]]
         for start, stop, unit in r.parts:
             in_use[r.group, unit] = r, start, stop
             rows.setdefault((r.group, unit), []).append(
-                (r.value[keep, start:stop].ravel(), sigma[keep, start:stop].ravel(), taken[keep, start:stop].ravel())
+                (value[:, start:stop].ravel(), sigma[:, start:stop].ravel(), taken[:, start:stop].ravel())
             )
     groups = []
     for (name, unit), parts in rows.items():
@@ -135,28 +138,22 @@ def _assumed(r: Residuals, start: int, stop: int) -> float:
     return float(np.sqrt(np.mean((1 / r.scale[r.used, start:stop]) ** 2)))
 
 
-def _paid(problem: Problem, x: Array, chosen: NDArray[np.bool_], columns: float) -> list[Array]:
-    """How many degrees of freedom every row of every term, (m, d), pays for what was fitted to the chosen configurations.
+def _paid(
+    problem: Problem, x: Array, chosen: NDArray[np.bool_], columns: float, shapes: list[tuple[int, int]]
+) -> list[Array]:
+    """How many degrees of freedom every row that counts of every term, (m, d), pays for what was fitted to the chosen configurations.
 
     Without local blocks all pay alike. With them, each pays for its block and the shared columns by its leverage: lengths hardly
     say where a platform is that a camera sees, and know nothing of its markers.
     """
-    counts = [
-        (chosen[t.configuration] & t.used)[:, None] & np.ones(t.scale.shape[1], dtype=bool) for t in problem.terms
-    ]
-    total = sum(int(c.sum()) for c in counts)
+    total = sum(m * d for m, d in shapes)
     if not problem.blocks or not total:
-        return [np.asarray(columns / max(total, 1) * c, dtype=np.float64) for c in counts]
+        return [np.full(shape, columns / max(total, 1)) for shape in shapes]
     own, shared = leverages(problem, x, np.flatnonzero(chosen))
     whole = shared.sum()
     paid = own + columns * (shared / whole if whole > 0 else 1 / total)
-    out, first = [], 0
-    for c in counts:
-        mine = np.zeros(c.shape)
-        mine[c] = paid[first : first + int(c.sum())]
-        first += int(c.sum())
-        out.append(mine)
-    return out
+    ends = np.cumsum([m * d for m, d in shapes])[:-1]
+    return [part.reshape(shape) for part, shape in zip(np.split(paid, ends), shapes, strict=True)]
 
 
 def median(values: Array) -> float:
@@ -164,6 +161,15 @@ def median(values: Array) -> float:
     n = len(values)
     parted = np.partition(values, ((n - 1) // 2, n // 2, n - 1))
     return float(parted[-1] if np.isnan(parted[-1]) else (parted[(n - 1) // 2] + parted[n // 2]) / 2)
+
+
+def quantile(values: Array, level: float) -> float:
+    """As `numpy.quantile` of (n,), linear between two of them; it too takes longer to look at its arguments."""
+    at = level * (len(values) - 1)
+    low = int(at)
+    parted = np.partition(values, (low, min(low + 1, len(values) - 1)))
+    below, above = parted[low], parted[min(low + 1, len(values) - 1)]
+    return float(below + (at - low) * (above - below))
 
 
 def _spread(value: Array, dof: float, resistant: bool) -> float:

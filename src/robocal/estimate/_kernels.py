@@ -243,6 +243,56 @@ def accumulate(r, jac, scale, weight, configuration, columns, loss, tuning, curv
 
 
 @kernel
+def held_by(a, root):
+    """Trace of A^-1 R^T R of a (n, n), lower triangle, and root (n, n); a is overwritten. The smallest pivot of A with a diagonal of
+    ones comes beside it, below zero where A is not positive definite."""
+    n = a.shape[0]
+    size, v = np.empty(n), np.empty(n)
+    for i in range(n):
+        if not a[i, i] > 0.0:
+            return 0.0, -1.0
+        size[i] = 1.0 / math.sqrt(a[i, i])
+    for i in range(n):
+        for j in range(i + 1):
+            a[i, j] *= size[i] * size[j]
+    if not cholesky(a, n):
+        return 0.0, -1.0
+    trace, least = 0.0, 1.0
+    for i in range(n):
+        least = min(least, a[i, i] * a[i, i])
+    for k in range(n):
+        first = n  # a prior of its own, the ordinary case, has one number in its row
+        for i in range(n - 1, -1, -1):
+            v[i] = root[k, i] * size[i]
+            if v[i] != 0.0:
+                first = i
+        for i in range(first, n):
+            s = v[i]
+            for j in range(first, i):
+                s -= a[i, j] * v[j]
+            v[i] = s / a[i, i]
+            trace += v[i] * v[i]
+    return trace, least
+
+
+@kernel
+def add_pull(root, information, d, cost, g, a):
+    """Adds the rows R d of priors: root (n, n), its information in the lower triangle, d (B, n) the step from the means."""
+    n = root.shape[0]
+    for b in range(d.shape[0]):
+        for i in range(n):
+            along = 0.0
+            for j in range(n):
+                along += root[i, j] * d[b, j]
+            if along != 0.0:
+                cost[b] += 0.5 * along * along
+                for j in range(n):
+                    g[b, j] += along * root[i, j]
+            for j in range(i + 1):
+                a[b, i, j] += information[i, j]
+
+
+@kernel
 def accumulate_blocks(
     r, jac, jloc, cut, scale, pull, columns, local, other, pair, loss, tuning, curved, first, gl, al, asl, gm, am, asm, cross,
 ):  # fmt: skip

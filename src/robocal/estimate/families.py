@@ -117,5 +117,7 @@ class Family:
 
 def offsets(families: Sequence[Family], first: int) -> list[slice]:
     """Where the blocks of each family lie in x, behind `first` numbers of the table."""
+    if not families:
+        return []
     ends = first + np.cumsum([0, *(f.start.size for f in families)])
     return [slice(int(a), int(b)) for a, b in pairwise(ends)]

@@ -108,6 +108,12 @@ class Identifiability:
         """Of what is seen above the noise."""
         return int((self._told[0] > self.level).sum())
 
+    @property
+    def blind(self) -> bool:
+        """Whether nothing is seen above the noise: no column by itself, nor several together."""
+        alone = np.linalg.norm(self._root @ self.problem.expected_root, axis=0)
+        return not alone.max(initial=0.0) > self.level and self.rank == 0
+
     @cached_property
     def structural_rank(self) -> int:
         """Of what is not exactly dependent to first order."""

@@ -58,10 +58,11 @@ def _shared(table: Table, names: Sequence[str]) -> list[tuple[Ints, Array]]:
 
 @dataclass(frozen=True)
 class Pull:
-    """What priors of shared columns add, whatever the step: root (n, n), the information in its lower triangle, and the columns
-    (3,) of rotation vectors for which the step is bent."""
+    """What priors of shared columns add, whatever the step: root (n, n), the information, whole and in its lower triangle, and the
+    columns (3,) of rotation vectors for which the step is bent."""
 
     root: Array
+    whole: Array
     information: Array
     bent: tuple[Ints, ...]
 
@@ -70,21 +71,22 @@ class Pull:
         """Of a root (n, n) and the columns of rotation vectors, (k, 3) or -1."""
         info = root.T @ root
         # Alone on their columns and equal on all axes: Jinv^T d = d.
-        return cls(root, np.tril(info), tuple(c for c in turns if (c >= 0).all() and not _even(info, c)))
+        return cls(root, info, np.tril(info), tuple(c for c in turns if (c >= 0).all() and not _even(info, c)))
 
 
 def add_shared(pull: Pull, d: Array, out: Normal) -> None:
     """Adds the priors of shared columns to the normal equations, the matrix in its lower triangle; d (B, n) is the step from their
     means."""
     root = pull.root
-    along = d @ root.T
-    out.cost += 0.5 * np.sum(along * along, axis=1)
     if not pull.bent:
-        out.g += along @ root
-        out.a += pull.information
+        from robocal.estimate._kernels import add_pull
+
+        add_pull(root, pull.information, d, out.cost, out.g, out.a)
         return
     from robocal.geometry import so3
 
+    along = d @ root.T
+    out.cost += 0.5 * np.sum(along * along, axis=1)
     slope = np.broadcast_to(np.eye(len(root)), (len(d), *root.shape)).copy()
     for c in pull.bent:
         slope[:, c[:, None], c] = so3.left_jacobian_inverse(d[:, c])

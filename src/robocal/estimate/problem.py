@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -36,7 +36,6 @@ Bools = NDArray[np.bool_]
 CHUNK = 1 << 16
 POSE = 16  # numbers
 NOTHING = np.empty((0, 0))
-_GIVEN = ("table", "terms", "free", "families", "configurations", "weights", "loss", "tuning", "priors")
 # What is worked out of a problem once, by what it depends on: rows (and columns), names and free columns, values and priors.
 _OF_ROWS = frozenset({"bound_terms", "_bare", "numbers", "aside", "pairs"})
 _OF_LAYOUT = frozenset({"sizes", "places", "_ones", "_kernels"})
@@ -61,6 +60,12 @@ _OTHER_FREE = _OF_LAYOUT | {"_bare", "numbers", "aside", "pairs", "_start"}
 _OTHER_TERMS = _OF_COLUMNS | _OF_TABLE | {"pairs"}
 _OTHER_TABLE = _OF_ROWS | _OF_COLUMNS
 _OTHER_WEIGHTS = _OTHER_TABLE | _OF_TABLE
+
+
+@cache
+def _gone(same: frozenset[str]) -> tuple[str, ...]:
+    """What is worked out of a problem, but for the `same`."""
+    return tuple(n for n, v in vars(Problem).items() if isinstance(v, cached_property) and n not in same)
 
 
 def _known(loss: str) -> str:
@@ -211,6 +216,16 @@ class Problem:
     def _pull(self) -> Pull:
         return Pull.of(self.prior_root, self._turns[1])
 
+    @property
+    def information(self) -> Array:
+        """P (n, n) of the stated priors."""
+        return self._pull.whole
+
+    @property
+    def even(self) -> bool:
+        """Whether the normal equations hold J^T J + P as it stands: no prior of a rotation vector differs by axis."""
+        return not self._pull.bent
+
     @cached_property
     def expected_root(self) -> Array:
         """S (n, n), S S^T the covariance expected without data: diagonal, but where a stated prior says more."""
@@ -262,27 +277,30 @@ class Problem:
     def _with(self, same: frozenset[str], **changes: Any) -> Problem:
         """Another problem of which `same`, what was worked out of this one, is the same."""
         _ = self._soft
-        known, made = self.__dict__, object.__new__(Problem)
-        made.__dict__.update({name: known[name] for name in same if name in known})
-        made.__dict__.update({name: known[name] for name in _GIVEN}, **changes)
+        made = object.__new__(Problem)
+        made.__dict__.update(self.__dict__, **changes)
+        for name in _gone(same):
+            made.__dict__.pop(name, None)
         return made
 
     def softly(self, x: Array, width: float) -> Problem:
         """The problem with every free column held at x (1, P), so many times as softly as its expected error."""
-        key = width, x.tobytes()
-        first = self._soft.get(key)
-        if first is None:
-            table = self.table.with_values(x[0, : len(self.table)])
-            table = table.with_priors({n: width * float(s) for n, s in zip(self.free, self.scales, strict=True)})
-            first = self._soft[key] = self.with_table(table).with_priors(True)
-            _ = first._start, first.scales, first.stated, first._held, first.bounds, first.bounded, first._pull
+        known, key = self._soft, (width, x.tobytes())
+        if width not in known:
+            held = self.table.with_priors({n: width * float(s) for n, s in zip(self.free, self.scales, strict=True)})
+            first = known[width] = self.with_table(held).with_priors(True)
+            _ = first.scales, first.stated, first._held, first.bounds, first.bounded, first._pull, held.scales
+        if key not in known:
+            table = known[width].table.with_values(x[0, : len(self.table)])
+            known[key] = known[width]._with(_OF_TABLE - {"_start"}, table=table)
+            _ = known[key]._start
         # Everything that such a table says is known from the first time.
-        made = self._with(_OTHER_TABLE, table=first.table, priors=True)
-        made.__dict__.update({name: first.__dict__[name] for name in _OF_TABLE if name in first.__dict__})
+        made = self._with(_OTHER_TABLE, table=known[key].table, priors=True)
+        made.__dict__.update({name: known[key].__dict__[name] for name in _OF_TABLE if name in known[key].__dict__})
         return made
 
     @cached_property
-    def _soft(self) -> dict[tuple[float, bytes], Problem]:
+    def _soft(self) -> dict[object, Problem]:
         return {}
 
     def with_local_prior(

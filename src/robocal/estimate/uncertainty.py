@@ -36,7 +36,7 @@ from robocal.estimate.elimination import (
     triangle,
 )
 from robocal.estimate.problem import Problem
-from robocal.estimate.rows import Linear
+from robocal.estimate.rows import Linear, Normal
 
 __all__ = [
     "LEVEL",
@@ -107,41 +107,38 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: S
     return Uncertainty(inverse @ inverse.T, chi2, dof, float(factor if free_scale else max(factor, 1.0)))
 
 
-def effective_columns(problem: Problem, x: Array) -> float:
+def effective_columns(problem: Problem, x: Array, ended: Normal | None = None) -> float:
     """How many numbers the data determine, trace of (J^T J + P)^-1 J^T J: n without priors, fewer where a prior
-    holds."""
+    holds; `ended` are the normal equations at x, where somebody has them."""
     n = problem.n
     if not problem.stated.any():
         return float(n)
     if not problem.blocks:
-        a = problem.with_loss("none").with_priors(False).normal(np.atleast_2d(x)).a[0]
+        if ended is not None and problem.loss == "none" and problem.even:
+            a = ended.a[0]
+        else:
+            a = problem.with_loss("none").with_priors(False).normal(np.atleast_2d(x)).a[0] + problem.information
         rows = int(problem.numbers[problem.counted].sum())
-        held = _held(a + np.tril(a, -1).T, rows, problem)
+        held = _held(a, rows, problem)
         if held is not None:
             return n - held
     left = squares(problem.with_loss("none"), x).root if reducible(problem) else eliminate(problem.linearize(x))
     hold = problem.prior_root * problem.scales
-    held = _held(left.T @ left, len(left), problem) if problem.blocks else None
+    held = _held(left.T @ left + problem.information, len(left), problem) if problem.blocks else None
     if held is None:
         full = triangle(np.vstack([triangle(left) * problem.scales, hold]))
         held = float(np.linalg.norm(np.linalg.lstsq(full.T, hold.T, rcond=None)[0]) ** 2)
     return n - held
 
 
-def _held(square: Array, rows: int, problem: Problem) -> float | None:
-    """Trace of (J^T J + P)^-1 P by Cholesky, a few times faster than QR, J^T J (n, n) of so many rows; None where rounding could be seen:
-    with every column held, it errs by eps over the smallest pivot, and it is compared with the number of rows."""
-    a = square + problem.prior_root.T @ problem.prior_root
-    size = np.sqrt(np.diag(a))
-    if not (size > 0).all():
-        return None
-    try:
-        root = np.linalg.cholesky(a / np.outer(size, size))
-    except np.linalg.LinAlgError:
-        return None
-    if not np.diag(root).min() ** 2 * max(rows, 1) > EPS / SHARP:
-        return None
-    return float(np.linalg.norm(np.linalg.solve(root, problem.prior_root.T / size[:, None])) ** 2)
+def _held(a: Array, rows: int, problem: Problem) -> float | None:
+    """Trace of (J^T J + P)^-1 P by Cholesky, many times faster than QR, from the lower triangle of J^T J + P (n, n) of so many rows;
+    None where rounding could be seen: with every column held, it errs by eps over the smallest pivot, and it is compared with the
+    number of rows."""
+    from robocal.estimate._kernels import held_by
+
+    trace, least = held_by(np.array(a, order="C"), np.ascontiguousarray(problem.prior_root))
+    return float(trace) if least * max(rows, 1) > EPS / SHARP else None
 
 
 def leverages(problem: Problem, x: Array, configurations: Ints) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ from robocal.estimate.families import Family
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term
 from robocal.measure.builder import Builder
-from robocal.measure.data import DataSet, Frame
+from robocal.measure.data import DataSet, Frame, same_rows
 from robocal.measure.machine import Machine, Rig
 from robocal.measure.rows import KINDS, Kind, Rows, kind_of, register
 from robocal.parameters import Parameter, Table, Together
@@ -52,6 +52,9 @@ def problem(
     (default: those that say so). Where a configuration has a pose of its own, what is free of it is a local block;
     `local_targets` names targets (markers) that are local blocks too, a family of their own, instead of free columns.
     """
+    plain = free is None and values is None and not local_targets
+    if plain and (same := _made_before(machine, data)) is not None:
+        return same
     rows: dict[str, Parameter] = {p.name: p for p in machine.table.rows}
     known: dict[str, tuple[Frame, bool]] = {}
     numbers: dict[str, Parameter] = {}
@@ -83,13 +86,25 @@ def problem(
     terms: list[Term] = []
     for obs in data.observations:
         terms.extend(kind_of(obs).terms(builder, obs))
-    return Problem(
+    made = Problem(
         table,
         tuple(terms),
         table.free if free is None else table.with_free(free).free,
         tuple(families),
         configurations=len(data.configurations),
     )
+    if plain:
+        data.configurations.memo["problem"] = machine, data.observations, made
+    return made
+
+
+def _made_before(machine: Machine, data: DataSet) -> Problem | None:
+    """The last problem of these configurations, where it was made of the same rows and machine."""
+    known = data.configurations.memo.get("problem")
+    if known is None or known[0] is not machine or not same_rows(known[1], data.observations):
+        return None
+    made: Problem = known[2]
+    return made
 
 
 def _table(data: DataSet, rows: tuple[Parameter, ...], together: tuple[Together, ...]) -> Table:

@@ -8,8 +8,8 @@ T_base_target.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from robocal.errors import ModelError
 from robocal.parameters import Parameter, frame_parameters
 
-__all__ = ["Configurations", "DataSet", "Frame", "Observations"]
+__all__ = ["Configurations", "DataSet", "Frame", "Observations", "same_rows"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -128,6 +128,13 @@ class Observations:
             digits=None if self.digits is None else self.digits[index],
             rounding=None if self.rounding is None else self.rounding[index],
         )
+
+
+def same_rows(one: Sequence[Observations], other: Sequence[Observations], but: Collection[str] = ()) -> bool:
+    """Whether these hold the very same rows, objects and arrays; fields that `but` names are not asked."""
+    names = [f.name for f in fields(Observations) if f.name not in but]
+    pairs = zip(one, other, strict=False)
+    return len(one) == len(other) and all(getattr(a, n) is getattr(b, n) for a, b in pairs for n in names)
 
 
 @dataclass(frozen=True)

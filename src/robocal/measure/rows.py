@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +70,9 @@ class Rows(ABC):
         self.rounding = None if obs.rounding is None else obs.rounding[index]
         self.numbers = numbers
         self.own, self.own_columns = NONE, NONE  # which numbers are free, and their columns
+        self._bound: dict[
+            bytes, dict[str, Any]
+        ] = {}  # by the columns that are free; the same rows under another noise share it
 
     def _meet(self) -> None:
         """Which local blocks the rows touch."""
@@ -88,7 +91,7 @@ class Rows(ABC):
         """The same rows, where the local blocks of a family (0 or 1) stay where x has them."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
-        other.carriers = tuple(c.hold(family) for c in self.carriers)
+        other.carriers, other._bound = tuple(c.hold(family) for c in self.carriers), {}
         other._meet()
         return other
 
@@ -112,12 +115,17 @@ class Rows(ABC):
         return np.concatenate([*(c.columns for c in self.carriers), self.own_columns])
 
     def bind(self, column_of: Ints) -> Self:
+        known, key = self._bound, column_of.tobytes()
+        if key not in known:
+            own = np.flatnonzero(column_of[self.numbers] >= 0)
+            carriers, columns = tuple([c.bind(column_of) for c in self.carriers]), column_of[self.numbers[own]]
+            known[key] = {
+                "carriers": carriers, "own": own, "own_columns": columns,
+                "columns": np.concatenate([*(c.columns for c in carriers), columns]),
+            }  # fmt: skip
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
-        other.__dict__.pop("columns", None)
-        other.carriers = tuple(c.bind(column_of) for c in self.carriers)
-        other.own = np.flatnonzero(column_of[self.numbers] >= 0)
-        other.own_columns = column_of[self.numbers[other.own]]
+        other.__dict__.update(known[key])
         return other
 
     def without(self, rows: NDArray[np.bool_]) -> Self:

@@ -6,6 +6,7 @@ Own processes, not those of `multiprocessing`, which would run the script of who
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import pickle
 import subprocess
@@ -80,6 +81,8 @@ def _serve() -> None:
             return
         try:
             do(work)
+            if not gc.get_freeze_count():
+                gc.freeze()  # what one chunk needed the next one needs: it is not looked through for garbage again and again
             _send(answers, None)
         except Exception as error:
             _send(answers, error)

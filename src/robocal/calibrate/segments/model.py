@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,12 +29,13 @@ FLAT = 0.1  # of a column's own information: what the model answers but for this
 FEWEST = 1e-3  # share of the rows that the fewer are taken for at least
 ROUNDS = 4
 EPS = 1e-12
+CLEAR = 1e-9  # of the smallest pivot: so far above EPS every direction is known, and the triangle's inverse is a root
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A segment a <= i < b of a run, its candidate, gain, step (q,) and the part of it that the model cannot
-    answer (`held`), and whether another cause explains it as well."""
+    """A segment a <= i < b of a run, its candidate, gain and the part of its step that the model cannot
+    answer, `held` (q,), and whether another cause explains it as well."""
 
     run: Run
     candidate: Candidate
@@ -41,8 +43,15 @@ class Found:
     b: int
     gain: float
     held: Array
-    step: Array
     either: bool = False
+    sums: _Sums | None = None
+    ends: tuple[int, int] = (0, 0)  # among the candidate's rows
+
+    @cached_property
+    def step(self) -> Array:
+        """How far it moved, (q,)."""
+        assert self.sums is not None
+        return self.sums.step(*self.ends)
 
     @property
     def cost(self) -> float:
@@ -88,12 +97,9 @@ class Model:
             a = a + rows.T @ rows
             b = b + rows.T @ (run.residual * scale).ravel()
             count += len(rows)
-        size = np.sqrt(np.where(np.diag(a) > 0, np.diag(a), 1.0))
-        values, vectors = np.linalg.eigh(a / np.outer(size, size))
-        kept = values > EPS * values[-1]
-        self.root = (vectors[:, kept] / np.sqrt(values[kept])) / size[:, None]
+        self.root = _inverse_root(a)
         dx = self.root @ (self.root.T @ b)
-        self.used = float(kept.sum() - self.info @ (self.root**2).sum(axis=1))
+        self.used = float(self.root.shape[1] - self.info @ (self.root**2).sum(axis=1))
         self.share = math.sqrt(max(1 - self.used / max(count, 1), 0.05))
         self.left = [(r.residual - j @ dx) / u for r, j, u in zip(self.runs, self.jacobian, self.unit, strict=True)]
 
@@ -138,7 +144,7 @@ class Model:
             first, last = last, k
         gain, held = sums.gain(np.array([first]), np.array([last]))
         return Found(
-            run, c, int(rows[first]), int(rows[last - 1]) + 1, float(gain[0]), held[0], sums.step(first, last)
+            run, c, int(rows[first]), int(rows[last - 1]) + 1, float(gain[0]), held[0], sums=sums, ends=(first, last)
         )  # fmt: skip
 
     def whole_file(self, run: Run, c: Candidate, a: int, b: int) -> Found:
@@ -149,7 +155,7 @@ class Model:
         sums = _Sums.of(c.column[rows] / unit, self.left[i][rows], self.weight[i][rows], answer)
         first, last = int(np.searchsorted(rows, a)), int(np.searchsorted(rows, b))
         gain, held = sums.gain(np.array([first]), np.array([last]))
-        return Found(run, c, a, b, float(gain[0]), held[0], sums.step(first, last))
+        return Found(run, c, a, b, float(gain[0]), held[0], sums=sums, ends=(first, last))
 
     def shared(self, run: Run, c: Candidate, profile: Array) -> float:
         """The gain where each row of a candidate moved by a share of its own, (k,)."""
@@ -158,6 +164,21 @@ class Model:
         e = c.column[rows] / unit * profile[:, None, None]
         one = _Sums.of(e, self.left[i][rows], self.weight[i][rows], (self.jacobian[i][rows] / unit) @ self.root)
         return float(one.gain(np.array([0]), np.array([len(rows)]))[0][0])
+
+
+def _inverse_root(a: Array) -> Array:
+    """W (n, k) with W W^T the inverse of an information (n, n), of the k directions that it knows; any such root will do."""
+    size = np.sqrt(np.where(np.diag(a) > 0, np.diag(a), 1.0))
+    a = a / np.outer(size, size)
+    try:
+        root = np.linalg.cholesky(a)
+        if np.diag(root).min(initial=1.0) ** 2 > CLEAR:
+            return np.asarray(np.linalg.inv(root).T / size[:, None])
+    except np.linalg.LinAlgError:
+        pass
+    values, vectors = np.linalg.eigh(a)
+    kept = values > EPS * values[-1]
+    return np.asarray((vectors[:, kept] / np.sqrt(values[kept])) / size[:, None])
 
 
 def spread(left: Array) -> float:
@@ -187,9 +208,9 @@ class _Sums:
 
     def gain(self, a: Ints, b: Ints) -> tuple[Array, Array]:
         """Gain (p,) and step (p, q) of segments a <= i < b; directions that the model answers almost whole are held."""
-        score, cross = self.score[b] - self.score[a], self.cross[b] - self.cross[a]
+        score = self.score[b] - self.score[a]
         own = self.own[b] - self.own[a]
-        info = own - cross @ cross.transpose(0, 2, 1)
+        info = own - self._answered(a, b)
         diagonal, total = np.einsum("pqq->pq", own), np.diag(self.own[-1])
         size = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
         # Of a step in most rows, as much is seen as of one in the few others.
@@ -197,6 +218,20 @@ class _Sums:
         held = info / (size[:, :, None] * size[:, None, :]) + least[:, :, None] * np.eye(own.shape[1])
         step = np.linalg.solve(held, (score / size)[..., None])[..., 0] / size
         return np.einsum("pq,pq->p", score, step), step
+
+    def _answered(self, a: Ints, b: Ints) -> Array:
+        """What the model answers of segments, C C^T with C = cross[b] - cross[a], (p, q, q); of all pairs of a few ends, from the
+        products of the ends."""
+        q, n = self.cross.shape[1:]
+        if len(a) <= 2 * GRID:
+            cross = self.cross[b] - self.cross[a]
+            return np.asarray(cross @ cross.transpose(0, 2, 1))
+        ends, at = np.unique(np.concatenate([a, b]), return_inverse=True)
+        flat = self.cross[ends].reshape(-1, n)
+        products = (flat @ flat.T).reshape(len(ends), q, len(ends), q).transpose(0, 2, 1, 3)
+        first, last = at[: len(a)], at[len(a) :]
+        mixed = products[first, last]
+        return np.asarray(products[first, first] + products[last, last] - mixed - mixed.transpose(0, 2, 1))
 
     def step(self, a: int, b: int) -> Array:
         """The step (q,) of one segment with less of that hold: what is seen at all, is seen whole (iterated Tikhonov)."""

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.noise import apply_noise, assess
+from robocal.calibrate.noise import apply_noise, assess, under
 from robocal.calibrate.segments.posed import posed
 from robocal.calibrate.segments.run import Candidate, Run
 from robocal.estimate.least_squares import least_squares
@@ -46,6 +46,7 @@ def runs(
     made = build(model, asked).with_weights(weights).with_loss("huber")
     if not made.free or len(made.families) > int(own):
         return [], np.zeros(0)
+    first = made
     made = made.with_table(made.table.with_values({n: v for n, v in start.items() if n in made.table.index}))
     x = made.start
     if own:  # where the poses are by these numbers
@@ -56,7 +57,7 @@ def runs(
     for moved in (0, made.n):
         tau = {(g.name, g.unit): g.tau for g in assess(asked, made, x, configurations, moved) if g.tau > 0}
         noisy = apply_noise(asked, tau)
-        made = build(model, noisy).with_weights(weights).with_loss("huber")
+        made = under(first, asked, tau)
         if not moved:
             held = made.table.with_values(dict(zip(made.table.names, x[0], strict=False)))
             held = held.with_priors({n: HOLD * float(s) for n, s in zip(made.free, made.scales, strict=True)})

@@ -84,7 +84,12 @@ def start(*kinds: str) -> Callable[[Start], Start]:
 
 def named(owner: str, frame: Array) -> dict[str, float]:
     """The six parameters of a frame (4, 4)."""
-    return {f"{owner}.{s}": float(v) for s, v in zip(FRAME_SYMBOLS, se3.to_vector(frame), strict=True)}
+    from robocal.geometry._kernels import vector_from_rotation
+
+    vector = np.empty(6)
+    vector[:3] = frame[:3, 3]
+    vector_from_rotation(np.ascontiguousarray(frame[:3, :3]), vector[3:])
+    return {f"{owner}.{s}": v for s, v in zip(FRAME_SYMBOLS, vector.tolist(), strict=True)}
 
 
 def outside(seen: Seen) -> bool:

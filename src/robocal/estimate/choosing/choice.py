@@ -149,6 +149,15 @@ def _pivot(r: Array, tolerance: Array) -> tuple[list[int], list[int]]:
     return order[:count].tolist(), order[count:].tolist()
 
 
+def _shares(kept: Array, asked: Array) -> Array:
+    """What the kept columns have of those asked, (k, a), by least squares."""
+    q, r = np.linalg.qr(kept)
+    pivots = np.abs(np.diag(r))
+    if len(r) and pivots.min() > STRUCTURAL * pivots.max():
+        return np.asarray(np.linalg.solve(r, q.T @ asked))
+    return np.asarray(np.linalg.lstsq(kept, asked, rcond=None)[0], float)
+
+
 def _preferred(
     scaled: Array, kept: list[int], left: list[int], preference: Ints, sure: set[int], tolerance: Array
 ) -> tuple[list[int], list[int]]:
@@ -166,7 +175,7 @@ def _preferred(
         if not rivals or size[wanted] <= tolerance[wanted]:
             continue
         if shares is None:
-            shares = np.asarray(np.linalg.lstsq(scaled[:, kept], scaled[:, asked], rcond=None)[0], float)
+            shares = _shares(scaled[:, kept], scaled[:, asked])
         effect = dict(zip(kept, np.abs(shares[:, number]) * size[kept], strict=True))
         for rival in sorted(rivals, key=lambda k: (preference[k], -effect[k])):
             if effect[rival] < PARTNER * max(effect.values()):
