@@ -77,10 +77,14 @@ def test_a_known_contact_is_at_its_share(folder):
 
 def test_what_can_be_gone_is(folder):
     rows = [[0] * 6, [0, 0, 0.002, 0, 0, 0], [0.001, 0, 0, 0, 0, 0.1]]
-    ran = robocal("cable", "contact", folder / "bare.yaml", path(folder, rows), "-o", folder / "legs.csv")
+    ran = robocal("cable", "contact", folder / "bare.yaml", path(folder, rows), "-o", folder / "way")
     assert ran.status == 0 and "2 of 2 motions can be gone to their end" in ran.said
-    found = list(csv.reader((folder / "legs.csv").read_text().splitlines()))
+    found = list(csv.reader((folder / "way" / "legs.csv").read_text().splitlines()))
     assert found == [["from", "to", "free", "ends by"], ["p0", "p1", "1", ""], ["p1", "p2", "1", ""]]
+    page = (folder / "way" / "report.html").read_text()
+    assert "From p1 to p2" in page and "can be gone to its end" in page and "From p0 to p1" not in page
+    again = robocal("cable", "contact", folder / "bare.yaml", folder / "path.csv", "-o", folder / "way")
+    assert again.status == 2 and "legs.csv" in again.remarks
 
 
 def test_tensions_end_a_motion(tmp_path):

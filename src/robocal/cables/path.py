@@ -22,11 +22,12 @@ STEPS = 64  # at which a way is asked whether it can be held, before it is halve
 
 @dataclass(frozen=True)
 class Legs:
-    """Of k - 1 motions between k poses: `contacts`, and the share `held` (k - 1,) of each that the tension limits hold, 1 for all of
-    it, 0 where its start is not held, not a number where nobody asked."""
+    """Of k - 1 motions between k `poses` (k, 4, 4): `contacts`, and the share `held` (k - 1,) of each that the tension limits hold, 1 for
+    all of it, 0 where its start is not held, not a number where nobody asked."""
 
     contacts: Contacts
     held: Array
+    poses: Array
 
     @property
     def free(self) -> Array:
@@ -37,6 +38,19 @@ class Legs:
     def whole(self) -> NDArray[np.bool_]:
         """Whether all of it can be, (k - 1,)."""
         return np.asarray(self.contacts.free & ~(self.held < 1.0))
+
+    @property
+    def reached(self) -> Array:
+        """Where each ends, (k - 1, 4, 4)."""
+        return along(self.poses, np.arange(len(self.free)), self.free)
+
+
+def along(poses: Array, motion: NDArray[np.int64], share: Array) -> Array:
+    """The pose (n, 4, 4) at a share (n,) of some motions (n,) between poses (k, 4, 4)."""
+    t, way = poses[motion], share[:, None]
+    v = poses[motion + 1, :3, 3] - t[:, :3, 3]
+    w = so3.log(poses[motion + 1, :3, :3] @ t[:, :3, :3].swapaxes(1, 2))
+    return np.asarray(se3.compose(so3.exp(way * w) @ t[:, :3, :3], t[:, :3, 3] + way * v))
 
 
 def legs(
@@ -60,10 +74,7 @@ def legs(
     if demand is not None:
 
         def inside(ray: NDArray[np.int64], lam: Array) -> NDArray[np.bool_]:
-            share = lam[:, None]
-            return holds(
-                robot, demand, se3.compose(so3.exp(share * w[ray]) @ t[ray, :3, :3], t[ray, :3, 3] + share * v[ray])
-            )
+            return holds(robot, demand, along(t, ray, lam))
 
         held = np.nan_to_num(first_exit(inside, len(v), STEPS))  # none where the start itself is not held
-    return Legs(contacts, held)
+    return Legs(contacts, held, t)

@@ -233,7 +233,7 @@ def contact(
     payload: Hung at the centre of mass, in the robot file's unit of mass, 0 or more.
     mass: Of the platform, instead of the file's, in the robot file's unit of mass, 0 or more.
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
-    output: Write here, not to the terminal.
+    output: Write legs.csv, contact.json and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 

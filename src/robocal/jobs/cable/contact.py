@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,7 @@ class Path:
     file: CableFile
     names: tuple[str, ...]
     found: Legs
+    demand: Demand | None
     remarks: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str
@@ -58,7 +59,10 @@ class Path:
     @property
     def document(self) -> dict[str, Any]:
         """What --json says."""
-        motions = [{"from": a, "to": b, "free": x, "ends_by": why or None} for a, b, x, why in self.rows]
+        motions = [
+            {"from": a, "to": b, "free": x, "ends_by": why or None, "T_base_platform": t.tolist()}
+            for (a, b, x, why), t in zip(self.rows, self.found.reached, strict=True)
+        ]
         return framed(
             self.file.robot, {"whole": self.whole, "motions": motions}, self.remarks, self.inputs, self.command
         )
@@ -89,4 +93,6 @@ def path_of(o: Any, command: str = "") -> Path:
             error.message, file=o.poses, key=error.key, found=error.found, expected=error.expected
         ) from None
     inputs = (robot_input(file, o.robot), InputFile(FilePath(o.poses), rows.sha256))
-    return Path(file, rows.names, found, (*file.warnings, *rows.warnings, *said), inputs, command)
+    return Path(
+        replace(file, robot=robot), rows.names, found, demand, (*file.warnings, *rows.warnings, *said), inputs, command
+    )

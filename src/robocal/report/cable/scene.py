@@ -37,6 +37,7 @@ def scene(
     tension: ArrayLike | None = None,
     surface: Surface | Outline | None = None,
     poses: ArrayLike | None = None,
+    ghosts: ArrayLike | None = None,
     caption: str = "",
     ruler: Ruler = METRE,
 ) -> str:
@@ -44,7 +45,8 @@ def scene(
 
     tension (m,) N, NaN for none: colours the cables, and tells slack ones and those over their limits; without it they are plain.
     surface: the boundary of a workspace, or the outline of a section. poses (n, 4, 4): where else the platform stands; the first
-    1500 are drawn. Numbers are in the unit of the ruler. Raises ModelError for shapes that do not fit.
+    1500 are drawn. ghosts (k, 4, 4): platforms in outline, their origins joined to the pose's in order: the first before it, the others
+    behind it. Numbers are in the unit of the ruler. Raises ModelError for shapes that do not fit.
     """
     at = np.asarray(pose, float)
     if at.shape != (4, 4) or not np.isfinite(at).all():
@@ -53,14 +55,19 @@ def scene(
     cloud = np.zeros((0, 3)) if poses is None else np.asarray(poses, float).reshape(-1, 4, 4)[:, :3, 3]
     spots = cloud[np.isfinite(cloud).all(axis=1)][:MOST_POSES]
     ends = at[:3, 3] + robot.b @ at[:3, :3].T
+    pale = np.zeros((0, 4, 4)) if ghosts is None else np.asarray(ghosts, float).reshape(-1, 4, 4)
+    beside = pale[:, None, :3, 3] + robot.b @ pale[:, :3, :3].swapaxes(1, 2)
     right = WIDE - (SIDE if held is not None else 0.0)
     top = 34.0 if caption else 8.0
-    seen = stage(robot, ends, np.concatenate([_around(surface), spots]), (0.0, top, right, HIGH), ruler)
+    seen = stage(
+        robot, ends, np.concatenate([_around(surface), spots, beside.reshape(-1, 3)]), (0.0, top, right, HIGH), ruler
+    )
     marks = [
         *_platform(ends, at),
         *_cables(robot, ends, held),
         *_boundary(surface, behind=not seen.turns),
         *_cloud(spots),
+        *_ghosts(beside, pale[:, :3, 3], at[:3, 3]),
         *seen.frame,
     ]
     parts = [
@@ -74,7 +81,7 @@ def scene(
         parts += [held.scale(robot.cables, WIDE - SIDE + 26, 66.0, seen.height - (130.0 if legend else 50.0)), legend]
     if seen.foot:
         parts.append(label(14, seen.height - 14, seen.foot, "tick"))
-    said = _said(robot, held, surface, len(spots), caption)
+    said = _said(robot, held, surface, len(spots), len(pale), caption)
     text = figure("scene", WIDE, seen.height, parts, title=caption or f"{robot.name} at a pose", text=said)
     return text.replace("<svg ", f"<svg {_camera(seen, right, top)} ", 1) if seen.turns else text
 
@@ -161,6 +168,15 @@ def _cloud(points: Array) -> Iterator[Mark]:
         yield Mark(p[None], "spot", size=1.7)
 
 
+def _ghosts(ends: Array, origins: Array, here: Array) -> Iterator[Mark]:
+    """Platforms in outline, and the way through them."""
+    for corners in ends:
+        for loop in hull_loops(corners):
+            yield Mark(loop, "ghost", closed=len(loop) > 2)
+    if len(origins):
+        yield Mark(np.concatenate([origins[:1], here[None], origins[1:]]), "passage", lift=4.0)
+
+
 def _words(robot: CableRobot, held: ColouredTensions | None) -> list[tuple[str, str]]:
     return [(brief(name), "" if held is None else held.said(i)) for i, name in enumerate(robot.cables)]
 
@@ -184,6 +200,7 @@ def _said(
     held: ColouredTensions | None,
     surface: Surface | Outline | None,
     cloud: int,
+    pale: int,
     caption: str,
 ) -> str:
     """The picture in words."""
@@ -202,4 +219,6 @@ def _said(
         parts.append(f"The section of the workspace seen from its start has {significant(surface.area)} m².")
     if cloud:
         parts.append(f"{cloud} other poses.")
+    if pale:
+        parts.append(f"{pale} other platforms in outline, joined by the way.")
     return " ".join(parts) if not caption else f"{caption}. {' '.join(parts)}"

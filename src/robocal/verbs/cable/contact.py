@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from robocal.report.sections import Section, Text, ends, figure, table
 from robocal.verbs import words as w
-from robocal.verbs.option import Told
+from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
-__all__ = ["Options", "run", "sections"]
+__all__ = ["Options", "details", "run", "sections"]
 
+FILES = ("legs.csv", "contact.json", "report.html")
 SHOWN = 20  # motions that cannot be gone
 
 
@@ -24,7 +26,7 @@ class Options(Told):
 
     \b
     robocal cable contact robot.yaml path.csv
-    robocal cable contact robot.yaml list/program.csv --payload 2 -o legs.csv
+    robocal cable contact robot.yaml list/program.csv --payload 2 -o way
     """
 
     robot: w.CableRobot
@@ -35,19 +37,31 @@ class Options(Told):
     payload: w.Payload = 0.0
     mass: w.PlatformMass = None
     limits: w.TensionLimits = None
-    output: w.OutputFile = None
+    output: Path | None = opt(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
-    """The motions of a path; a file gets all of them. Raises InputError."""
-    from robocal.files.writing import refuse_existing, write_text
+    """The motions of a path; a folder gets FILES. Raises InputError."""
+    from robocal.files.plain import json_text
+    from robocal.files.writing import refuse_existing
     from robocal.jobs.cable.contact import path_of
 
-    refuse_existing(o.output, (), o.force)
+    refuse_existing(o.output, FILES, o.force)
     made = path_of(o, command)
-    written = () if o.output is None else (write_text(o.output, made.text),)
-    return Outcome(made, lambda: made.document, made.whole, made.remarks, written=written)
+    outcome = Outcome(made, lambda: made.document, made.whole, made.remarks).kept(())
+    told = (part for tell in (sections, details) for part in tell(outcome))
+    return outcome.paged(
+        o.output, told, lambda: {FILES[0]: made.text, FILES[1]: json_text(made.document)}, FILES[2],
+        title=f"{made.file.robot.name}: a path", kind="Cable robot",
+    )  # fmt: skip
+
+
+def details(made: Outcome) -> Iterator[Section]:
+    """Pictures, every motion, how it was worked out."""
+    from robocal.jobs.cable.contact_page import contact_details
+
+    yield from contact_details(made.result)
 
 
 def sections(made: Outcome) -> Iterator[Section]:
