@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,19 +87,20 @@ _RUNNING = int(Reason.RUNNING)
 @dataclass(frozen=True)
 class Solution:
     """Where a solver ended: x (B, P), cost (B,), iterations (B,), reason (B,), history of costs (iterations + 1, B)
-    and the normal equations, of parts of the batch."""
+    and the normal equations, of parts of the batch; those of robust losses are made when somebody asks for them."""
 
     x: Array
     cost: Array
     iterations: NDArray[np.int64]
     reason: NDArray[np.int64]
     history: Array
-    parts: tuple[Normal, ...]
+    parts: tuple[Normal | Callable[[], Normal], ...]
 
     @cached_property
     def normal(self) -> Normal:
         """The normal equations of the whole batch."""
-        return self.parts[0] if len(self.parts) == 1 else Normal.joined(self.parts)
+        parts = [p if isinstance(p, Normal) else p() for p in self.parts]
+        return parts[0] if len(parts) == 1 else Normal.joined(parts)
 
     @property
     def reasons(self) -> tuple[Reason, ...]:
@@ -167,7 +168,9 @@ def _joined(parts: list[Solution]) -> Solution:
     x, cost, iterations, reason = (
         np.concatenate([getattr(s, name) for s in parts]) for name in ("x", "cost", "iterations", "reason")
     )
-    return Solution(x, cost, iterations, reason, np.concatenate(history, axis=1), tuple(s.normal for s in parts))
+    return Solution(
+        x, cost, iterations, reason, np.concatenate(history, axis=1), tuple(p for s in parts for p in s.parts)
+    )
 
 
 def _damped(
@@ -257,7 +260,7 @@ def _damped(
         iterations,
         reason,
         np.array(history),
-        (problem.normal(x, everyone) if robust and bent.any() else normal,),
+        (partial(problem.normal, np.array(x), everyone) if robust and bent.any() else normal,),
     )
 
 

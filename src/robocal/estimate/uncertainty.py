@@ -92,7 +92,8 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: S
     rows = squares(problem, x) if known is None else known
     n = problem.n
     # Scaled as in `identifiability`, so that a singular value means the same in both.
-    scaled = triangle(np.vstack([rows.of(problem.free), problem.prior_root])) * problem.scales
+    own = rows.of(problem.free)
+    scaled = (triangle(np.vstack([own, problem.prior_root])) if problem.stated.any() else own) * problem.scales
     _, values, vt = np.linalg.svd(scaled) if n else (None, np.zeros(0), np.zeros((0, 0)))
     resolved = values > rows.resolution * values.max(initial=0.0)
     inverse = problem.scales[:, None] * vt.T / np.where(resolved, values, 1.0)
@@ -215,7 +216,8 @@ def total(
     k, d = np.flatnonzero(chosen), np.flatnonzero(~chosen)
     # What the prior says of the kept ones alone, as in their fit.
     hold = problem.with_free(kept).prior_root * scale[k]
-    stacked = np.vstack([scaled[:, k], hold])
+    held = bool(hold.any())
+    stacked = np.vstack([scaled[:, k], hold]) if held else scaled[:, k]
     u, values, vt = np.linalg.svd(stacked, full_matrices=False)
     told = values > rows.resolution * values.max(initial=0.0)
     root = vt.T / np.where(told, values, 1.0)
@@ -224,10 +226,10 @@ def total(
     noise, response = np.zeros((n, n)), np.zeros((n, n))
     noise[np.ix_(k, k)] = factor**2 * (root @ root.T)
     response[np.ix_(k, d)] = gain[:, :n] @ scaled[:, d]
-    response[np.ix_(k, k)] = 0.0 if not hold.any() else -gain[:, n:] @ hold
+    response[np.ix_(k, k)] = -gain[:, n:] @ hold if held else 0.0
     response[d, d] = -1.0
     # The prior is part of H already: H = H J^T J H + H P H, and the second part is what the truth contributes.
-    if hold.any():
+    if held:
         noise[np.ix_(k, k)] = factor**2 * (gain[:, :n] @ gain[:, :n].T) + _unknown(root, told)
     both = np.outer(scale, scale)
     shared = None if not np.count_nonzero(problem.expected_root - np.diag(scale)) else problem.expected_root

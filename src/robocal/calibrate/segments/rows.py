@@ -59,9 +59,7 @@ def runs(
         noisy = apply_noise(asked, tau)
         made = under(first, asked, tau)
         if not moved:
-            held = made.table.with_values(dict(zip(made.table.names, x[0], strict=False)))
-            held = held.with_priors({n: HOLD * float(s) for n, s in zip(made.free, made.scales, strict=True)})
-            x = least_squares(made.with_table(held), x, max_iterations=20, cost_tolerance=1e-4).x
+            x = least_squares(made.softly(x, HOLD), x, max_iterations=20, cost_tolerance=1e-4).x
     info = 1 / (HOLD * made.scales) ** 2
     if own:
         return posed(model, made, noisy, x), info
