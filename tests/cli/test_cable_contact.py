@@ -10,10 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cables.cable_robots import published
+from cables.test_contact_pulleys import tangents
 from cli.runs import robocal
 from cli.test_cable_identify import table
 
+from robocal.cables.contact.segments import distances
 from robocal.cables.geometry import cable_robot
+from robocal.cables.pulley import Pulleys
 from robocal.files.cable.robot import read_cable
 from robocal.files.cable.show import describe_cable
 from robocal.geometry import so3
@@ -126,3 +129,30 @@ def test_what_cable_poses_lists_can_be_gone(tmp_path):
 def test_what_is_no_path(folder, rows, words):
     ran = robocal("cable", "contact", folder / "bare.yaml", path(folder, rows))
     assert ran.status == 2 and words in ran.remarks, ran.said
+
+
+def test_over_pulleys_a_contact_is_where_the_cables_lie(folder):
+    """Wheels of 80 mm move the contact; where, found here with tangents drawn by trigonometry at 4000 angles."""
+    robot, most, r = read_cable(LAVAL).robot, np.radians(20), 0.08
+    axis = np.where(robot.a[:, 2:] > robot.home[2, 3], [0.0, 0, -1], [0.0, 0, 1])
+    over = robot.having(
+        pulleys=Pulleys(np.full(8, r), axis), mass=None, limits=None, density=None, assumed=(), sources={}
+    )
+    (folder / "wheels.yaml").write_text(describe_cable(over))
+    shares = np.linspace(0, 1, 4001)
+    turn = so3.exp(np.stack([0 * shares, shares * most, 0 * shares], axis=-1))
+    ends = robot.home[:3, 3] + np.einsum("nij,kj->nki", turn, robot.b)
+    near = tangents(robot.a, ends, axis, np.full(8, r))
+    pairs = list(combinations(range(8), 2))
+    gap = np.array([distances(near[:, k], ends[:, k], near[:, l], ends[:, l]) for k, l in pairs])
+    touched = np.flatnonzero((gap <= THICK).any(axis=0))
+    assert touched[0] > 0
+    k, l = pairs[int(gap[:, touched[0]].argmin())]
+    way = path(folder, [[0] * 6, [0, 0, 0, 0, 20, 0]])
+    found = []
+    for name in ("wheels.yaml", "bare.yaml"):
+        ran = robocal("cable", "contact", folder / name, way, "--body", "none", "--json")
+        found.append(ran.document["motions"][0])
+    assert found[0]["free"] == pytest.approx(shares[touched[0]], abs=5e-4)
+    assert found[0]["ends_by"] == f"{robot.cables[k]} meets {robot.cables[l]}"
+    assert abs(found[0]["free"] - found[1]["free"]) > 10 * 5e-4  # the wheels matter

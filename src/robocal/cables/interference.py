@@ -2,8 +2,9 @@
 
     p(lambda) = p_0 + lambda v,   R(lambda) = exp(lambda w) R_0,   0 <= lambda <= 1
 
-A cable is a straight rod of some diameter from its frame anchor to its platform anchor. The search steps along lambda; every
-step is proven not to pass a contact, so the motion is free on [0, fraction) without doubt, up to rounding.
+A cable is a straight rod of some diameter from its frame anchor, or from where it leaves its pulley there, to its platform
+anchor. The search steps along lambda; every step is proven not to pass a contact, so the motion is free on [0, fraction)
+without doubt, up to rounding.
 Source: the motion is (3.27) to (3.32) of the thesis behind `examples/cable-laval`; its (3.37) minimises the distance, which
 finds the closest contact or a local one, not the first. Formulas and proofs: docs/cables/interference.md.
 """
@@ -19,13 +20,14 @@ from numpy.typing import ArrayLike, NDArray
 from robocal._jit import as_kernel_array, as_kernel_indices
 from robocal.cables.contact.body import Body, box, hull
 from robocal.cables.contact.translation import crossings
+from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 
 __all__ = ["KINDS", "Body", "Contacts", "box", "crossings", "first_contact", "hull"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-KINDS = ("none", "cable-cable", "cable-platform")
+KINDS = ("none", "cable-cable", "cable-platform", "cable-pulley")
 _LIMIT = 10_000  # steps for one pair; a motion that needs more is told apart by `resolved`
 
 
@@ -33,8 +35,9 @@ _LIMIT = 10_000  # steps for one pair; a motion that needs more is told apart by
 class Contacts:
     """What B motions meet first: `fraction` (B,) of each that is certainly free, and why it ends there.
 
-    `kind` (B,) indexes KINDS; `who` (B, 2): the two cables, or one cable and -1, or -1 -1 for none; `gap` (B,) in m: the room
-    left at `fraction`, inf where nothing is met; negative where the motion starts in a contact.
+    `kind` (B,) indexes KINDS (of a pulley its own: the platform anchor reaches it); `who` (B, 2): the two cables, or one cable and -1,
+    or -1 -1 for none; `gap` (B,) in m: the room left at `fraction`, inf where nothing is met; negative where the motion starts in a
+    contact.
     """
 
     fraction: Array
@@ -55,8 +58,9 @@ class Contacts:
 
     def names(self, cables: Sequence[str]) -> list[str]:
         """One phrase per motion, such as `c1 meets c5` or `c3 meets the platform`; empty where it is free."""
+        whom = {2: "the platform", 3: "its pulley"}
         return [
-            "" if kind == 0 else f"{cables[k]} meets {'the platform' if kind == 2 else cables[l]}"
+            "" if kind == 0 else f"{cables[k]} meets {whom[int(kind)] if kind > 1 else cables[l]}"
             for kind, (k, l) in zip(self.kind, self.who, strict=True)
         ]
 
@@ -69,6 +73,7 @@ def first_contact(
     rotation: ArrayLike | None = None,
     *,
     diameter: ArrayLike = 0.0,
+    pulleys: Pulleys | None = None,
     body: Body | None = None,
     relief: float | None = None,
     tolerance: float = 1e-6,
@@ -76,7 +81,8 @@ def first_contact(
     """The first contact of each motion; no body, no contact with the platform.
 
     a, b (m, 3) m: anchors on the frame (base axes) and on the platform (its own axes); start (4, 4) or (B, 4, 4): T_base_platform;
-    translation (B, 3) m and rotation (B, 3) rad: v and w, in base axes, the whole motion; diameter of the cables in m, one or (m,).
+    translation (B, 3) m and rotation (B, 3) rad: v and w, in base axes, the whole motion; diameter of the cables in m, one or (m,);
+    `pulleys` at the frame anchors, over which cables leave where their wheels let them go.
     `relief` in m: a cable may touch its own eyelet, and a cable that shares the eyelet, up to so far from it; ten diameters by
     default, 10 mm for cables without one. Closer than `tolerance` in m is a contact.
     Raises ModelError for shapes that do not fit, numbers that are none, two cables between the same two points, and a platform
@@ -97,9 +103,14 @@ def first_contact(
     n = len(v)
     fraction, gap = np.empty(n), np.empty(n)
     kind, who = np.empty(n, np.int64), np.empty((n, 2), np.int64)
-    a, b, radius, normals, offsets, pose, v, w = as_kernel_array(a, b, radius, normals, offsets, pose, v, w)
+    axis, wheel = _wheels(pulleys, len(a))
+    common = _common(a, b)
+    common[(common == 1) & ((wheel[:, None] > 0) | (wheel > 0))] = 3
+    a, b, axis, wheel, radius, normals, offsets, pose, v, w = as_kernel_array(
+        a, b, axis, wheel, radius, normals, offsets, pose, v, w
+    )
     first_contacts(
-        a, b, radius, as_kernel_indices(_common(a, b)), normals, offsets, c, pose, v, w, float(tolerance), _LIMIT,
+        a, b, axis, wheel, radius, as_kernel_indices(common), normals, offsets, c, pose, v, w, float(tolerance), _LIMIT,
         fraction, kind, who, gap,
     )  # fmt: skip
     return Contacts(fraction, kind, who, gap, float(tolerance))
@@ -122,6 +133,16 @@ def _radii(diameter: ArrayLike, m: int) -> Array:
     if d.shape not in ((), (m,)) or not (np.isfinite(d).all() and (d >= 0).all()):
         raise ModelError("cable diameter", expected=f"one length in m or {m}, at least 0", found=diameter)
     return np.broadcast_to(d / 2, (m,)).copy()
+
+
+def _wheels(pulleys: Pulleys | None, m: int) -> tuple[Array, Array]:
+    """Axes (m, 3) and radii (m,) of the wheels, zeros without."""
+    if pulleys is None:
+        return np.zeros((m, 3)), np.zeros(m)
+    axis, wheel = np.asarray(pulleys.axis, float), np.asarray(pulleys.radius, float)
+    if axis.shape != (m, 3) or wheel.shape != (m,):
+        raise ModelError("pulleys", expected=f"one per cable, {m}", found=f"{axis.shape} and {wheel.shape}")
+    return axis, wheel
 
 
 def _motions(start: ArrayLike, translation: ArrayLike, rotation: ArrayLike | None) -> tuple[Array, Array, Array]:

@@ -69,7 +69,9 @@ def legs(
         raise ModelError("a path has two poses or more", found=len(t))
     v = t[1:, :3, 3] - t[:-1, :3, 3]
     w = so3.log(t[1:, :3, :3] @ t[:-1, :3, :3].swapaxes(1, 2))
-    contacts = first_contact(robot.a, robot.b, t[:-1], v, w, diameter=diameter, body=body, relief=relief)
+    contacts = first_contact(
+        robot.a, robot.b, t[:-1], v, w, diameter=diameter, pulleys=robot.pulleys, body=body, relief=relief
+    )
     held = np.full(len(v), np.nan)
     if demand is not None:
 

@@ -17,13 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.cables.geometry import home
 from robocal.cables.interference import Body, Contacts, first_contact
+from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.geometry import se3, so3
 
 __all__ = ["LIMITS", "Feasible", "PoseBox", "PoseList", "default_box", "reachable_poses"]
 
 Array = NDArray[np.float64]
-LIMITS = ("box", "statics", "cable-cable", "cable-platform")
+LIMITS = ("box", "statics", "cable-cable", "cable-platform", "cable-pulley")
 # (X_0 (4, 4), translations (n, 3), rotations (n, 3)) -> lambda_s (n,) in [0, 1], nan where X_0 itself is not feasible.
 Feasible = Callable[[Array, Array, Array], Array]
 
@@ -94,6 +95,7 @@ def reachable_poses(
     box: PoseBox | None = None,
     margin: float = 0.95,
     diameter: ArrayLike = 0.0,
+    pulleys: Pulleys | None = None,
     body: Body | None = None,
     relief: float | None = None,
     axes: Sequence[int] = range(6),
@@ -101,7 +103,7 @@ def reachable_poses(
     """n poses, each on a straight motion from X_0 towards a random pose of Z, at `margin` (mu) of the way that is free.
 
     a, b (m, 3) m: anchors on the frame and on the platform; `start` is `home(a)` and `box` `default_box(a, start=start)` unless
-    given; without `feasible` only contacts stop a motion; diameter, body and relief as for `first_contact`. `axes` are the
+    given; without `feasible` only contacts stop a motion; diameter, pulleys, body and relief as for `first_contact`. `axes` are the
     components of the twist that the platform has (`CableRobot.axes`): Z has no room in the others.
     Raises ModelError where X_0 is in contact or not feasible, for a margin outside (0, 1], fewer than one pose, and a box that is none.
     """
@@ -118,7 +120,7 @@ def reachable_poses(
     twist = rng.uniform(middle - half, middle + half, (n, 6))
     twist[:, [i for i in range(6) if i not in axes]] = 0.0
     v, w = twist[:, :3].copy(), twist[:, 3:].copy()
-    contacts = first_contact(a, b, x0, v, w, diameter=diameter, body=body, relief=relief)
+    contacts = first_contact(a, b, x0, v, w, diameter=diameter, pulleys=pulleys, body=body, relief=relief)
     _may_start(contacts, len(np.asarray(a)))
     statics = np.ones(n) if feasible is None else _statics(feasible(x0, v, w), n)
     furthest = np.minimum(statics, contacts.fraction)

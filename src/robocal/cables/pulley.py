@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Pulleys", "by_wheel", "curvature", "run", "taut"]
+__all__ = ["Pulleys", "by_wheel", "curvature", "leaving", "run", "taut"]
 
 Array = NDArray[np.float64]
 
@@ -42,6 +42,15 @@ def run(d: Array, pulleys: Pulleys | None) -> tuple[Array, Array]:
         return full, d / np.where(full > 0, full, np.inf)[..., None]
     free, beta, _, side = taut(d, pulleys)
     return pulleys.radius * beta + free, np.sin(beta)[..., None] * side + np.cos(beta)[..., None] * pulleys.axis
+
+
+def leaving(d: Array, pulleys: Pulleys | None) -> Array:
+    """Where the cable leaves its wheel (..., 3), from the frame anchor: d - f u; zero without pulleys."""
+    if pulleys is None:
+        return np.zeros_like(d)
+    free, beta, _, side = taut(d, pulleys)
+    u = np.sin(beta)[..., None] * side + np.cos(beta)[..., None] * pulleys.axis
+    return np.asarray(np.where((pulleys.radius > 0)[..., None], d - free[..., None] * u, 0.0))
 
 
 def by_wheel(d: Array, pulleys: Pulleys) -> Array:

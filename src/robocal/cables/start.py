@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.cables.contact.segments import distances
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.interference import Body, Contacts, first_contact
+from robocal.cables.pulley import leaving
 from robocal.cables.room import frame_box
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, distribute
@@ -98,6 +99,7 @@ def _contacts(robot: CableRobot, pose: Array, clearance: Clearance) -> Contacts:
         pose,
         np.zeros((len(pose), 3)),
         diameter=clearance.diameter,
+        pulleys=robot.pulleys,
         body=clearance.body,
         relief=clearance.relief,
     )
@@ -112,6 +114,7 @@ def _nearest(robot: CableRobot, pose: Array, diameter: Array) -> tuple[tuple[int
     k, l = k[apart[0] & apart[1]], l[apart[0] & apart[1]]
     if not len(k):
         return (-1, -1), float("inf")
-    gap = distances(robot.a[k], ends[k], robot.a[l], ends[l]) - (diameter[k] + diameter[l]) / 2
+    near = robot.a + leaving(ends - robot.a, robot.pulleys)
+    gap = distances(near[k], ends[k], near[l], ends[l]) - (diameter[k] + diameter[l]) / 2
     i = int(np.argmin(gap))
     return (int(k[i]), int(l[i])), float(gap[i])

@@ -84,8 +84,8 @@ def _listing(
     demand = Demand(np.array([robot.mass]))
     listing = reachable_poses(
         robot.a, robot.b, count, np.random.default_rng(seed), feasible=statics_along(robot, demand, STEPS),
-        start=start.pose, box=box, margin=margin, diameter=clearance.diameter, body=clearance.body,
-        relief=clearance.relief, axes=robot.axes,
+        start=start.pose, box=box, margin=margin, diameter=clearance.diameter, pulleys=robot.pulleys,
+        body=clearance.body, relief=clearance.relief, axes=robot.axes,
     )  # fmt: skip
     return kept_to_what_is_held(robot, demand, listing, steps)
 
@@ -155,6 +155,7 @@ STOPPED_BY: Mapping[str, str] = MappingProxyType(
         "statics": "the tension limits",
         "cable-cable": "two cables that would touch",
         "cable-platform": "a cable that would touch the platform",
+        "cable-pulley": "an anchor that would reach its pulley",
     }
 )
 EXPECTED_OF: Mapping[str, str] = MappingProxyType(
@@ -191,8 +192,9 @@ class Listed:
 
     @property
     def limits(self) -> dict[str, int]:
-        """How many motions each of LIMITS stopped; `box`: none of them did."""
-        return {name: int((self.listing.limit == i).sum()) for i, name in enumerate(LIMITS)}
+        """How many motions each of LIMITS stopped; `box`: none of them did. Who has no pulleys meets none."""
+        there = LIMITS if self.robot.pulleys is not None else LIMITS[:-1]
+        return {name: int((self.listing.limit == i).sum()) for i, name in enumerate(there)}
 
     @property
     def lengths(self) -> str:

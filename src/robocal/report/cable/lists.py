@@ -16,7 +16,9 @@ __all__ = ["reached"]
 
 Array = NDArray[np.float64]
 MOST = 2000
-WHY = {"statics": "statics", "cable-cable": "cable on cable", "cable-platform": "cable on platform"}
+WHY = {
+    "statics": "statics", "cable-cable": "cable on cable", "cable-platform": "cable on platform", "cable-pulley": "cable on its pulley",
+}  # fmt: skip
 
 
 def reached(
@@ -83,6 +85,8 @@ def _legend(at: Plane, listing: PoseList, space: bool, z: bool) -> str:
     parts.append(label(x, y, f"{_percent(listing.reached)} % reached", "strong"))
     parts.append(label(x, y + 19, f"of {len(listing.fraction)}; the others ended", "tick"))
     for k, word in enumerate(LIMITS[1:]):
+        if word == "cable-pulley" and not (listing.limit == k + 1).any():
+            continue
         parts.append(label(x, y + 38 + 18 * k, f"{int((listing.limit == k + 1).sum())} by {WHY[word]}", "tick"))
     return "".join(parts)
 
