@@ -54,7 +54,11 @@ def test_the_files_say_one_thing(robot, tmp_path):
     }
     grid, rays = found["grid"], found["rays"]
     header, cells = rows(out / "workspace.csv")
-    assert header == ["x [m]", "y [m]", "z [m]", "held", "margin [N]", "acceleration [m/s2]"] and len(cells) == 21**3
+    even = ["tension factor", "condition number"]
+    assert (
+        header == ["x [m]", "y [m]", "z [m]", "held", "margin [N]", "acceleration [m/s2]", *even]
+        and len(cells) == 21**3
+    )
     held = cells[:, 3] == 1
     box = np.array(grid["m"])
     assert held.sum() == grid["held"] and grid["volume_m3"] == pytest.approx(held.mean() * np.prod(np.ptp(box, axis=1)))
@@ -256,3 +260,71 @@ def test_robots_that_cannot(tmp_path):
     )
     place.write_text(three + "every_cable: {tension: [1, 100]}\nplatform: {mass: 3}\n")
     robocal("cable", "workspace", place).assert_refused("robot.yaml", "fewer cables than degrees of freedom")
+
+
+TRIANGLE = """robocal: 1
+name: triangle
+kind: cable
+units: {length: mm, angle: deg}
+degrees: 2T
+plane: xz
+frame_anchors: [[-2000, 0, 0], [3000, 0, 1000], [500, 0, 4000]]
+platform_anchors: [[0, 0, 0], [0, 0, 0], [0, 0, 0]]
+"""
+
+
+def test_closure_asks_for_neither_mass_nor_limits(tmp_path):
+    """A point on three cables: its triangle, 8.75 m2, to within what 600 rays leave of its corners."""
+    (tmp_path / "robot.yaml").write_text(TRIANGLE)
+    out = tmp_path / "out"
+    ran = robocal(
+        "cable", "workspace", tmp_path / "robot.yaml", "--closure", *QUICK, "--cells", 60, "-o", out, "--json"
+    )
+    found = ran.document
+    assert ran.status == 0 and found["rays"]["area_m2"] == pytest.approx(8.75, rel=0.01)
+    assert found["grid"]["area_m2"] == pytest.approx(8.75, rel=0.03)
+    assert found["margin_N"] is None and found["acceleration_m_s2"] is None and found["closed_share"] == 1
+    assert 0 < found["tension_factor"]["least"] < 0.1 and 0.9 < found["tension_factor"]["greatest"] <= 1
+    assert 1 <= found["condition"]["least"] < 1.05 and found["best"]["margin_N"] is None
+    header, cells = rows(out / "workspace.csv")
+    held, factor = cells[:, 3] == 1, cells[:, header.index("tension factor")]
+    assert np.isnan(cells[:, header.index("margin [N]")]).all() and (np.isfinite(factor) == held).all()
+    page = (out / "report.html").read_text()
+    assert "Tension factors in the plane xz" in page and "margin, N" not in page and "not held" not in page
+    told = robocal("cable", "workspace", tmp_path / "robot.yaml", "--closure", *QUICK).said
+    assert "any wrench (closure)" in told and "greatest tension factor" in told
+    assert found["reaches_box"] == [] and "moments" not in told
+
+
+def test_dexterity_stands_beside_margins(robot):
+    ran = robocal("cable", "workspace", robot, *QUICK, "--json")
+    found = ran.document
+    assert found["margin_N"]["least"] >= 0 and found["tension_factor"]["least"] >= 0 and found["closed_share"] > 0.5
+    shorter = robocal("cable", "workspace", robot, *QUICK, "--length", 0.1, "--json").document
+    assert shorter["tension_factor"] == found["tension_factor"] and shorter["condition"] != found["condition"]
+    told = robocal("cable", "workspace", robot, *QUICK).said
+    assert "tension factor: " in told and "condition number: " in told and "(moments over 1 m)" in told
+
+
+def test_a_platform_that_hangs_is_closed_nowhere(tmp_path):
+    (tmp_path / "robot.yaml").write_text(
+        TRIANGLE.replace("[-2000, 0, 0]", "[-2000, 0, 4000]").replace("1000]", "4000]")
+    )
+    ran = robocal("cable", "workspace", tmp_path / "robot.yaml", "--closure", *QUICK, "-o", tmp_path / "out", "--json")
+    assert ran.status == 3 and ran.document["verdict"]["status"] == "empty" and "needs its weight" in ran.remarks
+    assert ran.document["tension_factor"] is None and (tmp_path / "out" / "report.html").exists()
+
+
+@pytest.mark.parametrize("option", ["mass", "payload", "wrench", "acceleration", "reserve", "limits"])
+def test_closure_takes_no_demand(robot, option):
+    value = {"wrench": "1,0,0,0,0,0", "limits": "1,2"}.get(option, "1")
+    ran = robocal("cable", "workspace", robot, "--closure", f"--{option}", value)
+    assert ran.status == 2 and f"--{option}" in ran.remarks and "says nothing" in ran.remarks
+
+
+def test_closure_takes_a_cable_more(tmp_path):
+    anchors = "[[0, 0, 0], [0, 0, 0], [0, 0, 0]]"
+    text = TRIANGLE.replace("2T", "1R2T").replace(anchors, "[[-100, 0, 0], [100, 0, 0], [0, 0, 100]]")
+    (tmp_path / "robot.yaml").write_text(text)
+    ran = robocal("cable", "workspace", tmp_path / "robot.yaml", "--closure")
+    assert ran.status == 2 and "never all" in ran.remarks and "robot.yaml" in ran.remarks

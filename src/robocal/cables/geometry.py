@@ -163,6 +163,10 @@ class CableRobot(Unjointed):
                 raise ModelError("no such robot", key=what, found=getattr(self, what), expected=" or ".join(known))
         return DEGREES[self.degrees][self.plane]
 
+    def lengths_of_rows(self, length: float) -> Array:
+        """By what the rows of W are divided where moments are compared with forces, (d,): 1, or `length` m."""
+        return np.where(np.array(self.axes) < 3, 1.0, length)
+
     def with_values(self, values: Mapping[str, float]) -> Self:
         """The same robot with other anchors and zeros."""
         return replace(self, table=self.table.with_values(values))

@@ -22,7 +22,7 @@ from robocal.errors import ModelError
 from robocal.geometry import so3
 from robocal.geometry.gravity import GRAVITY
 
-__all__ = ["gravity_wrench", "null_vector", "stiffness", "structure", "structure_of"]
+__all__ = ["gravity_wrench", "null_vector", "row_weights", "stiffness", "structure", "structure_of"]
 
 Array = NDArray[np.float64]
 
@@ -90,6 +90,21 @@ def null_vector(structures: ArrayLike) -> Array:
     q, _ = np.linalg.qr(np.swapaxes(w, 1, 2), mode="complete")
     u: Array = q[:, :, -1]
     return u * np.where(u.sum(axis=1, keepdims=True) < 0.0, -1.0, 1.0)
+
+
+def row_weights(d: int, length: ArrayLike = 1.0) -> Array:
+    """What makes rows of W comparable, (d,): 1 for forces, 1 / length for moments, in m.
+
+    length: one number, where d says which rows are moments (x and y; x, y and a turn; all six), or of every row (d,), 1 for forces
+    (`CableRobot.lengths_of_rows`). Raises ModelError for one that is not positive.
+    """
+    long = np.asarray(length, dtype=float)
+    if long.shape not in ((), (d,)) or not ((long > 0.0) & (long < np.inf)).all():
+        raise ModelError("a length that compares moments with forces is positive", key="length", found=length)
+    if long.ndim:
+        return 1.0 / long
+    forces = {2: 2, 3: 2, 6: 3}.get(d, d)
+    return np.array([1.0] * forces + [1.0 / float(long)] * (d - forces))
 
 
 def gravity_wrench(pose: ArrayLike, mass: float, com: ArrayLike, gravity: ArrayLike = GRAVITY) -> Array:

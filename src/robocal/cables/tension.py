@@ -18,6 +18,7 @@ from robocal.cables.choice import METHOD, POWER
 from robocal.cables.distribution._kernels import centre_kernel, nearest_kernel, power_kernel
 from robocal.cables.margin._kernels import margin_kernel, missing_kernel
 from robocal.cables.polytope._kernels import FOUND, STUCK
+from robocal.cables.statics import row_weights
 from robocal.errors import ModelError, RobocalError, nearest
 
 __all__ = [
@@ -54,7 +55,7 @@ class Distribution:
     wrench: Array
     limits: Array
 
-    def missing(self, length: float = 1.0) -> Array:
+    def missing(self, length: ArrayLike = 1.0) -> Array:
         """The wrench (k, d) that would have to be added for equilibrium: zero where feasible; see `missing_wrench`."""
         out = np.zeros(self.wrench.shape)
         bad = ~self.feasible
@@ -106,7 +107,7 @@ def is_feasible(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike) -> F
     return distribute(structure, wrench, limits).feasible
 
 
-def missing_wrench(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, length: float = 1.0) -> Array:
+def missing_wrench(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, length: ArrayLike = 1.0) -> Array:
     """-(W t + w) (k, d) for the tensions within the limits that make it shortest: what would have to be added to w.
 
     Moments are divided by `length` [m] before they are compared with forces. Zero (to rounding) where feasible.
@@ -114,14 +115,20 @@ def missing_wrench(structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, l
     w, load, bounds = _enter(structure, wrench, limits)
     out, code = np.empty(load.shape), np.empty(len(w), np.int64)
     missing_kernel(
-        w, load, _weights(w.shape[1], length), as_kernel_array(bounds[:, 0]), as_kernel_array(bounds[:, 1]), out, code
+        w,
+        load,
+        row_weights(w.shape[1], length),
+        as_kernel_array(bounds[:, 0]),
+        as_kernel_array(bounds[:, 1]),
+        out,
+        code,
     )
     _settled(code == 0)
     return out
 
 
 def capacity_margin(
-    structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, length: float = 1.0, taken: ArrayLike | None = None
+    structure: ArrayLike, wrench: ArrayLike, limits: ArrayLike, length: ArrayLike = 1.0, taken: ArrayLike | None = None
 ) -> Array:
     """Signed distance (k,) [N] of wrenches to the boundary of those that the cables can balance; negative: not feasible.
 
@@ -134,9 +141,9 @@ def capacity_margin(
     return disturbance_margin(structure, wrench, limits, ball(rows, length), length, taken)
 
 
-def ball(rows: int, length: float = 1.0) -> Array:
+def ball(rows: int, length: ArrayLike = 1.0) -> Array:
     """The shape (d, d) of a disturbance of one newton in any direction, moments divided by `length` [m], for d `rows` of W."""
-    return np.diag(1.0 / _weights(rows, length))
+    return np.diag(1.0 / row_weights(rows, length))
 
 
 def disturbance_margin(
@@ -144,7 +151,7 @@ def disturbance_margin(
     wrench: ArrayLike,
     limits: ArrayLike,
     shape: ArrayLike,
-    length: float = 1.0,
+    length: ArrayLike = 1.0,
     taken: ArrayLike | None = None,
 ) -> Array:
     """Greatest x (k,) such that every wrench w + taken f + shape e with |f| <= 1 and |e| <= x can be balanced; negative: those
@@ -176,12 +183,12 @@ def disturbance_margin(
     return margin
 
 
-def _singular_margin(w: Array, loads: Array, taken: Array, bounds: Array, length: float) -> Array:
+def _singular_margin(w: Array, loads: Array, taken: Array, bounds: Array, length: ArrayLike) -> Array:
     """Minus the size of the greatest missing wrench of loads (k, v, d), or of what is taken; zero where there is none, (k,)."""
     count, v, d = loads.shape
     short = missing_wrench(np.repeat(w, v, axis=0), loads.reshape(-1, d), bounds, length).reshape(count, v, d)
-    size = np.linalg.norm(short * _weights(d, length), axis=2).max(axis=1)
-    size = np.maximum(size, np.linalg.norm(taken * _weights(d, length)[:, None], axis=(1, 2)))
+    size = np.linalg.norm(short * row_weights(d, length), axis=2).max(axis=1)
+    size = np.maximum(size, np.linalg.norm(taken * row_weights(d, length)[:, None], axis=(1, 2)))
     return np.where(size > 1e-9 * (np.abs(loads).max(axis=(1, 2)) + bounds.max()), -size, 0.0)
 
 
@@ -290,14 +297,6 @@ def _disturbance(shape: ArrayLike, w: Array) -> Array:
     if not np.isfinite(stretch).all():
         raise ModelError("a disturbance's shape holds a number that is none", expected="finite numbers")
     return stretch
-
-
-def _weights(d: int, length: float) -> Array:
-    """1 for forces, 1 / length for moments: rows (x, y), (x, y, turn) or all six."""
-    if not 0.0 < length < np.inf:
-        raise ModelError("a length that compares moments with forces is positive", key="length", found=length)
-    forces = {2: 2, 3: 2, 6: 3}.get(d, d)
-    return np.array([1.0] * forces + [1.0 / length] * (d - forces))
 
 
 def _settled(ok: Flags) -> Flags:

@@ -1,7 +1,8 @@
-"""Where a platform can be held: the wrench-feasible workspace, its margins, and a grid of it.
+"""Where a platform can be held: the wrench-feasible or the wrench-closure workspace, its margins, and a grid of it.
 
 A position belongs to it when tensions within the limits balance every wrench that is demanded there: all orientations,
-masses, extra wrenches and accelerations of a `Demand` (for a convex set of wrenches its corners are enough).
+masses, extra wrenches and accelerations of a `Demand` (for a convex set of wrenches its corners are enough). To that of wrench
+closure it belongs when tensions of any size balance any wrench.
 """
 
 from __future__ import annotations
@@ -12,13 +13,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robocal.cables.closure import CLOSED, Dexterity, dexterity, tension_factor
 from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import ball, capacity_margin, disturbance_margin, is_feasible
 from robocal.errors import ModelError
 from robocal.geometry.gravity import GRAVITY
 
-__all__ = ["Demand", "Grid", "accelerations", "as_box", "as_poses", "grid", "holds", "margins"]
+__all__ = ["Demand", "Grid", "accelerations", "as_box", "as_poses", "dexterities", "grid", "holds", "margins"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -30,7 +32,8 @@ class Demand:
 
     masses (p,) kg; rotations (n, 3, 3); extra wrenches (e, 6) [N, N m] in base axes beside the weight; `acceleration`
     [m/s^2] of the centre of mass in any direction, without turning; `reserve` [N] of capacity margin on top of that, moments
-    divided by `length` [m]; `gravity` (3,) [m/s^2] in base axes.
+    divided by `length` [m]; `gravity` (3,) [m/s^2] in base axes. `closure`: any wrench whatever, by tensions of any size, so that
+    of all this only the rotations count.
     """
 
     masses: Array
@@ -40,23 +43,29 @@ class Demand:
     reserve: float = 0.0
     length: float = 1.0
     gravity: tuple[float, float, float] = GRAVITY
+    closure: bool = False
 
 
 def margins(robot: CableRobot, demand: Demand, where: ArrayLike) -> Array:
-    """Least capacity margin (k,) [N] over everything demanded, whichever way it accelerates; negative: outside.
+    """Least capacity margin (k,) [N] over everything demanded, whichever way it accelerates; negative: outside. Of closure it is the
+    tension factor, NaN where there is none.
 
     `where`: positions (k, 3) m, or poses (k, 4, 4), after whose rotation come the demand's own.
     """
+    if demand.closure:
+        factor = dexterities(robot, demand, where).tension_factor
+        return np.where(factor > CLOSED, factor, np.nan)
     pose, limits = as_poses(where), robot.need("limits")
+    length = robot.lengths_of_rows(demand.length)
     least = np.full(len(pose), np.inf)
     for whole, w, loads, turned in _cases(robot, demand, pose):
         if demand.acceleration > 0.0:
             push = _push(robot, turned)
             for mass, own in _by_mass(demand, loads):
                 shaken = demand.acceleration * mass * push
-                least = np.minimum(least, capacity_margin(w, own, limits, demand.length, shaken))
+                least = np.minimum(least, capacity_margin(w, own, limits, length, shaken))
         else:
-            least = np.minimum(least, capacity_margin(w, loads, limits, demand.length))
+            least = np.minimum(least, capacity_margin(w, loads, limits, length))
         least[~whole] = -np.inf
     return least
 
@@ -66,13 +75,13 @@ def accelerations(robot: CableRobot, demand: Demand, where: ArrayLike) -> Array:
     with the reserve left; infinite without mass. `where` as for `margins`.
     """
     pose, limits = as_poses(where), robot.need("limits")
-    least = np.full(len(pose), np.inf)
+    least, length = np.full(len(pose), np.inf), robot.lengths_of_rows(demand.length)
     for whole, w, loads, turned in _cases(robot, demand, pose):
         push = _push(robot, turned)
-        kept = None if demand.reserve <= 0.0 else demand.reserve * ball(w.shape[1], demand.length)
+        kept = None if demand.reserve <= 0.0 else demand.reserve * ball(w.shape[1], length)
         for mass, own in _by_mass(demand, loads):
             if mass > 0.0:
-                room = disturbance_margin(w, own, limits, mass * push, demand.length, kept)
+                room = disturbance_margin(w, own, limits, mass * push, length, kept)
                 least = np.minimum(least, room)
         least[~whole] = -np.inf
     return least
@@ -81,6 +90,11 @@ def accelerations(robot: CableRobot, demand: Demand, where: ArrayLike) -> Array:
 def holds(robot: CableRobot, demand: Demand, where: ArrayLike) -> Flags:
     """Whether everything demanded can be held, (k,); `where` as for `margins`."""
     pose = as_poses(where)
+    if demand.closure:
+        closed = np.ones(len(pose), bool)
+        for whole, w, _ in _turned(robot, demand.rotations, pose):
+            closed &= whole & (tension_factor(w) > CLOSED)
+        return closed
     if demand.reserve > 0.0 or demand.acceleration > 0.0:
         return margins(robot, demand, pose) >= demand.reserve
     inside, limits = np.ones(len(pose), bool), robot.need("limits")
@@ -89,6 +103,18 @@ def holds(robot: CableRobot, demand: Demand, where: ArrayLike) -> Flags:
         for v in range(loads.shape[1]):
             inside &= is_feasible(w, loads[:, v], limits)
     return inside
+
+
+def dexterities(robot: CableRobot, demand: Demand, where: ArrayLike) -> Dexterity:
+    """The least tension factor and the greatest condition number over the demand's orientations; moments are divided by its length.
+    `where` as for `margins`."""
+    pose = as_poses(where)
+    factor, condition = np.ones(len(pose)), np.ones(len(pose))
+    for whole, w, _ in _turned(robot, demand.rotations, pose):
+        found = dexterity(w, robot.lengths_of_rows(demand.length))
+        factor = np.minimum(factor, np.where(whole, found.tension_factor, 0.0))
+        condition = np.maximum(condition, np.where(whole, found.condition, np.inf))
+    return Dexterity(factor, condition, demand.length)
 
 
 def as_poses(where: ArrayLike) -> Array:
@@ -108,6 +134,14 @@ def _cases(robot: CableRobot, demand: Demand, pose: Array) -> Iterator[tuple[Fla
     the poses (k, 4, 4) themselves."""
     masses, extra, rotations = _check(demand)
     rows = list(robot.axes)
+    for whole, w, turned in _turned(robot, rotations, pose):
+        weight = [gravity_wrench(turned, float(m), robot.com, demand.gravity) for m in masses]
+        loads = np.concatenate([(one[:, None] + extra)[..., rows] for one in weight], axis=1)
+        yield whole, w, loads, turned
+
+
+def _turned(robot: CableRobot, rotations: Array, pose: Array) -> Iterator[tuple[Flags, Array, Array]]:
+    """For each orientation: whether all cables have a length (k,), W (k, d, m), and the poses (k, 4, 4) themselves."""
     for rotation in rotations:
         turned = pose.copy()
         turned[:, :3, :3] = pose[:, :3, :3] @ rotation
@@ -115,9 +149,7 @@ def _cases(robot: CableRobot, demand: Demand, pose: Array) -> Iterator[tuple[Fla
         # With a platform anchor on its frame anchor nothing can be said to hold.
         whole: Flags = np.isfinite(w.sum(axis=(1, 2)))
         w[~whole] = 0.0
-        weight = [gravity_wrench(turned, float(m), robot.com, demand.gravity) for m in masses]
-        loads = np.concatenate([(one[:, None] + extra)[..., rows] for one in weight], axis=1)
-        yield whole, w, loads, turned
+        yield whole, w, turned
 
 
 def _push(robot: CableRobot, turned: Array) -> Array:
@@ -156,7 +188,8 @@ def _check(demand: Demand) -> tuple[Array, Array, Array]:
 
 @dataclass(frozen=True)
 class Grid:
-    """Cells of a box: centres along three axes, which of them can be held (nx, ny, nz), and their margins [N] if asked for."""
+    """Cells of a box: centres along three axes, which of them can be held (nx, ny, nz), and their margins [N] if asked for, of closure
+    tension factors."""
 
     axes: tuple[Array, Array, Array]
     cell: Array
@@ -181,6 +214,7 @@ def grid(
     axes = tuple(sides[i, 0] + cell[i] * (np.arange(n) + 0.5) for i, n in enumerate(counts))
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     margin = margins(robot, demand, points) if with_margins else None
+    # A tension factor that is none is not at least 0 either.
     inside = holds(robot, demand, points) if margin is None else margin >= max(demand.reserve, 0.0)
     shaped = None if margin is None else margin.reshape(counts)
     return Grid((axes[0], axes[1], axes[2]), cell, inside.reshape(counts), shaped)

@@ -114,6 +114,7 @@ def workspace(
     wrench: str | Sequence[str] = (),
     acceleration: float = 0.0,
     reserve: float = 0.0,
+    closure: bool = False,
     limits: str | None = None,
     length: float | None = None,
     box: str | None = None,
@@ -124,7 +125,7 @@ def workspace(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found:
-    """Where the platform can be held: volume by a grid and by rays to the exact boundary, margins, sections, a mesh.
+    """Where the platform can be held: volume by a grid and by rays to the exact boundary, margins, dexterity, sections, a mesh.
 
     Exit status 3 when it can be held nowhere.
 
@@ -136,6 +137,7 @@ def workspace(
     wrench: Acts beside the weight at the platform's origin, base axes: the robot file's unit of force, and Nm; repeat for several, all of which are to be held, with 0,0,0,0,0,0 for none.
     acceleration: Of the centre of mass, in any direction [m/s2], 0 or more.
     reserve: A disturbance in any direction that is held on top, in the robot file's unit of force, 0 or more.
+    closure: Any wrench, by tensions of any size (wrench closure): no mass, no limits, no weight.
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
     length: Divides moments to compare them with forces, in the robot file's unit of length, above 0.  [default: 1 m]
     box: Where to look, in the robot file's unit of length.  [default: what the frame can reach]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal.cables.choice import METHOD
+from robocal.cables.closure import Dexterity, dexterity
 from robocal.cables.forward import Forward, forward
 from robocal.cables.inverse import inverse
 from robocal.cables.prepared import Prepared
@@ -78,6 +79,15 @@ class CableArm:
         able, at = held_robot(self.model), _poses(poses)
         load = gravity_wrench(at, mass_of(self.model), able.com) + _numbers(wrench, "wrench")
         return distribute(structure_of(able, at), load[:, list(able.axes)], able.need("limits"), method)
+
+    def dexterity(self, poses: ArrayLike, *, length: float = 1.0) -> Dexterity:
+        """How evenly the cables can pull at poses: `tension_factor` (k,) from 0 to 1, `closed` (k,) where any wrench can be balanced,
+        `condition` (k,), the condition number with moments divided by `length` in m.
+
+        Neither weight nor tension limits take part. Raises ModelError for poses at which a cable has no length.
+        """
+        held = self.model.robot
+        return dexterity(structure_of(held, _poses(poses)), held.lengths_of_rows(length))
 
     def prepare(self, *, method: str = METHOD, sigma: float | None = None) -> Prepared:
         """The robot entered into kernels once, for a controller that asks one pose a thousand times a second: `tension(pose)`,

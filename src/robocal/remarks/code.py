@@ -261,3 +261,5 @@ class Code(StrEnum):
     ONLY_SINGULAR = "only-singular"
     NOTHING_HELD = "nothing-held"
     ONLY_START_HELD = "only-start-held"
+    NOTHING_CLOSED = "nothing-closed"
+    ONLY_START_CLOSED = "only-start-closed"

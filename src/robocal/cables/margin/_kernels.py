@@ -17,7 +17,7 @@ _PULL = 5e-14  # what rounding leaves of a pull that is none, beside the cable's
 
 
 @kernel
-def _dependency(n, r, chosen, work, column, s):
+def dependency(n, r, chosen, work, column, s):
     """s (r + 1,) <- a vector with sum_j N[:, chosen_j] s_j = 0; returns |s|^2, zero when there is more than one such line."""
     for i in range(r):
         for j in range(r + 1):
@@ -147,7 +147,7 @@ def _nearest(n, r, seen, lost, t, lo, hi, chosen, column, s, work):
     for j in range(r + 1):
         chosen[j] = j
     while True:
-        long = _dependency(n, r, chosen, work, column, s)
+        long = dependency(n, r, chosen, work, column, s)
         if long > 0.0:
             top, bottom = 0.0, 0.0
             for j in range(r + 1):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.boundary import Outline
+from robocal.cables.closure import Dexterity
 from robocal.cables.workspace import Grid
 from robocal.files.cable.values import CableUnits
 from robocal.files.csvtable import csv_text
@@ -17,16 +18,18 @@ __all__ = ["cells_text", "outlines_text"]
 Array = NDArray[np.float64]
 
 
-def cells_text(made: Grid, acceleration: Array, units: CableUnits) -> str:
-    """x, y, z of every cell's centre, whether it is held (1 or 0), its margin, and the acceleration (nx, ny, nz) m/s^2 that is
-    possible there; empty where there is no number."""
+def cells_text(made: Grid, acceleration: Array, even: Dexterity, units: CableUnits, closure: bool = False) -> str:
+    """x, y, z of every cell's centre, whether it is held (1 or 0), its margin and the acceleration (nx, ny, nz) m/s^2 that is possible
+    there, neither of `closure`; tension factor and condition number (nx, ny, nz); empty where there is no number."""
     length, force = units.length, units.force
     header = [*(f"{axis} [{length.name}]" for axis in "xyz"), "held", f"margin [{force.name}]", "acceleration [m/s2]"]
+    header += ["tension factor", "condition number"]
     centres = np.stack(np.meshgrid(*made.axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    margin = np.full(made.inside.size, np.nan) if made.margin is None else made.margin.ravel()
+    margin = np.full(made.inside.size, np.nan) if made.margin is None or closure else made.margin.ravel()
     columns = [_cells(length.from_si(c)) for c in centres.T]
     columns.append(["1" if held else "0" for held in made.inside.ravel().tolist()])
     columns += [_cells(force.from_si(margin)), _cells(acceleration.ravel())]
+    columns += [_cells(even.tension_factor.ravel()), _cells(even.condition.ravel())]
     return csv_text(header, zip(*columns, strict=True))
 
 

@@ -28,14 +28,22 @@ def demand_of(file: CableFile, said: Any, si: Any) -> Demand:
     file where the mass is missing, ModelError naming an option that makes no sense.
 
     payload and mass are a range or one number: mass stands for the platform's own, payload hangs at its centre of mass; wrench
-    as for `wrench_of`, every one of them.
+    as for `wrench_of`, every one of them. With closure none of them is asked for.
     """
+    turns = _orientations(file.robot, said, si)
+    if said.closure:
+        for name in ("mass", "payload", "wrench", "acceleration", "reserve", "limits"):
+            if getattr(said, name):
+                raise ModelError(
+                    "where any wrench is held, by tensions of any size, this says nothing",
+                    key=f"--{name}", found=getattr(said, name), expected="--closure alone, or without it",
+                )  # fmt: skip
+        return Demand(np.zeros(1), turns, length=si.length or 1.0, closure=True)
     masses = _range(said.mass, "--mass", file) if said.mass is not None else (mass_of(file),)
     masses = tuple(
         sorted({m + more for m, more in zip(*_paired(masses, _range(said.payload, "--payload", file)), strict=True)})
     )
     extra = np.array([wrench_of(file, text) for text in said.wrench]) if said.wrench else np.zeros((1, 6))
-    turns = _orientations(file.robot, said, si)
     return Demand(np.array(masses), turns, extra, si.acceleration, si.reserve, si.length or 1.0)
 
 

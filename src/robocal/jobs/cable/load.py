@@ -37,6 +37,7 @@ __all__ = [
     "robot_input",
     "ruler_of",
     "said_of",
+    "spanned_robot",
     "stretches",
     "tensions_of",
     "wrench_of",
@@ -46,18 +47,26 @@ Array = NDArray[np.float64]
 UPRIGHT = {2, 3, 4}  # components of the twist (v, w) that a weight works on: z, and the turns about x and y
 
 
-def held_robot(file: CableFile, limits: Array | None = None) -> CableRobot:
-    """The robot as statics needs it: with no fewer cables than degrees of freedom, and tension limits, those of its file or
-    (2,) in N for every cable. Raises FormatError naming the key that is missing, ModelError for limits that make no sense."""
+def spanned_robot(file: CableFile, more: int = 0) -> CableRobot:
+    """The robot, which has at least `more` cables than degrees of freedom. Raises FormatError naming the file."""
     robot = file.robot
-    if len(robot.cables) < len(robot.axes):
+    if len(robot.cables) < len(robot.axes) + more:
         raise FormatError(
-            "fewer cables than degrees of freedom: such a platform is not held by its cables",
+            "fewer cables than degrees of freedom: such a platform is not held by its cables"
+            if len(robot.cables) < len(robot.axes)
+            else "no more cables than degrees of freedom: such cables balance some wrenches, never all",
             file=file.path,
             key="cables",
             found=f"{len(robot.cables)} cables for {len(robot.axes)} degrees of freedom",
-            expected=f"{len(robot.axes)} or more",
+            expected=f"{len(robot.axes) + more} or more",
         )
+    return robot
+
+
+def held_robot(file: CableFile, limits: Array | None = None) -> CableRobot:
+    """The robot as statics needs it: with no fewer cables than degrees of freedom, and tension limits, those of its file or
+    (2,) in N for every cable. Raises FormatError naming the key that is missing, ModelError for limits that make no sense."""
+    robot = spanned_robot(file)
     if limits is None:
         if robot.limits is None:
             raise FormatError(

@@ -45,8 +45,8 @@ def held(o: Any, power: float, command: str = "") -> Tensions:
         spread = distribute(structure, load, able.need("limits"), o.method, power)
         if o.power is not None and o.method != "p-norm":
             raise ModelError("a power is of the p-norm alone", key="power", found=o.power, expected="--method p-norm")
-    margin = capacity_margin(structure, load, able.need("limits"), lever)
-    missing = spread.missing(lever)
+    margin = capacity_margin(structure, load, able.need("limits"), able.lengths_of_rows(lever))
+    missing = spread.missing(able.lengths_of_rows(lever))
     return Tensions(
         file.units, able, rows.names, rows.values, spread, margin, missing, power, lever, weight,
         _listed(able, rows, spread, margin, missing, file),

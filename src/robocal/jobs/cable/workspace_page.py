@@ -12,7 +12,7 @@ from robocal.cables.tension import distribute
 from robocal.cables.workspace import Demand, Grid, grid
 from robocal.geometry import se3, so3
 from robocal.jobs.cable.load import how_made, limits_text, ruler_of
-from robocal.jobs.cable.workspace import Workspace
+from robocal.jobs.cable.workspace_found import Workspace
 from robocal.report.cable.part import part
 from robocal.report.cable.ruler import Ruler
 from robocal.report.cable.scene import scene
@@ -38,11 +38,12 @@ def workspace_details(made: Workspace) -> list[Section]:
         level = ruler.text(float(line.start[across]))
         where = f" at {'xyz'[across]} = {level} {ruler.name}" if len(made.sections) > 1 else ""
         text = (
-            f"Margins in the plane {name} through the start of the rays; the line is the exact boundary seen from there. "
-            f"Area within it: {significant(line.area, 4)} m²{where}."
+            f"{'Tension factors' if demand.closure else 'Margins'} in the plane {name} through the start of the rays; the line is the "
+            f"exact boundary seen from there. Area within it: {significant(line.area, 4)} m²{where}."
         )
-        blocks.append(part(f"Section {name}", text, section(robot, [line], _sheet(made, axes), axes, ruler=ruler)))
-    if not made.sections:
+        drawn = section(robot, [line], _sheet(made, axes), axes, ruler=ruler, closure=demand.closure)
+        blocks.append(part(f"Section {name}", text, drawn))
+    if not made.sections and not demand.closure:
         text = "Nothing is held: colours say by how much, at least, the cables fail. The middle layer of the grid."
         axes = (robot.axes[0], robot.axes[1])
         blocks.append(part("The grid", text, section(robot, [], made.grid, axes, ruler=ruler)))
@@ -52,7 +53,11 @@ def workspace_details(made: Workspace) -> list[Section]:
 
 
 def _found(made: Workspace) -> str:
-    text = "A position of the platform's origin belongs to the workspace when tensions within the limits balance everything demanded."
+    text = (
+        "A position of the platform's origin belongs to the workspace when cables that pull, as strongly as it takes, balance any wrench."
+        if made.demand.closure
+        else "A position of the platform's origin belongs to the workspace when tensions within the limits balance everything demanded."
+    )
     where = [f"{side[0]} is {'least' if side[1] == '-' else 'greatest'}" for side in made.cut]
     return text + (f" It is cut off by the box where {', '.join(where)}." if where else "")
 
@@ -60,6 +65,10 @@ def _found(made: Workspace) -> str:
 def _picture(robot: CableRobot, demand: Demand, boundary: Surface | Outline, ruler: Ruler) -> Section:
     """The robot where the rays start, with the least tensions for the first orientation and wrench and the greatest mass."""
     pose = se3.compose(demand.rotations[0], boundary.start)
+    if demand.closure:
+        text = f"The platform where the rays start, {ruler.point(boundary.start)}."
+        text += "" if isinstance(boundary, Outline) else " Drag to turn."
+        return part("The robot and its workspace", text, scene(robot, pose, surface=boundary, ruler=ruler))
     mass = float(demand.masses.max())
     wrench = gravity_wrench(pose[None], mass, robot.com, demand.gravity) + demand.extra[:1]
     held = distribute(structure_of(robot, pose[None]), wrench[:, list(robot.axes)], robot.need("limits"))
@@ -75,6 +84,8 @@ def _picture(robot: CableRobot, demand: Demand, boundary: Surface | Outline, rul
 
 
 def _words(demand: Demand, ruler: Ruler) -> str:
+    if demand.closure:
+        return "Any wrench at all, in each orientation: neither weight nor tension limits take part."
     text = (
         "Each orientation with each mass and each wrench beside the weight; for a range of masses its ends are enough."
     )
@@ -89,19 +100,22 @@ def _words(demand: Demand, ruler: Ruler) -> str:
 
 def _demanded(demand: Demand) -> list[list[str]]:
     turns = np.degrees(so3.log(demand.rotations))
+    turned = ["Orientations", "; ".join(_angles(v) for v in turns[:MOST]) + ("; ..." if len(turns) > MOST else "")]
+    if demand.closure:
+        return [["", ""], turned]
     return [
         ["", ""],
         ["Masses", ", ".join(f"{significant(float(m), 4)} kg" for m in demand.masses)],
-        ["Orientations", "; ".join(_angles(v) for v in turns[:MOST]) + ("; ..." if len(turns) > MOST else "")],
+        turned,
         ["Wrenches", "; ".join(", ".join(f"{v:g}" for v in row) for row in demand.extra) + " (N, Nm)"],
     ]
 
 
 def _how(made: Workspace) -> str:
     model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
-    limits = limits_text(made.robot.need("limits"))
+    limits = "" if made.demand.closure else f"; limits {limits_text(made.robot.need('limits'))}"
     return "\n\n".join(
-        [f"{model}, what they weigh left out; limits {limits}.", *how_made(made.robot, made.command, made.inputs)]
+        [f"{model}, what they weigh left out{limits}.", *how_made(made.robot, made.command, made.inputs)]
     )
 
 

@@ -234,6 +234,13 @@ TABLE: dict[Code, Words] = {
         "no cell of the grid can be held: the one that comes closest, at {at} {length}, lacks {lack:.3g} {force} or more",
         "Demand less, or widen the limits.",
     ),
+    Code.NOTHING_CLOSED: Words(
+        "no cell of the grid is wrench-closed: at none can cables, which only pull, balance every wrench, however strong they are",
+        "A platform that hangs from above needs its weight: leave --closure out.",
+    ),
+    Code.ONLY_START_CLOSED: Words(
+        "no cell of the grid is wrench-closed, but the start of the rays is", "Choose a smaller --box, or more --cells."
+    ),
     Code.ONLY_START_HELD: Words(
         "no cell of the grid can be held: the one that comes closest, at {at} {length}, lacks {lack:.3g} {force} or more; but the "
         "start of the rays can",

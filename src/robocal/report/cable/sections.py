@@ -32,9 +32,11 @@ def section(
     *,
     points: ArrayLike | None = None,
     ruler: Ruler = METRE,
+    closure: bool = False,
 ) -> str:
-    """The picture (SVG) of a section in the plane of two axes (0 x, 1 y, 2 z): margins of the grid's layer at the first outline's
-    start (its middle layer without one), or which cells are held; outlines on top; points (n, 3) m as dots."""
+    """The picture (SVG) of a section in the plane of two axes (0 x, 1 y, 2 z): margins (of `closure` tension factors) of the grid's
+    layer at the first outline's start (its middle layer without one), or which cells are held; outlines on top; points (n, 3) m as
+    dots."""
     across = 3 - sum(axes)
     home, dots = (
         robot.home[None, :3, 3],
@@ -49,8 +51,8 @@ def section(
     parts = [at.frame]
     if grid is not None and margin is not None:
         edges = _edges(margin)
-        parts += [_cells(grid, axes, _classes(margin, edges), at, _names(len(edges))), _zero(grid, axes, margin, at)]
-        parts.append(_scale(edges, at))
+        parts.append(_cells(grid, axes, _classes(margin, edges), at, _names(len(edges))))
+        parts += ["" if closure else _zero(grid, axes, margin, at), _scale(edges, at, closure)]
     elif grid is not None:
         inside = np.where(_flat(grid.inside, axes, across, layer), 1, 0)
         parts.append(_cells(grid, axes, inside, at, {1: "in"}))
@@ -62,7 +64,7 @@ def section(
     where = "" if robot.degrees != "3R3T" else f" at {'xyz'[across]} = {ruler.text(level, 2)} {ruler.name}"
     title = f"Section in the plane {'xyz'[axes[0]]}{'xyz'[axes[1]]}{where}"
     parts.append(label(at.x.start, 16, title, "strong"))
-    return figure("section", at.width, at.height, parts, title=title, text=_said(outlines, margin))
+    return figure("section", at.width, at.height, parts, title=title, text=_said(outlines, margin, closure))
 
 
 def _layer(grid: Grid, across: int, start: float) -> tuple[int, float]:
@@ -133,32 +135,35 @@ def _zero(grid: Grid, axes: tuple[int, int], margin: Array, at: Plane) -> str:
     )
 
 
-def _scale(edges: Sequence[float], at: Plane) -> str:
-    """The classes upright beside the picture, with their borders in N."""
+def _scale(edges: Sequence[float], at: Plane, closure: bool) -> str:
+    """The classes upright beside the picture, with their borders in N; those of tension factors have one side."""
     count, names = len(edges), _names(len(edges))
     x, top, bottom = at.x.end + 26, at.y.end + 16, at.y.start
-    y = Scale(-count, count, bottom, top)
-    parts = [label(x, top - 14, "margin, N", "strong")]
-    for k in (*range(-count, 0), *range(1, count + 1)):
+    y = Scale(0 if closure else -count, count, bottom, top)
+    parts = [label(x, top - 14, "tension factor" if closure else "margin, N", "strong")]
+    for k in (*(() if closure else range(-count, 0)), *range(1, count + 1)):
         upper = y(k + 1 if k < 0 else k)
         parts.append(
             f'<rect class="{names[k]}" x="{num(x)}" y="{upper:.2f}" width="16" height="{y(0) - y(1) + 0.3:.2f}"/>'
         )
     for k, edge in enumerate(edges):
         parts.append(label(x + 23, y(k) + 4, tick_text(edge), "strong" if k == 0 else "tick"))
-        if k:
+        if k and not closure:
             parts.append(label(x + 23, y(-k) + 4, tick_text(-edge), "tick"))
+    if closure:
+        return "".join(parts)
     parts.append(f'<path class="zero" d="M{num(x - 3)} {num(y(0))}h22"/>')
     parts += [label(x + 23, y(count - 0.5) + 4, "held", "name"), label(x + 23, y(0.5 - count) + 4, "not held", "name")]
     return "".join(parts)
 
 
-def _said(outlines: Sequence[Outline], margin: Array | None) -> str:
+def _said(outlines: Sequence[Outline], margin: Array | None, closure: bool) -> str:
     parts = [f"The outline encloses {significant(o.area)} m²." for o in outlines]
     if margin is not None:
         good = margin[np.isfinite(margin)]
         if len(good):
             held = 100 * float((margin >= 0.0).mean())
             ends = " to ".join(significant(float(v)) for v in (good.min(), good.max()))
-            parts.append(f"Margins from {ends} N; {held:.0f} % of the cells are held.")
+            what = f"Tension factors from {ends}" if closure else f"Margins from {ends} N"
+            parts.append(f"{what}; {held:.0f} % of the cells are held.")
     return " ".join(parts) or "Frame anchors and X₀."

@@ -20,7 +20,7 @@ MESHES = ("surface.ply", "surface.stl")  # of a spatial robot
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Where the platform can be held: volume by a grid and by rays to the exact boundary, margins, sections, a mesh.
+    """Where the platform can be held: volume by a grid and by rays to the exact boundary, margins, dexterity, sections, a mesh.
 
     Exit status 3 when it can be held nowhere.
 
@@ -54,6 +54,7 @@ class Options(Told):
     )
     acceleration: float = opt(0.0, "Of the centre of mass, in any direction", metavar="A", unit="m/s2", least=0)
     reserve: float = opt(0.0, "A disturbance in any direction that is held on top", metavar="F", unit="force", least=0)
+    closure: bool = opt(False, "Any wrench, by tensions of any size (wrench closure): no mass, no limits, no weight")
     limits: w.TensionLimits = None
     length: w.MomentLength = None
     box: str | None = opt(
@@ -77,7 +78,8 @@ class Options(Told):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """The workspace for what is demanded; a folder gets FILES, and MESHES of a spatial robot. Raises InputError."""
     from robocal.files.writing import refuse_existing
-    from robocal.jobs.cable.workspace import texts, workspace
+    from robocal.jobs.cable.workspace import workspace
+    from robocal.jobs.cable.workspace_found import texts
 
     refuse_existing(o.output, (*FILES, *MESHES), o.force)
     result = workspace(o, command, watch)
@@ -122,11 +124,11 @@ def sections(made: Outcome) -> Iterator[Section]:
     lines = [f"box: {span(result.box)} {length.name}  ({result.how})"]
     if found["extent_m"] is not None:
         cut = f"; cut off by the box at {', '.join(found['reaches_box'])}" if found["reaches_box"] else ""
-        best = found["best"]
         lines += [
             f"held: {span(found['extent_m'])} {length.name}, centre {at(found['centre_m'])}{cut}",
             *_spares(found, force),
-            f"greatest margin: {figure(force.from_si(best['margin_N']))} {force.name} at {at(best['position_m'])} {length.name}",
+            *_even(found, length, max(result.robot.axes) > 2),
+            f"{_best(found['best'], force)} at {at(found['best']['position_m'])} {length.name}",
         ]
     held = "held" if home["held"] else "not held"
     lines.append(f"X_0, the mean of the frame anchors, {at(home['position_m'])} {length.name}: {held}")
@@ -137,7 +139,7 @@ def sections(made: Outcome) -> Iterator[Section]:
 def _spares(found: dict[str, Any], force: Any) -> Iterator[str]:
     """Margins and possible accelerations of the held cells."""
     for key, title, unit in (("margin_N", "margin", force), ("acceleration_m_s2", "possible acceleration", None)):
-        if found[key]["greatest"] < float("inf"):
+        if found[key] is not None and found[key]["greatest"] < float("inf"):
             spread = [
                 found[key][k] if unit is None else unit.from_si(found[key][k]) for k in ("least", "median", "greatest")
             ]
@@ -145,7 +147,37 @@ def _spares(found: dict[str, Any], force: Any) -> Iterator[str]:
             yield f"{title}: {least} to {greatest} {'m/s2' if unit is None else unit.name}, median {median}"
 
 
+def _even(found: dict[str, Any], length: Any, turns: bool) -> Iterator[str]:
+    """Tension factors and condition numbers of the held cells."""
+    factor, condition = found["tension_factor"], found["condition"]
+    if found["closed_share"] > 0:
+        spread = (
+            f"{figure(factor['least'], 3)} to {figure(factor['greatest'], 3)}, median {figure(factor['median'], 3)}"
+        )
+        some = (
+            ""
+            if found["closed_share"] == 1
+            else f"; {100 * found['closed_share']:.3g} % of the held cells are wrench-closed"
+        )
+        yield f"tension factor: {spread}{some}"
+    else:
+        yield "tension factor: 0, no held cell is wrench-closed: weight keeps the cables taut"
+    if condition["least"] < float("inf"):
+        most = figure(condition["greatest"], 3) if condition["greatest"] < float("inf") else "infinite"
+        over = f" (moments over {length.from_si(found['demand']['length_m']):.4g} {length.name})" if turns else ""
+        yield f"condition number: {figure(condition['least'], 3)} to {most}, median {figure(condition['median'], 3)}{over}"
+
+
+def _best(best: dict[str, Any], force: Any) -> str:
+    if best["margin_N"] is None:
+        return f"greatest tension factor: {figure(best['tension_factor'], 3)}"
+    return f"greatest margin: {figure(force.from_si(best['margin_N']))} {force.name}"
+
+
 def _demanded(demand: dict[str, Any]) -> str:
+    if demand["closure"]:
+        turns = len(demand["orientations_rad"])
+        return f"any wrench (closure), {'one orientation' if turns == 1 else f'{turns} orientations'}"
     masses = " and ".join(f"{m:.4g}" for m in demand["masses_kg"]) + " kg"
     turns, many = len(demand["orientations_rad"]), len(demand["wrenches"])
     words = [masses, "one orientation" if turns == 1 else f"{turns} orientations"]
