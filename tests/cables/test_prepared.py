@@ -21,9 +21,9 @@ SAME = 1e-12
 
 
 def robots(name, rng):
-    if name in ("1R2T", "2T"):
-        robot = made(3, 4, name)
-        return robot, listed(robot, rng, 40), np.tile([1.0, 900.0], (4, 1))
+    if name.endswith("T"):
+        robot = made(3, 5 if name == "3T" else 4, name)
+        return robot, listed(robot, rng, 40), np.tile([1.0, 900.0], (len(robot.cables), 1))
     robot = published("laval")
     if name == "pulleys":
         axis = np.tile([0.1, -0.05, 1.0], (8, 1))
@@ -32,7 +32,7 @@ def robots(name, rng):
 
 
 @pytest.mark.parametrize("method", ["norm", "mid", "closed", "barycentre", "p-norm"])
-@pytest.mark.parametrize("name", ["laval", "pulleys", "1R2T", "2T"])
+@pytest.mark.parametrize("name", ["laval", "pulleys", "1R2T", "2T", "3T"])
 def test_tensions_are_those_of_the_batch(name, method, rng):
     robot, t, limits = robots(name, rng)
     one = Prepared(robot, mass=5.0, com=(0.01, 0.0, -0.02), limits=limits, method=method)
@@ -47,7 +47,7 @@ def test_tensions_are_those_of_the_batch(name, method, rng):
 
 
 @pytest.mark.parametrize("sigma", [None, 1e-3])
-@pytest.mark.parametrize("name", ["laval", "pulleys", "1R2T", "2T"])
+@pytest.mark.parametrize("name", ["laval", "pulleys", "1R2T", "2T", "3T"])
 def test_poses_are_those_of_the_batch(name, sigma, rng):
     robot, t, limits = robots(name, rng)
     one = Prepared(robot, mass=5.0, limits=limits, sigma=sigma)
@@ -68,7 +68,7 @@ def test_poses_are_those_of_the_batch(name, sigma, rng):
         np.testing.assert_allclose(found.covariance, every.covariance[i], rtol=0, atol=(1e-10 + spread) * size)
 
 
-@pytest.mark.parametrize("name", ["laval", "pulleys", "1R2T", "2T"])
+@pytest.mark.parametrize("name", ["laval", "pulleys", "1R2T", "2T", "3T"])
 def test_twists_from_rates(name, rng):
     robot, t, limits = robots(name, rng)
     one = Prepared(robot, mass=5.0, limits=limits)

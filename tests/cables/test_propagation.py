@@ -71,7 +71,7 @@ def test_a_constant_bias_moves_one_thing_only(squared):
     assert np.abs(found.anchors - robot.a - shift).max() < 1e-9 and np.abs(found.zeros - robot.zeros).max() < 1e-9
 
 
-@pytest.mark.parametrize("degrees", ["3R3T", "1R2T", "2T"])
+@pytest.mark.parametrize("degrees", ["3R3T", "1R2T", "2T", "3T"])
 @pytest.mark.parametrize("squared", [False, True])
 def test_small_errors_move_a_fit_as_foretold(degrees, squared):
     rng = np.random.default_rng(2)

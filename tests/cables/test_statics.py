@@ -47,7 +47,7 @@ def wheeled(a, b, **known):
 
 
 @pytest.mark.parametrize(
-    ("degrees", "plane"), [("3R3T", "xz"), ("1R2T", "xz"), ("1R2T", "xy"), ("2T", "xz"), ("2T", "xy")]
+    ("degrees", "plane"), [("3R3T", "xz"), ("1R2T", "xz"), ("1R2T", "xy"), ("2T", "xz"), ("2T", "xy"), ("3T", "xz")]
 )
 def test_structure_of_a_robot_has_its_rows_and_heeds_its_pulleys(rig, degrees, plane):
     pose, a, b = rig
@@ -86,7 +86,7 @@ def test_weight_is_the_gradient_of_the_potential(rig, rng):
     np.testing.assert_allclose(gravity_wrench(pose, mass, com), -np.stack(slope, axis=1), atol=1e-6)
 
 
-@pytest.mark.parametrize("degrees", ["3R3T", "1R2T", "2T"])
+@pytest.mark.parametrize("degrees", ["3R3T", "1R2T", "2T", "3T"])
 @pytest.mark.parametrize("wheels", [False, True])
 def test_stiffness_is_the_difference_of_wrenches(rig, rng, wheels, degrees):
     """At locked winches: unstretched lengths stay what they are, tensions follow from the length model, and pull where
@@ -143,7 +143,9 @@ def test_stiffness_is_symmetric_but_for_the_moment_that_is_not_balanced(rig, rng
     np.testing.assert_allclose(skew, so3.skew(rest), atol=1e-9 * np.abs(k).max())
 
 
-@pytest.mark.parametrize(("degrees", "plane"), [("3R3T", "xz"), ("1R2T", "xz"), ("1R2T", "yz"), ("2T", "xy")])
+@pytest.mark.parametrize(
+    ("degrees", "plane"), [("3R3T", "xz"), ("1R2T", "xz"), ("1R2T", "yz"), ("2T", "xy"), ("3T", "xz")]
+)
 def test_structure_matrix_over_pulleys_by_differences_of_lengths(rig, degrees, plane):
     """W = -L^T where L is measured on the lengths themselves."""
     pose, a, b = rig

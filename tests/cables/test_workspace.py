@@ -221,7 +221,7 @@ def test_what_makes_no_sense_is_named(machine):
         grid(machine, demand, [[0, 1], [0, 1], [0, 1]], (3, 0, 3))
     with pytest.raises(ModelError, match="masses"):
         holds(machine, Demand(np.empty(0)), [[0, 0, 1]])
-    with pytest.raises(ModelError, match="3R3T or 1R2T or 2T"):
+    with pytest.raises(ModelError, match="3R3T or 3T or 1R2T or 2T"):
         holds(replace(machine, degrees="6D"), demand, [[0, 0, 1]])
     with pytest.raises(ModelError, match="positions"):
         holds(machine, demand, [0, 0, 1])

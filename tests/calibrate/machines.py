@@ -53,7 +53,7 @@ def lengths(robot, m, sigma=1e-3):
 
 
 def hung(degrees="3R3T"):
-    """A cable robot with free frame anchors and zeros: eight cables in space, four in a plane."""
+    """A cable robot with free frame anchors and zeros: eight cables in space, seven that hold a point, four in a plane."""
     if degrees == "3R3T":
         a = np.array([(x, y, z) for z in (0.0, 3.0) for x in (-2.0, 2.0) for y in (-2.0, 2.0)])
         b = (
@@ -61,6 +61,9 @@ def hung(degrees="3R3T"):
             * np.array([(x, y, -z) for z in (-1, 1) for x in (-1.0, 1) for y in (-1.0, 1)])[[3, 2, 1, 0, 5, 4, 7, 6]]
         )
         return cable_robot("eight", a, b, np.full(8, 0.5), free=("l0", "ax", "ay", "az"))
+    if degrees == "3T":
+        a = np.array([(-2.0, -2, 0), (2, -2, 0), (0, 2, 0), (2, 2, 3), (2, -2, 3), (-2, -2, 3), (-2, 2, 3)])
+        return cable_robot("point", a, np.zeros((7, 3)), free=("l0", "ax", "ay", "az"), degrees=degrees)
     a = np.array([(-1.0, 0, 0), (1, 0, 0), (1, 0, 1), (-1, 0, 1)])
     b = np.zeros((4, 3)) if degrees == "2T" else 0.1 * np.array([(-1.0, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)])
     return cable_robot(degrees, a, b, free=("l0", "ax", "az"), degrees=degrees, plane="xz")
@@ -77,7 +80,7 @@ def cables(degrees, rng, m, *, encoders_alone=False):
     start[:, [i for i in range(6) if i not in robot.freedom]] = 0.0
     seen = [lengths(robot, m)]
     if not encoders_alone:
-        kind, d = ("position", 3) if degrees == "2T" else ("pose", 6)
+        kind, d = ("position", 3) if degrees in ("2T", "3T") else ("pose", 6)
         seen.append(Observations(kind, np.arange(m), np.zeros((m, d)), np.full((m, d), 2e-4)))
     return robot, truth, DataSet(where(start), tuple(seen))
 

@@ -20,6 +20,7 @@ MACHINES = {
     "arm": lambda rng: made.arm(rng, 60),
     "eight cables": lambda rng: made.cables("3R3T", rng, 60),
     "two translations": lambda rng: made.cables("2T", rng, 60),
+    "three translations": lambda rng: made.cables("3T", rng, 60),
     "one turn, two translations": lambda rng: made.cables("1R2T", rng, 60),
     "turntable": lambda rng: made.turntable(rng, 40),
 }

@@ -132,6 +132,7 @@ def over_pulleys(bare: tuple[int, ...] = ()) -> Model:
     return spatial(sets(used=rows), wheels=wheels)
 
 
+POINT = [(a, (0.0, 0.0, 0.0)) for a, _ in EIGHT]
 COM = (0.015625, -0.03125, 0.25)
 ABOUT = [(a, tuple(x + c for x, c in zip(b, COM, strict=True))) for a, b in EIGHT]
 HEAD = '<?xml version="1.0" encoding="utf-8"?>\n'
@@ -143,6 +144,10 @@ FORMS = {
     "spatial": spatial(),
     **{j: spatial(bodies=links(body(f'<joint type="{j}"/>'))) for j in ("SPATIAL", "SPATIAL_EULER_XYZ", "SPATIAL_QUATERNION")},
     **{f"{kind}_{plane}": planar(f"{kind}_{plane}") for kind in ("PLANAR", "P") for plane in ("XY", "XZ", "YZ")},
+    "a point": Model(
+        sets(used=cables(POINT)), links(body('<joint type="T_XYZ"/>')), POINT,
+        DEGREES["3T"]["xz"],
+    ),
     "a plane of its own": planar("PLANAR_XZ", beside=0.75),
     "joint in words, of old": spatial(bodies=links(body("<joint_type> SPATIAL </joint_type>"))),
     "bodies one level down": spatial(bodies=f"<bodies_system>{links(body())}<operational_spaces/></bodies_system>"),
@@ -410,7 +415,7 @@ OF_BODIES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "a body that bends": ("link_rigid", "link_flexible", ("<links>", "<link_flexible>")),
     **{
         f"joint {j}": ("SPATIAL_EULER_XYZ", j, ("<link_rigid>", f"'{j}'", "PLANAR_XZ"))
-        for j in ("R_X", "U_XY", "S_EULER_XYZ", "T_XYZ", "P_X", "SPATIAL_XYZ")
+        for j in ("R_X", "U_XY", "S_EULER_XYZ", "T_XY", "P_X", "SPATIAL_XYZ")
     },
     "no joint": ('<joint type="SPATIAL_EULER_XYZ"/>', "", ("<link_rigid>", "no <joint_type>")),
     "a joint of no type": (' type="SPATIAL_EULER_XYZ"', "", ("<link_rigid>", "joint")),

@@ -328,7 +328,11 @@ def test_caspr_of_old(tmp_path):
         (("", ""), BODIES.replace("PLANAR_XZ", "REVOLUTE_XY"), ["flat_bodies.xml", "'REVOLUTE_XY'", "PLANAR_XY"]),
         (("", ""), BODIES.replace("<mass>2.5</mass>", ""), ["<physical> has no <mass>"]),
         (("", ""), "<cables></cables>", ["flat_bodies.xml", "not that file"]),
-        (("", ""), BODIES.replace("PLANAR_XZ", "T_XYZ"), ["'T_XYZ'", "not that of a cable robot's platform"]),
+        (
+            ("", ""),
+            BODIES.replace("PLANAR_XZ", "S_EULER_XYZ"),
+            ["'S_EULER_XYZ'", "not that of a cable robot's platform"],
+        ),
         (("", ""), BODIES.replace("</links>", '<link_rigid num="2"></link_rigid></links>'), ["arms", "2 <link_rigid>"]),
         (
             ("", ""),

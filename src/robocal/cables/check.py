@@ -36,7 +36,7 @@ def check(robot: CableRobot) -> tuple[Remark, ...]:
             "these anchors cannot hold the platform, wherever it is: its cables meet in one point or line",
             key="platform_anchors",
             found=f"{rank} directions held",
-            expected=f"{d} for {robot.degrees}; a platform whose orientation does not matter is 2T",
+            expected=f"{d} for {robot.degrees}; a platform whose orientation does not matter is {'2T' if robot.planar else '3T'}",
         )
     if m < d:
         doubts.append(Remark.of(Code.POSE_UNDETERMINED, cables=m, degrees=d))

@@ -54,6 +54,7 @@ EXPECTED = 0.1  # m
 # What a robot can do, by plane (`plane` is that of a planar robot): the components of the twist (v, w) that it has.
 DEGREES: Mapping[str, Mapping[str, tuple[int, ...]]] = {
     "3R3T": {"xy": SPATIAL, "xz": SPATIAL, "yz": SPATIAL},
+    "3T": {"xy": SPATIAL[:3], "xz": SPATIAL[:3], "yz": SPATIAL[:3]},
     "1R2T": {"xy": (0, 1, 5), "xz": (0, 2, 4), "yz": (1, 2, 3)},
     "2T": {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)},
 }
@@ -162,6 +163,11 @@ class CableRobot(Unjointed):
             if getattr(self, what) not in known:
                 raise ModelError("no such robot", key=what, found=getattr(self, what), expected=" or ".join(known))
         return DEGREES[self.degrees][self.plane]
+
+    @property
+    def planar(self) -> bool:
+        """Whether it moves in `plane`, and not in space."""
+        return not {0, 1, 2} <= set(self.axes)
 
     def lengths_of_rows(self, length: float) -> Array:
         """By what the rows of W are divided where moments are compared with forces, (d,): 1, or `length` m."""

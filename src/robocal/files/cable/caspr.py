@@ -33,6 +33,7 @@ JOINTS = {
     "PLANAR_XY": ("1R2T", "xy"),
     "PLANAR_XZ": ("1R2T", "xz"),
     "PLANAR_YZ": ("1R2T", "yz"),
+    "T_XYZ": ("3T", "xz"),
     "P_XY": ("2T", "xy"),
     "P_XZ": ("2T", "xz"),
     "P_YZ": ("2T", "yz"),
@@ -149,7 +150,7 @@ def _unheld(
 
 def _plane(robot: CableRobot, home: np.ndarray, cables: Node) -> None:
     """A planar body moves in the plane of the frame anchors, or its cables would be slanted."""
-    across = [i for i in range(3) if robot.degrees != "3R3T" and i not in robot.axes]
+    across = [i for i in range(3) if robot.planar and i not in robot.axes]
     off = (home - robot.a.mean(axis=0))[across]
     if (np.abs(off) > OFF).any():
         cables.fail(

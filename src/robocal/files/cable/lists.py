@@ -1,6 +1,6 @@
 """Lists for cable robots: poses of the platform, and cable lengths, one per row of a CSV whose headers carry units.
 
-id, x [m], y [m], z [m], rx [deg], ry [deg], rz [deg]       a pose: translation and rotation vector
+id, x [m], y [m], z [m], rx [deg], ry [deg], rz [deg]       a pose: translation and rotation vector (none where it does not turn)
 id, c1 [m], c2 [m], ...                                     lengths as the sensors show them, one column per cable
 id, c1.geometric [m], c2.geometric [m], ...                 the same where the cables stretch and nobody said by how much
 c1.tension [N], c2.tension [N], ...                         in either, where cables stretch or sag
@@ -70,11 +70,13 @@ class CableList:
 
 
 def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
-    """Poses of the platform, x, y, z with a rotation vector rx, ry, rz or a quaternion qx, qy, qz, qw. Raises FileError or FormatError
-    naming file, row and column."""
+    """Poses of the platform, x, y, z with a rotation vector rx, ry, rz or a quaternion qx, qy, qz, qw; a platform that does not turn
+    needs neither. Raises FileError or FormatError naming file, row and column."""
     table = read_csv(path)
-    given = _given(table, QUATERNION)
-    if len(given) == len(QUATERNION) and not _given(table, FRAME_SYMBOLS[3:]):
+    given, turned = _given(table, QUATERNION), _given(table, FRAME_SYMBOLS[3:])
+    if not given and not turned and max(robot.axes) < 3:
+        poses = se3.compose(np.eye(3), _columns(table, FRAME_SYMBOLS[:3], ("m",) * 3))
+    elif len(given) == len(QUATERNION) and not turned:
         place = _columns(table, FRAME_SYMBOLS[:3], ("m",) * 3)
         q = table.numbers(list(QUATERNION))
         norm = np.linalg.norm(q, axis=1)

@@ -65,7 +65,7 @@ class CableRobotModel(Model):
     name: str
     kind: Literal["cable"]
     units: UnitsModel
-    degrees: Literal["2T", "1R2T", "3R3T"] = "3R3T"
+    degrees: Literal["2T", "1R2T", "3T", "3R3T"] = "3R3T"
     plane: Literal["xy", "xz", "yz"] = "xz"
     frame_anchors: Any
     platform_anchors: Any

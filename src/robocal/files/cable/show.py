@@ -19,7 +19,7 @@ def describe_cable(robot: CableRobot, units: CableUnits | None = None) -> str:
     lines = ["robocal: 1", f"name: {quoted(robot.name)}", "kind: cable"]
     words = ", ".join(f"{k}: {getattr(units, k).name}" for k in ("length", "angle", "force", "mass"))
     lines += [f"units: {{{words}}}", f"degrees: {robot.degrees}"]
-    if robot.degrees != "3R3T":
+    if robot.planar:
         lines.append(f"plane: {robot.plane}")
     for key, letter, points in (("frame_anchors", "A", robot.a), ("platform_anchors", "B", robot.b)):
         lines.append(f"{key}:")

@@ -11,7 +11,7 @@ robocal: 1
 name: my cable robot
 kind: cable
 units: {length: mm, angle: deg, force: N, mass: kg}    # of every number in this file that names none
-degrees: 3R3T    # in a plane: 1R2T, or 2T where nothing controls the orientation; then also plane: xz, yz or xy
+degrees: 3R3T    # 3T where nothing controls the orientation; in a plane 1R2T or 2T, then also plane: xz, yz or xy
 frame_anchors:    # where the cables leave the frame; base axes, z up
   A1: [2000, 1500, 3000]
   A2: [-2000, 1500, 3000]

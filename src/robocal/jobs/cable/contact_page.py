@@ -70,5 +70,5 @@ def _tension(made: Path, at: NDArray[np.float64]) -> NDArray[np.float64] | None:
     robot = made.file.robot
     if made.demand is None or robot.limits is None:
         return None
-    load = gravity_wrench(at[None], float(made.demand.masses.max()), robot.com)
+    load = gravity_wrench(at[None], float(made.demand.masses.max()), robot.com)[:, list(robot.axes)]
     return np.asarray(distribute(structure_of(robot, at[None]), load, robot.limits).tension[0])

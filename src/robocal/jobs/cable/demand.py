@@ -71,7 +71,7 @@ def _orientations(robot: CableRobot, said: Any, si: Any) -> Array:
             f"{robot.name} does not turn that way",
             key="--orientation",
             found=said.orientation[int(np.argmax(vectors[:, lost].any(axis=1)))],
-            expected=f"0 for {', '.join(TURNS[i] for i in lost)}: it is {robot.degrees} in {robot.plane}",
+            expected=f"0 for {', '.join(TURNS[i] for i in lost)}: it is {_moves(robot)}",
         )
     upright = so3.exp(vectors)
     if si.tilt is None:
@@ -83,10 +83,14 @@ def _orientations(robot: CableRobot, said: Any, si: Any) -> Array:
     return turned
 
 
+def _moves(robot: CableRobot) -> str:
+    return f"{robot.degrees} in {robot.plane}" if robot.planar else robot.degrees
+
+
 def _sides(robot: CableRobot) -> Array:
     """Upright, and half and whole tilts about the horizontal axes that the robot has, (n, 3)."""
     if 4 not in robot.axes:
-        raise ModelError("this robot cannot tilt", key="--tilt", found=f"{robot.degrees} in {robot.plane}")
+        raise ModelError("this robot cannot tilt", key="--tilt", found=_moves(robot))
     turn = 2 * np.pi * np.arange(AROUND) / AROUND if 3 in robot.axes else np.array([0.5, 1.5]) * np.pi
     ring = np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=1)
     if 3 not in robot.axes:

@@ -76,12 +76,13 @@ def _planes(made: Listed) -> list[tuple[int, int]]:
 
 def _picture(made: Listed, axes: tuple[int, int]) -> Section:
     letters = "".join("xyz"[i] for i in axes)
-    planar = made.robot.degrees != "3R3T"
+    robot, turns = made.robot, max(made.robot.axes) > 2
     text = f"Plane {letters}. " + (
         "The outline is the workspace."
-        if made.robot.degrees == "2T"
+        if robot.planar and not turns
         else "The outline is the workspace in this plane through X_0"
-        + (" at its orientation." if planar else " at its orientation; poses lie before and behind it and are turned.")
+        + (" at its orientation" if turns else "")
+        + ("." if robot.planar else f"; poses lie before and behind it{' and are turned' if turns else ''}.")
     )
     drawn = reached(_outline(made, axes), made.listing, axes, box=made.box, ruler=ruler_of(made.units))
     return part(f"Wished for and found, {letters}", text, drawn)

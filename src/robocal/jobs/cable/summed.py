@@ -24,7 +24,7 @@ def facts(machine: Machine) -> dict[str, Any]:
     known = ("mass", "limits", "pulleys", "elasticity", "density", "diameter")
     return {
         "degrees": robot.degrees,
-        "plane": robot.plane if len(robot.axes) < 6 else None,
+        "plane": robot.plane if robot.planar else None,
         "redundancy": len(robot.cables) - len(robot.axes),
         "frame_m": np.ptp(robot.a, axis=0),
         "platform_m": np.ptp(robot.b, axis=0),

@@ -110,7 +110,7 @@ def _bare(robot: CableRobot, names: tuple[str, ...], spread: Distribution, margi
 
 def _leaning(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:
     """Cables that leave the plane of a planar robot: what they pull across it is held by nothing."""
-    if robot.degrees == "3R3T":
+    if not robot.planar:
         return ()
     across = 2 if robot.plane == "xy" else 1
     whole = replace(robot, degrees="3R3T")

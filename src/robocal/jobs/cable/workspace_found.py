@@ -93,11 +93,13 @@ class Workspace:
         if self.regions is None or self.grid.margin is None:
             return ()
         found = tuple(cut_off(self.regions.extent, self.box))
-        if not self.demand.closure or self.how == "--box":
+        if self.how == "--box" or (not self.demand.closure and self.demand.extra[:, :3].any()):
             return found
-        # Beyond the frame all cables pull to one side, so only a floor within it cuts.
+        # Beyond the frame all cables pull to one side, which weight does not balance: only the floor cuts, and where weight does not
+        # count it does so within the frame alone.
         lowest = self.robot.a[:, 2].min() - (self.robot.b @ self.demand.rotations.swapaxes(-1, -2))[..., 2].max()
-        return tuple(side for side in found if side == "z-" and self.box[2, 0] > lowest)
+        floor = "z-" in found and not (self.demand.closure and self.box[2, 0] <= lowest)
+        return ("z-",) if floor else ()
 
     @property
     def document(self) -> dict[str, Any]:

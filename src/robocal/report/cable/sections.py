@@ -61,7 +61,7 @@ def section(
     x, y = at.flat(start)[0].tolist()
     word = "X₀" if np.allclose(start[0], home[0], atol=1e-9) else "start"
     parts += [path(cross([(x, y)], 5.0), "home"), label(x + 9, y + 4, word, "strong halo-text"), anchors(robot, at)]
-    where = "" if robot.degrees != "3R3T" else f" at {'xyz'[across]} = {ruler.text(level, 2)} {ruler.name}"
+    where = "" if robot.planar else f" at {'xyz'[across]} = {ruler.text(level, 2)} {ruler.name}"
     title = f"Section in the plane {'xyz'[axes[0]]}{'xyz'[axes[1]]}{where}"
     parts.append(label(at.x.start, 16, title, "strong"))
     return figure("section", at.width, at.height, parts, title=title, text=_said(outlines, margin, closure))

@@ -39,7 +39,7 @@ class Stage:
 def stage(robot: CableRobot, ends: Array, others: Array, box: Box, ruler: Ruler = METRE) -> Stage:
     """The stage for a robot with platform anchors at `ends` (m, 3) m and `others` (n, 3) m to be shown; no larger than the box.
     Numbers on it are in the unit of the ruler."""
-    if robot.degrees == "3R3T":
+    if not robot.planar:
         return _spatial(robot, ends, others, box, ruler)
     return _plane(robot, np.concatenate([ends, others]), box, ruler)
 
