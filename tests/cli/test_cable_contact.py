@@ -156,3 +156,24 @@ def test_over_pulleys_a_contact_is_where_the_cables_lie(folder):
     assert found[0]["free"] == pytest.approx(shares[touched[0]], abs=5e-4)
     assert found[0]["ends_by"] == f"{robot.cables[k]} meets {robot.cables[l]}"
     assert abs(found[0]["free"] - found[1]["free"]) > 10 * 5e-4  # the wheels matter
+
+
+def test_targets_from_the_first_pose(folder):
+    """The way to a target does not lead through the one before: what ends on the path there does not from the start, and a motion that
+    ends from there ends where it does alone."""
+    rows = [[0] * 6, [0, 0, 0, 0, 20, 0], [0.001, 0, 0.002, 0, 0, 0]]
+    way = path(folder, rows)
+    alone = robocal("cable", "contact", folder / "bare.yaml", path(folder, rows[:2]), "--json").document["motions"][0]
+    way = path(folder, rows)
+    ran = robocal("cable", "contact", folder / "bare.yaml", way, "--from-first", "-o", folder / "star", "--json")
+    assert ran.status == 3
+    first, second = ran.document["motions"]
+    assert first["free"] == alone["free"] < 1 and (second["from"], second["to"], second["free"]) == ("p0", "p2", 1.0)
+    chain = robocal("cable", "contact", folder / "bare.yaml", way, "--json").document["motions"][1]
+    assert chain["from"] == "p1" and chain["free"] < 1
+
+
+def test_a_program_is_a_path(tmp_path):
+    robocal("cable", "poses", LAVAL, "-n", 5, "-o", tmp_path / "list")
+    ran = robocal("cable", "contact", LAVAL, tmp_path / "list" / "program.csv")
+    assert ran.status == 0 and "not read" not in ran.said, ran.said

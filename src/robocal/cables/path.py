@@ -22,34 +22,35 @@ STEPS = 64  # at which a way is asked whether it can be held, before it is halve
 
 @dataclass(frozen=True)
 class Legs:
-    """Of k - 1 motions between k `poses` (k, 4, 4): `contacts`, and the share `held` (k - 1,) of each that the tension limits hold, 1 for
-    all of it, 0 where its start is not held, not a number where nobody asked."""
+    """Of n motions from `starts` (n, 4, 4) to `ends` (n, 4, 4): `contacts`, and the share `held` (n,) of each that the tension limits
+    hold, 1 for all of it, 0 where its start is not held, not a number where nobody asked."""
 
     contacts: Contacts
     held: Array
-    poses: Array
+    starts: Array
+    ends: Array
 
     @property
     def free(self) -> Array:
-        """The share (k - 1,) of each that can be gone."""
+        """The share (n,) of each that can be gone."""
         return np.fmin(self.contacts.fraction, self.held)
 
     @property
     def whole(self) -> NDArray[np.bool_]:
-        """Whether all of it can be, (k - 1,)."""
+        """Whether all of it can be, (n,)."""
         return np.asarray(self.contacts.free & ~(self.held < 1.0))
 
     @property
     def reached(self) -> Array:
-        """Where each ends, (k - 1, 4, 4)."""
-        return along(self.poses, np.arange(len(self.free)), self.free)
+        """Where each ends, (n, 4, 4)."""
+        return along(self.starts, self.ends, self.free)
 
 
-def along(poses: Array, motion: NDArray[np.int64], share: Array) -> Array:
-    """The pose (n, 4, 4) at a share (n,) of some motions (n,) between poses (k, 4, 4)."""
-    t, way = poses[motion], share[:, None]
-    v = poses[motion + 1, :3, 3] - t[:, :3, 3]
-    w = so3.log(poses[motion + 1, :3, :3] @ t[:, :3, :3].swapaxes(1, 2))
+def along(starts: Array, ends: Array, share: Array) -> Array:
+    """The pose (n, 4, 4) at a share (n,) of motions from starts (n, 4, 4) to ends (n, 4, 4)."""
+    t, way = starts, share[:, None]
+    v = ends[:, :3, 3] - t[:, :3, 3]
+    w = so3.log(ends[:, :3, :3] @ t[:, :3, :3].swapaxes(1, 2))
     return np.asarray(se3.compose(so3.exp(way * w) @ t[:, :3, :3], t[:, :3, 3] + way * v))
 
 
@@ -61,22 +62,24 @@ def legs(
     diameter: ArrayLike = 0.0,
     body: Body | None = None,
     relief: float | None = None,
+    from_first: bool = False,
 ) -> Legs:
-    """The motions between poses (k, 4, 4): the platform's origin on a straight line, turning about one axis. Without a demand only
-    contacts are looked for; diameter, body and relief as for `first_contact`. Raises ModelError for fewer than two poses."""
+    """The motions from each of the poses (k, 4, 4) to the next, or `from_first` to every other one: the platform's origin on a straight
+    line, turning about one axis. Without a demand only contacts are looked for; diameter, body and relief as for `first_contact`. Raises ModelError for fewer than two poses."""
     t = np.asarray(poses, float)
     if t.ndim != 3 or len(t) < 2:
         raise ModelError("a path has two poses or more", found=len(t))
-    v = t[1:, :3, 3] - t[:-1, :3, 3]
-    w = so3.log(t[1:, :3, :3] @ t[:-1, :3, :3].swapaxes(1, 2))
+    starts, ends = np.repeat(t[:1], len(t) - 1, axis=0) if from_first else t[:-1], t[1:]
+    v = ends[:, :3, 3] - starts[:, :3, 3]
+    w = so3.log(ends[:, :3, :3] @ starts[:, :3, :3].swapaxes(1, 2))
     contacts = first_contact(
-        robot.a, robot.b, t[:-1], v, w, diameter=diameter, pulleys=robot.pulleys, body=body, relief=relief
+        robot.a, robot.b, starts, v, w, diameter=diameter, pulleys=robot.pulleys, body=body, relief=relief
     )
     held = np.full(len(v), np.nan)
     if demand is not None:
 
         def inside(ray: NDArray[np.int64], lam: Array) -> NDArray[np.bool_]:
-            return holds(robot, demand, along(t, ray, lam))
+            return holds(robot, demand, along(starts[ray], ends[ray], lam))
 
         held = np.nan_to_num(first_exit(inside, len(v), STEPS))  # none where the start itself is not held
-    return Legs(contacts, held, t)
+    return Legs(contacts, held, starts, ends)

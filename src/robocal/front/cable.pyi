@@ -212,6 +212,7 @@ def contact(
     robot: _Given,
     poses: _Given,
     *,
+    from_first: bool = False,
     diameter: float | None = None,
     body: str = 'hull',
     relief: float | None = None,
@@ -229,6 +230,7 @@ def contact(
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
     poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
+    from_first: Go to every pose from the first one, not from the one before: a list of targets.
     diameter: Of every cable, not that of the robot file, in the robot file's unit of length, 0 or more.
     body: The platform: hull or box of its anchors, none, or LX,LY,LZ.
     relief: A cable may touch its own eyelet so far from it, in the robot file's unit of length, above 0.  [default: 10 diameters]

@@ -48,7 +48,7 @@ WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 # What columns of lists are called, and so no cable.
 COLUMNS = (
     *(*IDS, *FRAME_SYMBOLS, *QUATERNION, *WRENCH),
-    *("lambda", "limit", "contact", "rank", "feasible", "margin"),
+    *("lambda", "limit", "contact", "rank", "feasible", "margin", "pose", "way", "share"),
     *("residual", "sigma_position", "sigma_orientation", "solutions"),
 )
 

@@ -31,6 +31,7 @@ class Path:
     names: tuple[str, ...]
     found: Legs
     demand: Demand | None
+    from_first: bool
     remarks: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
     command: str
@@ -43,7 +44,7 @@ class Path:
         for i, free in enumerate(self.found.free):
             statics = self.found.held[i] < self.found.contacts.fraction[i]
             why = "the tension limits" if statics else met[i]
-            out.append((self.names[i], self.names[i + 1], float(free), why))
+            out.append((self.names[0 if self.from_first else i], self.names[i + 1], float(free), why))
         return out
 
     @property
@@ -86,13 +87,21 @@ def path_of(o: Any, command: str = "") -> Path:
         demand = Demand(np.array([mass_of(file, si.payload, si.mass)]))
     try:
         found = legs(
-            robot, rows.values, demand=demand, diameter=clearance.diameter, body=clearance.body, relief=clearance.relief
-        )
+            robot, rows.values, demand=demand, diameter=clearance.diameter, body=clearance.body, relief=clearance.relief,
+            from_first=o.from_first,
+        )  # fmt: skip
     except ModelError as error:
         raise FormatError(
             error.message, file=o.poses, key=error.key, found=error.found, expected=error.expected
         ) from None
     inputs = (robot_input(file, o.robot), InputFile(FilePath(o.poses), rows.sha256))
     return Path(
-        replace(file, robot=robot), rows.names, found, demand, (*file.warnings, *rows.warnings, *said), inputs, command
+        replace(file, robot=robot),
+        rows.names,
+        found,
+        demand,
+        o.from_first,
+        (*file.warnings, *rows.warnings, *said),
+        inputs,
+        command,
     )

@@ -56,7 +56,7 @@ def _drawn(made: Path, i: int, more: str) -> Section:
     ends = f"ends at {significant(free)} of its way: {why}" if why else "can be gone to its end"
     caption = f"{first} to {last}: {ends}"
     picture = scene(
-        robot, at, tension=_tension(made, at), ghosts=made.found.poses[i : i + 2], caption=caption, ruler=ruler_of(made.file.units)
+        robot, at, tension=_tension(made, at), ghosts=np.stack([made.found.starts[i], made.found.ends[i]]), caption=caption, ruler=ruler_of(made.file.units)
     )  # fmt: skip
     return part(
         f"From {first} to {last}",

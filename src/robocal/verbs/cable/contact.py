@@ -27,10 +27,12 @@ class Options(Told):
     \b
     robocal cable contact robot.yaml path.csv
     robocal cable contact robot.yaml list/program.csv --payload 2 -o way
+    robocal cable contact robot.yaml targets.csv --from-first
     """
 
     robot: w.CableRobot
     poses: w.PlatformPoses
+    from_first: bool = opt(False, "Go to every pose from the first one, not from the one before: a list of targets")
     diameter: w.Diameter = None
     body: w.PlatformBody = "hull"
     relief: w.Relief = None
