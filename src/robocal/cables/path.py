@@ -65,7 +65,8 @@ def legs(
     from_first: bool = False,
 ) -> Legs:
     """The motions from each of the poses (k, 4, 4) to the next, or `from_first` to every other one: the platform's origin on a straight
-    line, turning about one axis. Without a demand only contacts are looked for; diameter, body and relief as for `first_contact`. Raises ModelError for fewer than two poses."""
+    line, turning about one axis. Without a demand only contacts are looked for; diameter, body and relief as for `first_contact`.
+    Raises ModelError for fewer than two poses."""
     t = np.asarray(poses, float)
     if t.ndim != 3 or len(t) < 2:
         raise ModelError("a path has two poses or more", found=len(t))

@@ -55,8 +55,9 @@ def _drawn(made: Path, i: int, more: str) -> Section:
     at = made.found.reached[i]
     ends = f"ends at {significant(free)} of its way: {why}" if why else "can be gone to its end"
     caption = f"{first} to {last}: {ends}"
+    shown = np.stack([made.found.starts[i], made.found.ends[i]])
     picture = scene(
-        robot, at, tension=_tension(made, at), ghosts=np.stack([made.found.starts[i], made.found.ends[i]]), caption=caption, ruler=ruler_of(made.file.units)
+        robot, at, tension=_tension(made, at), ghosts=shown, caption=caption, ruler=ruler_of(made.file.units)
     )  # fmt: skip
     return part(
         f"From {first} to {last}",
