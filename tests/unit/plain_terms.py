@@ -72,9 +72,9 @@ def plain_problem(terms, start, *, configurations=None, blocks=0, block_size=0, 
     family = Family(given.reshape(blocks, block_size), tuple(range(block_size))) if blocks else None
     return Problem(
         Table(tuple(rows)),
-        tuple(terms),
         tuple(names),
         () if family is None else (family,),
+        terms=tuple(terms),
         configurations=configurations,
     )
 

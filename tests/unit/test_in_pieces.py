@@ -20,7 +20,7 @@ from robocal.calibrate.noise import apply_noise, under
 from robocal.calibrate.segments.model import _inverse_root, _Sums
 from robocal.calibrate.split import NEAR as PLACE
 from robocal.calibrate.split import _cells, places
-from robocal.estimate._kernels import held_by
+from robocal.estimate.priors._kernels import held_by
 from robocal.estimate.rows import spread
 from robocal.geometry.path.program import Element, Term, compile_path
 from robocal.measure import reach as reaching

@@ -199,8 +199,12 @@ def _scale(parts: list[_Part]) -> tuple[float, float]:
     if not len(own):
         return 1.0, 1.0
     # Rows of different size share a scale: each D^2 is compared with its own quantiles.
-    by = np.concatenate([np.full(np.count_nonzero(p.inside), p.size) for p in parts])
-    robust = max(1.0, *(quantile(own * (by / special.chdtri(by, 1 - level)), level) for level in (0.5, 0.75)))
+    many = [np.count_nonzero(p.inside) for p in parts]
+
+    def seen(level: float) -> float:
+        return quantile(own * np.repeat([p.size / special.chdtri(p.size, 1 - level) for p in parts], many), level)
+
+    robust = max(1.0, seen(0.5), seen(0.75))
     near = own[own < robust * FAR**2]
     square = max(robust, float(near.mean()) if len(near) else 1.0)
     dof = sum(float(np.sum(p.size * (1 - np.minimum(p.leverage[p.inside], 1.0)))) for p in parts)

@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal.errors import ModelError
-from robocal.estimate.families import Family, offsets
 from robocal.estimate.losses import LOSSES, TUNING, Loss, slopes
-from robocal.estimate.priors import Pull, add_shared, covariance_root, shared_root
+from robocal.estimate.priors import add_shared
 from robocal.estimate.rows import Linear, Normal, Residuals, Term, pieces
+from robocal.estimate.unknowns import Unknowns
 from robocal.estimate.whitened import whitened
 from robocal.parameters import Table
 
@@ -38,7 +38,7 @@ POSE = 16  # numbers
 NOTHING = np.empty((0, 0))
 # What is worked out of a problem once, by what it depends on: rows (and columns), names and free columns, values and priors.
 _OF_ROWS = frozenset({"bound_terms", "_bare", "numbers", "aside", "pairs"})
-_OF_LAYOUT = frozenset({"sizes", "places", "_ones", "_kernels"})
+_OF_LAYOUT = frozenset({"sizes", "places", "_ones", "_kernels", "_moves"})
 _OF_COLUMNS = _OF_LAYOUT | {"_layout"}
 _OF_TABLE = frozenset(
     {
@@ -65,7 +65,8 @@ _OTHER_WEIGHTS = _OTHER_TABLE | _OF_TABLE
 @cache
 def _gone(same: frozenset[str]) -> tuple[str, ...]:
     """What is worked out of a problem, but for the `same`."""
-    return tuple(n for n, v in vars(Problem).items() if isinstance(v, cached_property) and n not in same)
+    every = {**vars(Unknowns), **vars(Problem)}
+    return tuple(n for n, v in every.items() if isinstance(v, cached_property) and n not in same)
 
 
 def _known(loss: str) -> str:
@@ -74,98 +75,18 @@ def _known(loss: str) -> str:
     return loss
 
 
-@dataclass(frozen=True)
-class Layout:
-    """Where free columns lie in a table: the row of each, (n,), the column of every row or -1, (P,), and how they move: rotation
-    vectors with a free component, their columns, and rows and columns of what simply adds."""
+@dataclass(frozen=True, kw_only=True)
+class Problem(Unknowns):
+    """Terms over unknowns; immutable, `with_...` gives another problem."""
 
-    index: Ints
-    column_of: Ints
-    turns: tuple[Ints, Ints, Ints, Ints]
-
-    @classmethod
-    def of(cls, table: Table, free: Sequence[str]) -> Layout:
-        """Of the columns of these names."""
-        index = np.array([table.index[name] for name in free], dtype=np.int64)
-        column_of = np.full(len(table), -1, dtype=np.int64)
-        column_of[index] = np.arange(len(index))
-        at = np.array([t for t in table.turns if (column_of[t : t + 3] >= 0).any()], dtype=np.int64)
-        columns = np.array([column_of[t : t + 3] for t in at], dtype=np.int64).reshape(-1, 3)
-        turning = set(columns.ravel().tolist())
-        adds = np.array([c for c in range(len(index)) if c not in turning], dtype=np.int64)
-        return cls(index, column_of, (at, columns, index[adds], adds))
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Terms over a parameter table, with the columns that are free; immutable, `with_...` gives another problem."""
-
-    table: Table
     terms: tuple[Term, ...]
-    free: tuple[str, ...]
-    families: tuple[Family, ...] = ()  # of local blocks: at most two
     configurations: int = 0
     weights: Array | None = None
     loss: str = "none"
     tuning: float | None = None
-    priors: bool = True
 
     def __post_init__(self) -> None:
         _known(self.loss)
-
-    # --- layout -------------------------------------------------------------------------------------------------------------
-
-    @property
-    def blocks(self) -> int:
-        """How many local blocks there are, of all families."""
-        return sum(f.count for f in self.families)
-
-    @cached_property
-    def sizes(self) -> tuple[tuple[int, int], tuple[int, int]]:
-        """Blocks and columns of a block, of the first and of the second family."""
-        one, two = ([*((f.count, f.size) for f in self.families), (0, 0), (0, 0)])[:2]
-        return one, two
-
-    @cached_property
-    def places(self) -> list[slice]:
-        """Where in x the blocks of each family lie."""
-        return offsets(self.families, len(self.table))
-
-    def values_of(self, family: int, x: Array) -> Array:
-        """The blocks of one family at x (B, P): (B, L, w)."""
-        return x[:, self.places[family]].reshape(len(x), *self.families[family].start.shape)
-
-    @property
-    def n(self) -> int:
-        """Number of free columns."""
-        return len(self.free)
-
-    @property
-    def start(self) -> Array:
-        """x at the table's values, shape (1, P)."""
-        return self._start.copy()
-
-    @cached_property
-    def _start(self) -> Array:
-        return np.concatenate([self.table.values, *(f.start.ravel() for f in self.families)])[None]
-
-    @cached_property
-    def _layout(self) -> Layout:
-        known = self.table.layouts
-        if self.free not in known:
-            known[self.free] = Layout.of(self.table, self.free)
-        found: Layout = known[self.free]
-        return found
-
-    @property
-    def index(self) -> Ints:
-        """The table row of every free column, shape (n,)."""
-        return self._layout.index
-
-    @property
-    def column_of(self) -> Ints:
-        """The column of every table row, or -1, shape (P,)."""
-        return self._layout.column_of
 
     @cached_property
     def bound_terms(self) -> tuple[Term, ...]:
@@ -177,69 +98,6 @@ class Problem:
         """The terms without Jacobians."""
         nothing = np.full(len(self.table), -1, dtype=np.int64)
         return tuple([t.bind(nothing) for t in self.terms])
-
-    @property
-    def _turns(self) -> tuple[Ints, Ints, Ints, Ints]:
-        return self._layout.turns
-
-    @cached_property
-    def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper bounds of the free columns, each (n,)."""
-        low, high = self.table.bounds[:, self.index]
-        return low, high
-
-    @cached_property
-    def bounded(self) -> bool:
-        """Whether any free column has a bound."""
-        return bool(np.isfinite(self.bounds[0]).any() or np.isfinite(self.bounds[1]).any())
-
-    @cached_property
-    def stated(self) -> Bools:
-        """Which free columns have a stated prior, (n,)."""
-        return np.asarray((self.table.priors[self.index] != 0) & self.priors)
-
-    @cached_property
-    def _held(self) -> bool:
-        return bool(self.stated.any())
-
-    @cached_property
-    def believed(self) -> Bools:
-        """Which free columns have a stated prior that says how far off they are, (n,)."""
-        return np.asarray(self.stated & self.table.believed[self.index])
-
-    @cached_property
-    def prior_root(self) -> Array:
-        """R (n, n), R^T R the information of the stated priors: rows beside those of the data, of the step from the table's values."""
-        return shared_root(self.table, self.free) if self.priors else np.zeros((self.n, self.n))
-
-    @cached_property
-    def _pull(self) -> Pull:
-        return Pull.of(self.prior_root, self._turns[1])
-
-    @property
-    def information(self) -> Array:
-        """P (n, n) of the stated priors."""
-        return self._pull.whole
-
-    @property
-    def even(self) -> bool:
-        """Whether the normal equations hold J^T J + P as it stands: no prior of a rotation vector differs by axis."""
-        return not self._pull.bent
-
-    @cached_property
-    def expected_root(self) -> Array:
-        """S (n, n), S S^T the covariance expected without data: diagonal, but where a stated prior says more."""
-        return covariance_root(self.table, self.free, self.scales) if self.priors else np.diag(self.scales)
-
-    @cached_property
-    def scales(self) -> Array:
-        """The error expected of every free column without data, (n,); a stated prior says it, unless priors are off."""
-        return (self.table.scales if self.priors else self.table.usual)[self.index]
-
-    @cached_property
-    def preference(self) -> Ints:
-        """Which free column is rather kept where the data cannot tell it from another: the higher, (n,)."""
-        return self.table.preferences[self.index]
 
     def with_free(self, names: Sequence[str]) -> Problem:
         """The same rows with other free columns (in table order)."""
@@ -319,26 +177,11 @@ class Problem:
 
     # --- evaluation ---------------------------------------------------------------------------------------------------------
 
-    def retract(self, x: Array, step: Array, *local: Array) -> Array:
-        """x moved by a tangent step: x (B, P), step (B, n), and of each family (B, L, l) where its blocks move too; rotation
-        vectors move on the group."""
-        out = np.array(x)
-        self._kernels[3](out, np.ascontiguousarray(step), *self._turns)
-        for family, place, moved in zip(self.families, self.places, local, strict=False):
-            out[:, place] = family.moved(out[:, place], moved)
-        return out
-
-    def difference(self, x: Array) -> Array:
-        """The tangent step from the prior mean to x, (B, n)."""
-        out = np.zeros((len(x), self.n))
-        self._kernels[4](np.ascontiguousarray(x), self._start[0], *self._turns, out)
-        return out
-
     def normal(self, x: Array, which: Ints | None = None, curved: Bools | None = None) -> Normal:
         """Cost, gradient and Gauss-Newton matrix at x (B, P); `which` (B,) tells the problems of the batch when only
         some are asked, `curved` (B,) those in which the curvature of the loss counts in the matrix (none)."""
         batch, n = len(x), self.n
-        accumulate, accumulate_blocks, add_block_priors = self._kernels[:3]
+        accumulate, accumulate_blocks, add_block_priors = self._kernels
         which = np.arange(batch) if which is None else which
         out = Normal.zeros(batch, n, *self.sizes, len(self.pairs))
         straight = np.zeros(batch, dtype=np.bool_) if curved is None or self.loss == "none" else curved
@@ -381,10 +224,10 @@ class Problem:
 
     @cached_property
     def _kernels(self) -> tuple[Callable[..., None], ...]:  # an import costs as much as a small kernel
-        from robocal.estimate._kernels import accumulate, accumulate_blocks, add_block_priors
-        from robocal.geometry._kernels import add_step, step_between
+        from robocal.estimate._kernels import accumulate, accumulate_blocks
+        from robocal.estimate.priors._kernels import add_block_priors
 
-        return accumulate, accumulate_blocks, add_block_priors, add_step, step_between
+        return accumulate, accumulate_blocks, add_block_priors
 
     @cached_property
     def pairs(self) -> Ints:

@@ -136,7 +136,7 @@ def _held(a: Array, rows: int, problem: Problem) -> float | None:
     """Trace of (J^T J + P)^-1 P by Cholesky, many times faster than QR, from the lower triangle of J^T J + P (n, n) of so many rows;
     None where rounding could be seen: with every column held, it errs by eps over the smallest pivot, and it is compared with the
     number of rows."""
-    from robocal.estimate._kernels import held_by
+    from robocal.estimate.priors._kernels import held_by
 
     trace, least = held_by(np.array(a, order="C"), np.ascontiguousarray(problem.prior_root))
     return float(trace) if least * max(rows, 1) > EPS / SHARP else None
@@ -212,7 +212,8 @@ def total(
     n, scale = problem.n, problem.scales
     rows = squares(problem, x) if known is None else known
     scaled = rows.of(problem.free) * scale
-    chosen = np.isin(problem.free, kept)
+    some = frozenset(kept)
+    chosen = np.array([name in some for name in problem.free], dtype=bool)
     k, d = np.flatnonzero(chosen), np.flatnonzero(~chosen)
     # What the prior says of the kept ones alone, as in their fit.
     hold = problem.with_free(kept).prior_root * scale[k]

@@ -88,9 +88,9 @@ def problem(
         terms.extend(kind_of(obs).terms(builder, obs))
     made = Problem(
         table,
-        tuple(terms),
         table.free if free is None else table.with_free(free).free,
         tuple(families),
+        terms=tuple(terms),
         configurations=len(data.configurations),
     )
     if plain:

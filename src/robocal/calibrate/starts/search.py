@@ -45,7 +45,8 @@ def closed_form(model: Machine, data: DataSet, obs: Observations, configurations
     known = believed(model, data.configurations) if start else None
     if start is None or known is None:
         return []
-    usable = np.isin(np.arange(len(known)), configurations) & known
+    usable = np.zeros(len(known), dtype=bool)
+    usable[configurations] = known[configurations]
     chosen = usable[obs.configuration] if obs.second is None else usable[obs.configuration] & usable[obs.second]
     index = np.flatnonzero(chosen if obs.used is None else chosen & obs.used)
     target = None

@@ -79,7 +79,7 @@ def add_shared(pull: Pull, d: Array, out: Normal) -> None:
     means."""
     root = pull.root
     if not pull.bent:
-        from robocal.estimate._kernels import add_pull
+        from robocal.estimate.priors._kernels import add_pull
 
         add_pull(root, pull.information, d, out.cost, out.g, out.a)
         return
