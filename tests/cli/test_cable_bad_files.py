@@ -190,13 +190,18 @@ def test_tensions_that_are_none(folder, verb, tension):
     head += "".join(f",c{i}.tension [N]" for i in range(1, 9))
     listed = [head, first + ",50" * 8, *(row + ",50,50,-3" + ",50" * 5 for row in rest)]
     rows.write_text("\n".join(listed))
-    run(folder, verb).assert_refused(rows.name, "row 3", "key c3", "cannot push", "-3 N")
+    run(folder, verb).assert_refused(rows.name, "row 3", "column c3.tension", "cannot push", "-3")
 
 
 def test_cables_that_cannot_carry_themselves(folder):
     """One newton cannot hold metres of a cable of 3 N/m: `inverse` refuses the row, `forward` finds nothing and says so."""
     (folder / "robot.yaml").write_text(swapped("density: 0.3", "density: 3"))
     run(folder, "inverse", "--tension", "1", "--sag").assert_refused("poses.csv", "row 2", "does not carry its weight")
+    run(folder, "forward", "--tension", "1e-3", "--sag").assert_refused(
+        "--tension", "geometric lengths are not stretched"
+    )
+    shown = folder / "lengths.csv"
+    shown.write_text(shown.read_text().replace(".geometric", ""))
     ran = run(folder, "forward", "--tension", "1e-3", "--sag", "--json")
     assert ran.status == 3 and "low: no pose was found at which cables can hang so" in ran.err
     poses = ran.document["poses"]

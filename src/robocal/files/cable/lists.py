@@ -126,7 +126,9 @@ def _tensions(table: CsvTable, robot: CableRobot) -> Array | None:
     names = [f"{cable}.tension" for cable in robot.cables]
     if not _given(table, names):
         return None
-    return _columns(table, names, ("N",) * len(names))
+    found = _columns(table, names, ("N",) * len(names))
+    table.insist(~(found < 0), names, "a cable cannot push", found, expected="0 N or more")
+    return found
 
 
 def _given(table: CsvTable, names: Sequence[str]) -> list[str]:
