@@ -127,8 +127,11 @@ def effective_columns(problem: Problem, x: Array, ended: Normal | None = None) -
     hold = problem.prior_root * problem.scales
     held = _held(left.T @ left + problem.information, len(left), problem) if problem.blocks else None
     if held is None:
-        full = triangle(np.vstack([triangle(left) * problem.scales, hold]))
-        held = float(np.linalg.norm(np.linalg.lstsq(full.T, hold.T, rcond=None)[0]) ** 2)
+        full = triangle(np.vstack([left * problem.scales, hold]))
+        # Where every column is held, the triangle has a full diagonal; elsewhere what nothing sees is held by nothing.
+        regular = bool(problem.stated.all())
+        part = np.linalg.solve(full.T, hold.T) if regular else np.linalg.lstsq(full.T, hold.T, rcond=None)[0]
+        held = float(np.linalg.norm(part) ** 2)
     return n - held
 
 
