@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robocal.calibrate.causes import Cause, causes_of
+from robocal.calibrate.outliers import Cause, causes_of
 from robocal.remarks.code import Code
 
 SIGMA = np.full(3, 1e-4)

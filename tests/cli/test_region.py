@@ -9,7 +9,7 @@ import pytest
 from cli.runs import robocal
 
 from robocal.files.robot import open_robot, read_robot
-from robocal.jobs.region import working_range
+from robocal.jobs.identify import working_range
 from robocal.measure.data import Configurations, DataSet
 
 RANGES = "robocal: 1\nkind: region\nunits: {length: mm, angle: deg}\njoints: {j1: [-20, 20], j2: [0, 30]}\n"

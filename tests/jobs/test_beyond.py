@@ -103,7 +103,7 @@ def test_a_layer_of_a_run_folder_is_used_by_validate(made):
 
 
 def test_the_run_folder_of_a_urdf_remembers_groups(made, tmp_path):
-    from robocal.files.urdf_text import urdf_text
+    from robocal.files.urdf_into import urdf_text
 
     nominal = open_robot(made / "robot.yaml").chain
     text = urdf_text(replace(nominal, groups=()))

@@ -22,8 +22,7 @@ from robocal.arms.denavit import to_denavit
 from robocal.arms.joints import with_eccentricity
 from robocal.errors import InputError, ModelError
 from robocal.files.robot import describe, open_robot, render_robot
-from robocal.files.urdf_into import urdf_into
-from robocal.files.urdf_text import urdf_text
+from robocal.files.urdf_into import urdf_into, urdf_text
 from robocal.jobs.simulate import Errors, sample_joints, true_chain
 from robocal.remarks.remark import Remark
 

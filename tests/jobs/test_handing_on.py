@@ -21,7 +21,7 @@ from robocal.files.robot import describe
 from robocal.files.run import RESIDUAL_COLUMNS
 from robocal.files.text import Source
 from robocal.files.urdf import read_urdf
-from robocal.files.urdf_text import urdf_text
+from robocal.files.urdf_into import urdf_text
 from robocal.jobs.export import parameter_table
 from robocal.jobs.inputs import open_arm
 from robocal.jobs.offsets import joint_offsets

@@ -14,7 +14,7 @@ from robocal.calibrate.compare import compare
 from robocal.calibrate.estimators import ESTIMATORS, batched, estimator
 from robocal.calibrate.identify import identify
 from robocal.calibrate.options import Options
-from robocal.cli.words import complete
+from robocal.cli.guard import complete
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import Reason
 from robocal.measure.base import synthesise

@@ -1,4 +1,14 @@
-"""What a careful colleague would say about the data and the fit."""
+"""What a careful colleague would say about the data and the fit; among it whether errors follow those measured just before, more than
+like poses explain (`follow`).
+
+    t_i = sum_h w_i . (w_{i+h} - w_{j(i, h)}) / 4,   h = 1 to 4,    z = sum t / sqrt(sum t^2),    share = sum t / sum |w_i|^2
+
+w are whitened residuals in the order of time. What a model leaves is a smooth function of the pose, and who measures cubes or
+grids measures like poses one after the other: on real sets the lag-one product alone is large for that reason. So each pair of
+neighbours in time is held against a pair as far apart in joint space, that was measured at quite another time: the errors
+of both resemble each other for the pose's sake, those of the first for the time's sake besides. Where nobody measured like
+poses at other times, the two cannot be told apart, and nothing is said.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +20,7 @@ from numpy.typing import NDArray
 
 from robocal.calibrate.bands import total_of
 from robocal.calibrate.estimators import estimator
-from robocal.calibrate.follow import follows
+from robocal.calibrate.fit import Fit
 from robocal.calibrate.motions import open_remarks
 from robocal.calibrate.outliers import Outlier
 from robocal.geometry import fits
@@ -24,7 +34,7 @@ if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
     from robocal.estimate.problem import Problem
 
-__all__ = ["ABSOLUTE", "data_warnings", "few_numbers", "implausible", "input_remarks", "unmade"]
+__all__ = ["ABSOLUTE", "data_warnings", "few_numbers", "follows", "implausible", "input_remarks", "unmade"]
 
 IMPLAUSIBLE = 20.0  # times what was expected: 20 mm, 6 deg
 SURE = 5.0  # standard deviations: a change that is none of the fit's own uncertainty
@@ -165,3 +175,73 @@ def _drift(data: DataSet, fit: Fit) -> list[Remark]:
         if z > DRIFT and share > SHARE and z > found.get(group, (0.0, 0.0))[0]:
             found[group] = z, share
     return [Remark.of(Code.ERRORS_FOLLOW, group=g, z=z, share=share) for g, (z, share) in found.items()]
+
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+LEAST = 20  # pairs
+MOST = 1000
+NEAR = 4  # rows that are just before or after
+APART = 0.1  # of the rows: quite another time
+WIDE = 1 << 17  # distances at once: more would leave the cache
+ALIKE = 1.25  # how much farther in joint space the pair may be that is compared with
+
+
+def follows(data: DataSet, fit: Fit) -> list[tuple[str, float, float]]:
+    """Group, z and share of what errors have in common with those just before, for every term that can tell."""
+    q = data.configurations.joints
+    if q is None:
+        return []
+    spread = np.nanstd(q, axis=0)
+    place = q / np.where(spread > 0, spread, 1.0)
+    out = []
+    for r in fit.problem.residuals(fit.solution.x):
+        order = np.argsort(r.configuration[r.used], kind="stable")
+        found = _excess((r.value * r.scale)[r.used][order], place[r.configuration[r.used][order]])
+        if found is not None:
+            out.append((r.group, *found))
+    return out
+
+
+def _excess(w: Array, place: Array) -> tuple[float, float] | None:
+    """z and share of one term, (m, d) residuals at (m, n) places in the order of time."""
+    m = len(w)
+    if m < LEAST or not (w * w).sum() > 0 or not np.isfinite(place).all():
+        return None
+    some = np.unique(np.linspace(0, m - 1 - NEAR, min(m - NEAR, MOST)).astype(np.int64))
+    t, compared = np.zeros(len(some)), np.zeros(len(some))
+    like = _like(place, some, max(5, int(APART * m)))
+    for h in range(1, NEAR + 1):
+        told = like[h - 1] >= 0
+        more = np.einsum("kd,kd->k", w[some], w[some + h] - w[like[h - 1]])
+        t += np.where(told, more, 0.0)
+        compared += told
+    kept = compared > 0
+    if kept.sum() < LEAST:
+        return None
+    t = t[kept] / compared[kept]
+    square, own = float(t @ t), float((w[some[kept]] ** 2).sum())
+    return (float(t.sum()) / np.sqrt(square), float(t.sum()) / own) if square > 0 and own > 0 else None
+
+
+def _like(place: Array, some: Ints, far: int) -> Ints:
+    """For each of some rows and its successors 1 to NEAR, the row of another time whose distance in joint space is nearest to
+    that of the successor, (NEAR, k); -1 where all are farther."""
+    out = np.full((NEAR, len(some)), -1, dtype=np.int64)
+    size = np.einsum("kn,kn->k", place, place)
+    each = max(1, WIDE // len(place))
+    for first in range(0, len(some), each):
+        mine = some[first : first + each]
+        row = np.arange(len(mine))
+        square = size[mine][:, None] + size - 2 * place[mine] @ place.T
+        away = np.sqrt(np.maximum(square, 0.0, out=square), out=square)
+        for k, i in enumerate(mine):
+            away[k, max(i - far + 1, 0) : i + far] = np.inf
+        gap = np.empty_like(away)
+        for h in range(1, NEAR + 1):
+            reach = np.linalg.norm(place[mine + h] - place[mine], axis=1)
+            np.abs(np.subtract(away, reach[:, None], out=gap), out=gap)
+            best = np.argmin(gap, axis=1)
+            ok = away[row, best] <= ALIKE * reach + 1e-9
+            out[h - 1, first : first + each] = np.where(ok, best, -1)
+    return out

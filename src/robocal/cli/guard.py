@@ -2,6 +2,8 @@
 
 0 done    2 the input is wrong, nothing written    3 it ran, but the result must not be trusted    130 Ctrl-C    1 a
 fault of ours
+
+What a command line says in another way is put into the words that typer reads (`complete`).
 """
 
 from __future__ import annotations
@@ -15,10 +17,9 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
-from robocal.cli.words import complete
 from robocal.errors import CONTROL, MESSAGE_LIMIT, Cancelled, InputError, MissingExtra, ToWrite, printable, shortened
 
-__all__ = ["DONE", "FAULT", "INPUT", "STOPPED", "UNTRUSTED", "complain", "run", "stopped"]
+__all__ = ["DONE", "FAULT", "INPUT", "STOPPED", "UNTRUSTED", "complain", "complete", "run", "stopped"]
 
 DONE, FAULT, INPUT, UNTRUSTED, STOPPED = 0, 1, 2, 3, 130
 _received: list[int] = []
@@ -222,3 +223,22 @@ def _silence(stream: Any) -> None:
         null = os.open(os.devnull, os.O_WRONLY)
         os.dup2(null, stream.fileno())
         os.close(null)
+
+
+OLD = {"--group": "--group-by"}  # spellings of the release before, still understood
+
+
+def complete(words: Sequence[str]) -> list[str]:
+    """The command line in today's spelling, with `--compare all` for a `--compare` that no method follows: a word with a comma or
+    one of the estimators' names is its value, anything else is not."""
+    out: list[str] = []
+    for i, word in enumerate(words):
+        name, sign, value = word.partition("=")
+        out.append(OLD.get(name, name) + sign + value)
+        if word == "--compare":
+            from robocal.verbs.identify import METHODS
+
+            following = words[i + 1] if i + 1 < len(words) else ""
+            if not ("," in following or following in (*METHODS, "all")):
+                out.append("all")
+    return out

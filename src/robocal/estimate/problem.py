@@ -22,9 +22,8 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.errors import ModelError
 from robocal.estimate.losses import LOSSES, TUNING, Loss, slopes
 from robocal.estimate.priors import add_shared
-from robocal.estimate.rows import Linear, Normal, Residuals, Term, pieces
+from robocal.estimate.rows import Linear, Normal, Residuals, Term, pieces, whitened
 from robocal.estimate.unknowns import Unknowns
-from robocal.estimate.whitened import whitened
 from robocal.parameters import Table
 
 __all__ = ["Problem"]

@@ -11,8 +11,7 @@ from robocal.files.csvtable import csv_text
 from robocal.files.robot import Robot, describe
 from robocal.files.rows import leaves
 from robocal.files.units import UNITS, Units, number
-from robocal.files.urdf_into import urdf_into
-from robocal.files.urdf_text import urdf_text
+from robocal.files.urdf_into import urdf_into, urdf_text
 from robocal.jobs.inputs import open_arm
 from robocal.jobs.offsets import OFFSETS, offset_text, worth_of
 from robocal.jobs.reference import nominal_chain, run_doubts, run_result

@@ -115,8 +115,7 @@ class Options(Told):
         """The same for the solver. Raises ModelError for words that it does not know, and for those that contradict."""
         from robocal.calibrate.estimators import estimator
         from robocal.errors import ModelError
-        from robocal.jobs.diagnostics import methods_of
-        from robocal.jobs.region import MEASURED
+        from robocal.jobs.identify import MEASURED, methods_of
 
         methods_of(self.compare, self.method)
         method, held = estimator(self.method, self.loss), share(self.hold_out)
@@ -194,11 +193,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 def _arm(o: Options, solver: Solver, watch: Watch | None, command: str) -> Identified:
     """An arm: groups beyond geometry and a residual layer are tried where they were asked for, estimators compared."""
     from robocal.calibrate.identify import identify
-    from robocal.jobs.diagnostics import compared, methods_of
+    from robocal.jobs.identify import Timed, compared, methods_of, recipe_of, working_range
     from robocal.jobs.inputs import choose, read_inputs
     from robocal.jobs.outcome import Outcome, residual_columns, to_result
-    from robocal.jobs.recipe import Timed, recipe_of
-    from robocal.jobs.region import working_range
     from robocal.jobs.watching import computable
 
     inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, group=o.group, exclude=o.exclude, watch=watch)
@@ -210,7 +207,7 @@ def _arm(o: Options, solver: Solver, watch: Watch | None, command: str) -> Ident
     layer = None
     with computable(*(i.file for i in every)):
         if o.groups or robot.chain.groups:
-            from robocal.jobs.nongeometric import group_results, select_groups
+            from robocal.jobs.identify import group_results, select_groups
 
             robot, tried = select_groups(robot, data, o.groups, options, watch)
             more |= group_results(robot, tried)
@@ -219,7 +216,7 @@ def _arm(o: Options, solver: Solver, watch: Watch | None, command: str) -> Ident
         if methods := methods_of(o.compare, o.method):
             more["comparison"] = compared(robot.chain, data, methods, options, (found, seconds), watch)
         if o.layer:
-            from robocal.jobs.nongeometric import guard_layer, layer_result
+            from robocal.jobs.identify import guard_layer, layer_result
 
             guarded = guard_layer(found, data, watch)
             layer, more["layer"] = guarded.layer, layer_result(guarded)
@@ -232,8 +229,8 @@ def _arm(o: Options, solver: Solver, watch: Watch | None, command: str) -> Ident
 def _cables(o: Options, file: CableFile, solver: Solver, watch: Watch | None, command: str) -> Identified:
     """A cable robot: anchors and zeros from lengths and poses."""
     from robocal.jobs.cable.identify import identify_cable
+    from robocal.jobs.identify import Timed, recipe_of
     from robocal.jobs.outcome import Outcome, residual_columns, to_result
-    from robocal.jobs.recipe import Timed, recipe_of
 
     timed = Timed()
     made = identify_cable(file, o.robot, o.data, solver, o.given, watch, o.exclude)

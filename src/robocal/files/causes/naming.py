@@ -1,27 +1,32 @@
-"""What is wrong with the data is named before anything is fitted, with the line to write."""
+"""What is wrong with the data is named before anything is fitted: the change that explains them, in words, and the line to write."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from robocal.arms.conventions import CONVENTIONS
 from robocal.calibrate.hypotheses.changes import Change, What, changes
 from robocal.calibrate.hypotheses.explain import Explanation, Trial, alike, doubted, explain
 from robocal.calibrate.hypotheses.remounted import remounted
 from robocal.errors import FormatError, ToWrite
-from robocal.files.causes.telling import METRIC, SWAPPED, Told
 from robocal.files.dataset import Reading
 from robocal.files.robot import Robot
-from robocal.files.units import UNITS
+from robocal.files.spoken import Spoken
+from robocal.files.units import UNITS, number
+from robocal.files.yamlio import quoted
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
 if TYPE_CHECKING:
-    from robocal.files.causes.otherlinks import Other, Reread
+    from robocal.files.urdfchains import Other, Reread
 
-__all__ = ["refuse_wrong", "tried"]
+__all__ = ["METRIC", "SWAPPED", "Told", "refuse_wrong", "tried"]
 
 MOST = 4  # ways of saying it
 
@@ -53,7 +58,7 @@ def refuse_wrong(robot: Robot, reading: Reading, reread: Reread) -> tuple[Remark
     doubt = doubted(robot.chain, reading.dataset)
     if doubt is None:
         return _of_targets(robot, reading)
-    from robocal.files.causes.otherlinks import other_links
+    from robocal.files.urdfchains import other_links
 
     found = explain(robot.chain, reading.dataset, tried(robot, reading), doubt)
     others = other_links(robot, reading.dataset, doubt, reread)
@@ -74,7 +79,7 @@ def refuse_wrong(robot: Robot, reading: Reading, reread: Reread) -> tuple[Remark
 
 
 def _of_links(robot: Robot, other: Other) -> Told:
-    from robocal.files.causes.otherlinks import option
+    from robocal.files.urdfchains import option
 
     words = f"the chain that was measured is {other.robot.root} to {other.robot.tip}, not {robot.root} to {robot.tip}"
     return Told(words, option(robot, other.robot), str(robot.path), "")
@@ -106,3 +111,218 @@ def _shown(found: Explanation) -> Sequence[Trial]:
 
 def _mm(value: float) -> str:
     return f"{value * 1e3:.3g} mm"
+
+
+SWAPPED = {"deg": "rad", "rad": "deg"}
+METRIC = {"mm": "m", "m": "mm"}
+ACROSS = {  # the columns of a matrix, row by row, as those of its transpose
+    9: (0, 3, 6, 1, 4, 7, 2, 5, 8),
+    12: (0, 4, 8, 3, 1, 5, 9, 7, 2, 6, 10, 11),
+    16: (0, 4, 8, 3, 1, 5, 9, 7, 2, 6, 10, 11, 12, 13, 14, 15),
+}
+
+
+@dataclass(frozen=True)
+class Told:
+    """One change in words: what is wrong, the file, its key, and the line to write."""
+
+    words: str
+    line: str
+    file: str
+    key: str = ""
+
+    @classmethod
+    def of(cls, trial: Trial, robot: Robot, reading: Reading) -> Told:
+        parts = [_one(c, robot, reading) for c in trial.parts]
+        if len(parts) == 1:
+            return parts[0]
+        return cls(
+            " and ".join(p.words for p in parts), " and ".join(p.line for p in parts), parts[0].file, parts[0].key
+        )
+
+
+def _flow(value: Any) -> str:
+    """A value as YAML in one line."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{k}: {_flow(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_flow, value)) + "]"
+    return quoted(value) if isinstance(value, str) else str(value)
+
+
+def _line(speech: Spoken, **keys: Mapping[str, Any]) -> str:
+    """The keys for the data file; where there is none, the whole file to put beside the table, in one line."""
+    if not speech.described:
+        return " and ".join(f"{k}: {_flow(v)}" for k, v in keys.items())
+    whole = {k: v for k, v in speech.described.items() if v != {}}
+    for key, value in keys.items():
+        whole[key] = {**whole.get(key, {}), **value}
+    return f"a data.yaml beside it, with the line {_flow(whole)}"
+
+
+def _in_header(names: list[str], units: list[str]) -> str:
+    return ", ".join(f"{n} [{u}]" for n, u in zip(names, units, strict=True)) + " in the header"
+
+
+def _both(units: list[str]) -> str:
+    return " and ".join(dict.fromkeys(units))
+
+
+def _one(change: Change, robot: Robot, reading: Reading) -> Told:
+    own = [s for s in reading.spoken if not change.sources or s.source in change.sources] or list(reading.spoken)
+    speech = next((s for s in own if s.place), own[0]) if change.what in (What.AXES, What.LENGTH_UNIT) else own[0]
+    if change.what in (What.SIGN, What.ZERO):
+        return _of_the_arm(change, robot, speech)
+    file = str(speech.file)
+    if len(reading.spoken) > 1 and not change.sources:
+        file = ", ".join(dict.fromkeys(str(s.file) for s in reading.spoken))
+    return replace(_OF[change.what](change, robot, speech, reading), file=file)
+
+
+# --- the arm's own --------------------------------------------------------------------------------------------------
+
+
+def _of_the_arm(change: Change, robot: Robot, speech: Spoken) -> Told:
+    joint = robot.chain.joints[change.at[0]].name
+    file = str(robot.path) if robot.path is not None else f"catalogue robot {robot.name}"
+    where = "" if robot.path is not None else ", in the robot.yaml that robocal new writes"
+    column = speech.joints[change.at[0]]
+    if change.what == What.SIGN:
+        gain = robot.chain.table[f"{joint}.gain"].value
+        words = f"{joint} counts the other way"
+        if robot.format == "urdf":
+            return Told(words, f"the axis of {joint} with the other sign", file, joint)
+        return Told(words, f"gain: {number(-gain)} for {joint}{where}", file, joint)
+    degrees = math.degrees(change.amount)
+    words = f"the zero of {joint} is off by {degrees:+.0f} deg"
+    rule = CONVENTIONS.get(robot.chain.convention)
+    name = f"{joint}.{rule.revolute}" if rule is not None else ""
+    if robot.format == "urdf" or name not in robot.chain.table:
+        return Told(words, f"{degrees:+.0f} deg added to every value of {column}", str(speech.file), column)
+    gain = robot.chain.table[f"{joint}.gain"].value
+    unit = robot.unit_of(name)
+    value = robot.chain.table[name].value + gain * change.amount
+    value = (value + math.pi) % (2 * math.pi) - math.pi if abs(value) > math.pi + 1e-9 else value
+    symbol = name.rpartition(".")[2]
+    return Told(words, f"{symbol}: {number(round(unit.from_si(value), 9))} for {joint}{where}", file, name)
+
+
+# --- columns and readings ---------------------------------------------------------------------------------------------
+
+
+def _swap(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Told:
+    a, b = change.at
+    names = list(speech.joints)
+    names[a], names[b] = names[b], names[a]
+    first, second = (robot.chain.joints[i].name for i in (a, b))
+    line = _line(speech, joints={"columns": names})
+    if speech.described:
+        line = f"the names {names[a]} and {names[b]} exchanged in the header"
+    return Told(f"the columns of {first} and {second} are exchanged", line, "", "joints.columns")
+
+
+def _joint_unit(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Told:
+    units = [SWAPPED.get(u, u) if i in change.at else u for i, u in enumerate(speech.joint_units)]
+    names = ", ".join(speech.joints[i] for i in change.at)
+    other = _both([units[i] for i in change.at])
+    line = _line(speech, joints={"unit": units[0] if len(set(units)) == 1 else units})
+    if speech.headed:
+        line = _in_header([speech.joints[i] for i in change.at], [units[i] for i in change.at])
+    return Told(f"the values of {names} are in {other}", line, "", "joints.unit")
+
+
+def _place_names(speech: Spoken) -> tuple[str, ...]:
+    return speech.place or ("x", "y", "z")
+
+
+def _length_unit(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Told:
+    units = [METRIC[u] if i in change.at else u for i, u in enumerate(speech.lengths)]
+    names = [_place_names(speech)[i] for i in change.at]
+    line = _line(speech, position={"unit": units[0] if len(set(units)) == 1 else units})
+    if speech.place_headed:
+        line = _in_header(names, [units[i] for i in change.at])
+    words = f"the values of {', '.join(names)} are in {_both([units[i] for i in change.at])}"
+    return Told(words, line, "", "position.unit")
+
+
+def _axes(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Told:
+    names = [_place_names(speech)[i] for i in change.at]
+    old = [speech.signs[i] for i in change.at]
+    signs = [s * o for s, o in zip(change.signs, old, strict=True)]
+    keys: dict[str, Any] = {"columns": names} if tuple(change.at) != (0, 1, 2) else {}
+    if any(s < 0 for s in (*signs, *speech.signs)):
+        keys["sign"] = signs
+    line = _line(speech, position=keys)
+    if speech.described and "sign" not in keys:
+        old_names = [n for n, own in zip(_place_names(speech), names, strict=True) if n != own]
+        new_names = [
+            _place_names(speech)[change.at.index(i)] for i, n in enumerate(names) if n != _place_names(speech)[i]
+        ]
+        line = f"the columns {', '.join(old_names)} named {', '.join(new_names)} in the header"
+    mirrored = np.linalg.det(np.eye(3)[list(change.at)] * np.array(change.signs)[:, None]) < 0
+    words = "the measured axes are mirrored" if mirrored else "the measured axes are in another order"
+    return Told(words, line, "", "position.columns")
+
+
+def _shift(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Told:
+    rows = abs(int(change.amount))
+    noun = "row" if rows == 1 else "rows"
+    where, way = ("below", "down") if change.amount > 0 else ("above", "up")
+    words = f"each reading stands {rows} {noun} {where} its joint values"
+    return Told(words, f"the joint columns moved {way} by {rows} {noun}", "", "file")
+
+
+def _reversed(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Told:
+    return Told(
+        "the readings stand in the reverse order of the joint values",
+        "one of the two turned round, last row first",
+        "",
+        "file",
+    )
+
+
+def _inverse(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Told:
+    words = "the poses are those of the instrument seen from the thing that it measures"
+    obs = reading.dataset.observations
+    mine = next((o for o in obs if o.kind == "pose" and (not change.sources or o.source in change.sources)), None)
+    instrument, target = ("tool", "base")
+    if mine is not None and mine.frame is not None and mine.frame.mount == "tool":
+        instrument, target = target, instrument
+    name = mine.targets[0].name if mine is not None and mine.targets else "board"
+    line = _line(speech, frame={"mount": instrument}, targets={name: {"mount": target}})
+    return Told(words, line, "", "orientation")
+
+
+def _transposed(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Told:
+    line = "every rotation written as its inverse"
+    if len(speech.turned) in ACROSS:
+        line = _line(speech, orientation={"columns": [speech.turned[i] for i in ACROSS[len(speech.turned)]]})
+    return Told("the rotations are transposed", line, "", "orientation")
+
+
+def _turns(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Told:
+    form = speech.forms[change.at[0]]
+    stated = speech.orientation
+    same = stated is not None and all(getattr(stated, k) == v for k, v in form.keys.items())
+    lines = [] if same else [_line(speech, orientation=form.keys)]
+    lines += [_in_header(list(speech.turned), [form.unit] * len(speech.turned))] if form.unit else []
+    return Told("the orientations are read in the wrong form", " and ".join(lines), "", "orientation")
+
+
+def _targets(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Told:
+    one, two = (target.name for target in change.swapped)
+    return Told(f"the targets {one} and {two} are exchanged", "their places exchanged under targets", "", "targets")
+
+
+_OF = {
+    What.SWAP: _swap,
+    What.JOINT_UNIT: _joint_unit,
+    What.LENGTH_UNIT: _length_unit,
+    What.AXES: _axes,
+    What.SHIFT: _shift,
+    What.REVERSED: _reversed,
+    What.INVERSE: _inverse,
+    What.TRANSPOSED: _transposed,
+    What.TURNS: _turns,
+    What.TARGETS: _targets,
+}
