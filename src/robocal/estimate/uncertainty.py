@@ -55,7 +55,7 @@ __all__ = [
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 EPS = float(np.finfo(float).eps)
-SHARP = 1e-10  # of the rows: so much the number of columns may be wrong by
+SHARP = 1e-8  # of the rows: so much the number of columns may be wrong by
 LEVEL = 0.95  # of every interval and band
 
 
