@@ -239,7 +239,6 @@ class Code(StrEnum):
     LENGTHS_GEOMETRIC = "lengths-geometric"
     LENGTHS_TAKEN_GEOMETRIC = "lengths-taken-geometric"
     NO_DIAMETER = "no-diameter"
-    NO_PULLEYS = "no-pulleys"
     MOTIONS_OPEN = "motions-open"
     LENGTH_NOISE_ASSUMED = "length-noise-assumed"
     NOISE_TEACHES_NOTHING = "noise-teaches-nothing"

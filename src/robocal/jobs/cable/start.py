@@ -127,8 +127,6 @@ def clearance_of(
         d = robot.diameter
     else:
         d, said = np.zeros(len(robot.cables)), (Remark.of(Code.NO_DIAMETER),)
-    if robot.pulleys is not None and (robot.pulleys.radius > 0).any():
-        said = (*said, Remark.of(Code.NO_PULLEYS))
     return Clearance(d, body_of(file, robot, body), relief), said
 
 

@@ -158,7 +158,6 @@ TABLE: dict[Code, Words] = {
         "no diameter is known: cables touch as lines do",
         "--diameter states it.",
     ),
-    Code.NO_PULLEYS: Words("contacts are looked for as if cables left the frame at their anchors, without pulleys"),
     Code.MOTIONS_OPEN: Words(
         "{count} motions end where the search for contacts gave up: free up to there, nothing is known beyond"
     ),
