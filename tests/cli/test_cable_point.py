@@ -117,3 +117,19 @@ def test_it_is_identified_from_places(folder, rng):
             p = found[f"c{i}.{symbol}"]
             assert p["status"] == "identified", p
             assert abs(p["identified"] - value) < 4 * p["sigma"] < 0.05, p
+    # A file without a list of cables gets one for the zeros: by itself it is the identified robot, and the run reads its own lengths.
+    assert "cannot hold" not in ran.said
+    for place in ("run", "run/calibrated.yaml"):
+        again = robocal(
+            "cable",
+            "forward",
+            folder / place,
+            folder / "lengths.csv",
+            "--sigma",
+            "0.0005",
+            "-o",
+            folder / "again.csv",
+            "--force",
+        )
+        assert again.status == 0, again.said
+        assert np.abs(numbers(folder / "again.csv", PLACE) - places).max() < 5e-3

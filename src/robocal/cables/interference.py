@@ -61,7 +61,9 @@ class Contacts:
         where it is free."""
         whom = {2: "the platform", 3: "its pulley"}
         return [
-            "" if kind == 0 else f"{cables[k]} {'meets' if sure else 'may meet'} {whom[int(kind)] if kind > 1 else cables[l]}"
+            ""
+            if kind == 0
+            else f"{cables[k]} {'meets' if sure else 'may meet'} {whom[int(kind)] if kind > 1 else cables[l]}"
             for kind, (k, l), sure in zip(self.kind, self.who, self.resolved, strict=True)
         ]
 
