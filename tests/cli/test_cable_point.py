@@ -77,10 +77,15 @@ def test_every_command_knows_it(folder):
 
 
 @pytest.mark.parametrize(
-    ("option", "words"), [(("--tilt", "5"), "cannot tilt"), (("--orientation", "0,0,5"), "it is 3T")]
+    ("verb", "option", "words"),
+    [
+        ("workspace", ("--tilt", "5"), "cannot tilt"),
+        ("workspace", ("--orientation", "0,0,5"), "it is 3T"),
+        ("poses", ("--turn", "5"), "does not turn"),
+    ],
 )
-def test_what_turns_it_is_refused(folder, option, words):
-    ran = robocal("cable", "workspace", folder / "robot.yaml", *option)
+def test_what_turns_it_is_refused(folder, verb, option, words):
+    ran = robocal("cable", verb, folder / "robot.yaml", *option)
     assert ran.status == 2 and words in ran.remarks
 
 

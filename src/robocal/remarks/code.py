@@ -239,6 +239,8 @@ class Code(StrEnum):
     LENGTHS_GEOMETRIC = "lengths-geometric"
     LENGTHS_TAKEN_GEOMETRIC = "lengths-taken-geometric"
     NO_DIAMETER = "no-diameter"
+    POSE_OUT_OF_REACH = "pose-out-of-reach"
+    WRENCH_UNBALANCED = "wrench-unbalanced"
     MOTIONS_OPEN = "motions-open"
     LENGTH_NOISE_ASSUMED = "length-noise-assumed"
     NOISE_TEACHES_NOTHING = "noise-teaches-nothing"

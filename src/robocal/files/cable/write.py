@@ -34,8 +34,8 @@ def _body(robot: CableRobot) -> dict[str, float]:
 
 def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
     """The robot with other parameter values (SI, by name) as text, and the names that the file cannot hold. A file of another format
-    is written as robot.yaml; one whose anchors alone say which cables there are gets their list where zeros are to be told. Raises ModelError for an unknown name and for one anchor that two cables share and that is to be at two
-    places."""
+    is written as robot.yaml; one without a list of its cables gets one where zeros are to be told. Raises ModelError for an unknown
+    name and for one anchor that two cables share and that is to be at two places."""
     before = {p.name: p.value for p in file.robot.table.rows} | _body(file.robot)
     unknown = [n for n in values if n not in before]
     if unknown:
