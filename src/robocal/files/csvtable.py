@@ -45,10 +45,9 @@ class MissingCells(Exception):
 
 @dataclass(frozen=True)
 class CsvTable:
-    """Cells by row; `lines` are the line numbers of the rows; `names` are empty without a header; `units` those in the
-    header, or None, `head` is its line. `skip` says that rows in which something is missing are left out, `gone` are the
-    ids of rows that were. `asked` notes which columns somebody asked for, so that whoever has finished reading can say
-    which nobody did (`unread`). `alone` is a list that no data file describes."""
+    """Cells by row; `lines` are the line numbers of the rows; `names` are empty without a header; `units` those in the header, or None,
+    `head` is its line. `skip` says that rows in which something is missing are left out, `gone` are the ids of rows that were. `asked`
+    notes which columns somebody asked for, so that who has read can say which nobody did. `alone`: a list without a data file."""
 
     path: Path
     sha256: str

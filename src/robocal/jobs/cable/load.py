@@ -112,8 +112,8 @@ def wrench_of(file: CableFile, wrench: str | None) -> Array:
 
 def unbalanced(robot: CableRobot, wrenches: Array) -> tuple[Remark, ...]:
     """A remark on components of wrenches (..., 6) that this platform's cables do not balance."""
-    given = np.asarray(wrenches).reshape(-1, 6).any(axis=0)
-    lost = tuple(WRENCH[i] for i in range(6) if given[i] and i not in robot.axes)
+    given = (wrenches.reshape(-1, 6) != 0).any(axis=0)
+    lost = tuple(WRENCH[i] for i in np.flatnonzero(given) if i not in robot.axes)
     if not lost:
         return ()
     verb, what = ("is", "it") if len(lost) == 1 else ("are", "them")

@@ -30,7 +30,7 @@ TABLE: dict[Code, Words] = {
         "--cables SET takes another one, into a robot.yaml of its own.",
     ),
     Code.COUNTED_FROM_ELSEWHERE: Words(
-        "{file}: CASPR counts the platform's position from {x:.6g~}, {y:.6g~}, {z:.6g}, robot.yaml from the base",
+        "{file}: CASPR counts the platform's position from {x:.6g}, {y:.6g}, {z:.6g} m, robot.yaml from the base",
         "Add these to the positions of CASPR's trajectories; lengths at a pose are the same.",
     ),
     Code.NO_KEY_FOR: Words(
