@@ -60,7 +60,8 @@ def check(
 ) -> Found:
     """Say what robot and data files contain and what they can tell, without fitting.
 
-    Joints, rows, where sigma comes from, what is free, and what will not be told apart and why.
+    Joints, rows, where sigma comes from, what is free, and what will not be told apart and why; of a cable robot what is known of its
+    cables, of CASPR's models too.
 
     robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list).
     data: data.yaml, or a CSV whose headers carry units; several are fitted together.

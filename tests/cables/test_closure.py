@@ -118,6 +118,10 @@ def test_the_worst_of_several_orientations_counts(rng):
     np.testing.assert_allclose(both.condition, np.max([one.condition for one in each], axis=0))
 
 
+def test_a_structure_of_nothing_is_singular():
+    assert condition_number(np.zeros((1, 3, 4)))[0] == np.inf and tension_factor(np.zeros((1, 3, 4)))[0] == 0
+
+
 def test_what_makes_no_sense_is_named():
     with pytest.raises(ModelError, match="structure matrices"):
         tension_factor(np.full((1, 2, 3), np.nan))

@@ -166,3 +166,22 @@ def test_wheels_that_do_not_fit():
             [[1.0, 0, 0]],
             pulleys=Pulleys(np.zeros(1), UP[None]),
         )
+
+
+def test_a_cable_that_winds_past_half_a_turn_is_followed():
+    """An end that comes nearer to the swivel axis than the wheel is wide, behind it: the cable goes on winding, and nothing is met."""
+    a = np.array([[0.0, 0, 3], [2, 2, 3]])
+    b = np.array([[0.0, 0, 0], [0.1, 0.1, 0]])
+    over = Pulleys(np.full(2, 0.05), np.tile(UP, (2, 1)))
+    starts = np.array([pose([-1.0, y, 1.0]) for y in (0.05, 0.01, 1e-3)])
+    found = first_contact(a, b, starts, np.tile([2.0, 0, 0], (3, 1)), diameter=0.005, pulleys=over)
+    assert found.free.all() and (found.fraction == 1.0).all()
+
+
+def test_where_a_pulley_turns_over_at_once_nothing_is_said_to_meet():
+    a = np.array([[0.0, 0, 3], [2, 2, 3]])
+    b = np.array([[0.0, 0, 0], [0.1, 0.1, 0]])
+    over = Pulleys(np.full(2, 0.05), np.tile(UP, (2, 1)))
+    found = first_contact(a, b, pose([-1.0, 0, 1]), [[2.0, 0, 0]], diameter=0.005, pulleys=over)
+    assert not found.resolved[0] and found.fraction[0] == pytest.approx(0.5, abs=1e-6)
+    assert found.names(["c1", "c2"]) == ["c1 may meet c2"]

@@ -159,6 +159,15 @@ LISTS = {
         .replace("-10\n", "-10,4\n"),
         ["column c2.tension", "no such column"],
     ),
+    "out of all frames": (POSES.replace("100,", "1e300,"), ["row 2", "column x", "so far away", "within"]),
+    "three of a quaternion": (POSES.replace("rx [deg],ry [deg],rz [deg]", "qx,qy,qz"), ["column qw", "no such column"]),
+    "two orientations": (
+        "".join(
+            f"{line},{more}\n"
+            for line, more in zip(POSES.splitlines(), ("qx,qy,qz,qw", "0,0,0,1", "0,0,0,1"), strict=True)
+        ),
+        ["column qx", "the orientation is given twice"],
+    ),
     "no text": ("\x00\x01\x02", ["row 1", "a byte 0"]),
 }
 
@@ -169,6 +178,7 @@ def test_lists(folder, wrong):
     (folder / "poses.csv").write_text(text)
     for verb in ("inverse", "tension"):
         run(folder, verb).assert_refused("poses.csv", *words)
+        assert "data file" not in run(folder, verb).said, "a list has none"
     assert not (folder / "out").exists()
 
 

@@ -177,3 +177,15 @@ def test_a_program_is_a_path(tmp_path):
     robocal("cable", "poses", LAVAL, "-n", 5, "-o", tmp_path / "list")
     ran = robocal("cable", "contact", LAVAL, tmp_path / "list" / "program.csv")
     assert ran.status == 0 and "not read" not in ran.said, ran.said
+
+
+def test_a_search_that_does_not_end_is_said_to_have_given_up(tmp_path):
+    """Behind its wheel an anchor passes the swivel axis: the pulley turns over at once, and no contact is claimed there."""
+    over = Pulleys(np.full(3, 0.05), np.tile([0.0, 0, 1], (3, 1)))
+    a, b = [[0, 0, 3], [2, 2, 3], [-2, 2, 3]], [[0, 0, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]]
+    (tmp_path / "robot.yaml").write_text(describe_cable(cable_robot("turning over", a, b, degrees="3T", pulleys=over)))
+    (tmp_path / "path.csv").write_text(table(COLUMNS[:3], ["p0", "p1"], np.array([[-1, 0, 1], [1, 0, 1]])))
+    ran = robocal("cable", "contact", tmp_path / "robot.yaml", tmp_path / "path.csv", "--body", "none", "--json")
+    assert ran.status == 3 and "gave up" in ran.said
+    assert ran.document["motions"][0]["free"] == pytest.approx(0.5, abs=1e-6)
+    assert "may meet" in ran.document["motions"][0]["ends_by"]

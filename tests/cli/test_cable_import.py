@@ -303,7 +303,7 @@ def test_what_no_robot_yaml_holds_is_named(tmp_path: Path) -> None:
     ran = robocal("import", model.write(tmp_path), "-o", tmp_path / "robot.yaml")
     assert ran.status == 0
     for word in (
-        "only used is taken, not spare", "--cables SET", "from 500, 0, 1000 mm", "name of <cable_ideal>", "display_range of <links>",
+        "only used is taken, not spare", "--cables SET", "from 0.5, 0, 1 m", "name of <cable_ideal>", "display_range of <links>",
         "view_angle of <links>", "name of <link_rigid>", "q_min of <joint>", "q_initial of <joint>", "<end_location>", "<force_error>",
     ):  # fmt: skip
         assert word in ran.said, word
@@ -398,6 +398,13 @@ OF_CABLES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "a spring without stiffness": (sets(used=ROWS), sets(used=cables(EIGHT, **SPRING)).replace("<K>20000", "<K>0", 1), ("<K>", "stiffness")),
     "a spring that does not say it": (sets(used=ROWS), sets(used=cables(EIGHT, kind="cable_linear_spring")), ("<properties>", "no <K>")),
     "a negative diameter": (sets(used=ROWS), sets(used=cables(EIGHT, more="<diameter>-1</diameter>")), ("<diameter>", "negative diameter")),
+    "a spring without any": (sets(used=ROWS), sets(used=cables(EIGHT, **SPRING)).replace("<K>20000", "<K>1e-320", 1), ("<cable_linear_spring>", "elasticity is no number")),
+    "an anchor out of this world": ("<location>-2 1.5 0<", "<location>-2e300 1.5 0<", ("<cable_ideal>", "that far away", "within")),
+    "elements without end": (
+        sets(used=ROWS),
+        sets(used=ROWS).replace("<properties>", f"{'<a>' * 5000}{'</a>' * 5000}<properties>", 1).replace("<force_max>101", "<force_max>0.5"),
+        ("<properties>", "crossed"),
+    ),
     "a pulley without direction": (FIRST, wheel(EIGHT[0][0], 0.1, (0, 0, 0)), ("<cable_entry_vector>", "not zero")),
     "a pulley without radius": (FIRST, wheel(EIGHT[0][0], 0.1, (0, 0, 1)).replace("pulley_radius", "size"), ("<base_rotating_pulley>", "<pulley_radius>")),
     "a pulley of negative radius": (FIRST, wheel(EIGHT[0][0], -0.1, (0, 0, 1)), ("<pulley_radius>", "negative radius")),

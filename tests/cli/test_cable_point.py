@@ -77,10 +77,15 @@ def test_every_command_knows_it(folder):
 
 
 @pytest.mark.parametrize(
-    ("option", "words"), [(("--tilt", "5"), "cannot tilt"), (("--orientation", "0,0,5"), "it is 3T")]
+    ("verb", "option", "words"),
+    [
+        ("workspace", ("--tilt", "5"), "cannot tilt"),
+        ("workspace", ("--orientation", "0,0,5"), "it is 3T"),
+        ("poses", ("--turn", "5"), "does not turn"),
+    ],
 )
-def test_what_turns_it_is_refused(folder, option, words):
-    ran = robocal("cable", "workspace", folder / "robot.yaml", *option)
+def test_what_turns_it_is_refused(folder, verb, option, words):
+    ran = robocal("cable", verb, folder / "robot.yaml", *option)
     assert ran.status == 2 and words in ran.remarks
 
 
@@ -117,3 +122,19 @@ def test_it_is_identified_from_places(folder, rng):
             p = found[f"c{i}.{symbol}"]
             assert p["status"] == "identified", p
             assert abs(p["identified"] - value) < 4 * p["sigma"] < 0.05, p
+    # A file without a list of cables gets one for the zeros: by itself it is the identified robot, and the run reads its own lengths.
+    assert "cannot hold" not in ran.said
+    for place in ("run", "run/calibrated.yaml"):
+        again = robocal(
+            "cable",
+            "forward",
+            folder / place,
+            folder / "lengths.csv",
+            "--sigma",
+            "0.0005",
+            "-o",
+            folder / "again.csv",
+            "--force",
+        )
+        assert again.status == 0, again.said
+        assert np.abs(numbers(folder / "again.csv", PLACE) - places).max() < 5e-3

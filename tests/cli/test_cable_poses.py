@@ -275,6 +275,11 @@ def test_a_start_that_will_not_do_is_refused_with_one_that_will(folder):
         (["--choose", 5, "--sigma", "1e300"], ["noise of a length"]),
         (["--choose", 5, "--pose-noise", "1"], ["--pose-noise"]),
         (["--choose", 5, "--pose-noise", "-1,0"], ["--pose-noise"]),
+        (["--sigma", 5], ["--sigma", "--choose N"]),
+        (["--encoders-only"], ["--encoders-only", "--choose N"]),
+        (["--pose-noise", "1,0.1"], ["--pose-noise", "--choose N"]),
+        (["--criterion", "D"], ["--criterion", "--choose N"]),
+        (["--box", "-1,-1,0,1,1,1", "--scale", 2], ["--scale", "--box or --scale"]),
         (["--steps", 0], ["--steps"]),
         (["-n", 0], ["--poses"]),
     ],
@@ -306,11 +311,11 @@ def test_a_robot_that_its_cables_cannot_hold(folder):
     )
 
 
-def test_pulleys_are_left_out_of_contacts_and_that_is_said(folder):
+def test_contacts_are_looked_for_over_pulleys_and_nothing_else_is_said(folder):
     wheels = Pulleys(np.full(8, 0.03), np.tile([0.0, 0.0, 1.0], (8, 1)))
     (folder / "wheels.yaml").write_text(describe_cable(robot(pulleys=wheels)))
     ran = robocal("cable", "poses", "wheels.yaml", "-n", 20, "-o", "list")
-    assert ran.status == 0 and "without pulleys" in ran.err
+    assert ran.status == 0 and "pulleys" not in ran.said, ran.said
     # Lengths and tensions know them.
     assert robocal("cable", "tension", "wheels.yaml", "list/program.csv").status == 0
 

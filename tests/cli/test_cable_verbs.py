@@ -311,6 +311,13 @@ def test_poses_may_have_quaternions(tmp_path):
     assert wrong.status == 2 and "not a unit quaternion" in wrong.remarks and "long.csv, row 2" in wrong.remarks
 
 
+def test_check_speaks_in_the_units_of_the_file(folder):
+    text = describe_cable(box()).replace("force: N", "force: lbf")
+    (folder / "robot.yaml").write_text(f"{text}every_cable: {{tension: [5, 100], elasticity: 1.0e-4}}\n")
+    said = robocal("check", folder / "robot.yaml").said
+    assert "tension [lbf]" in said and "elasticity [1/lbf]" in said and "1/N" not in said
+
+
 @pytest.mark.parametrize("name", ["ipanema_1.yaml", "cogiro.yaml", "laval.yaml"])
 def test_check_sums_a_cable_robot_up(name, shared_data):
     ran = robocal("check", shared_data / "cable-robots" / name)

@@ -14,7 +14,7 @@ from robocal.report.identified import report
 from robocal.report.sections import Remarks, Section
 
 SAID = Remark.of(Code.NO_DIAMETER)
-FACT = Remark.of(Code.NO_PULLEYS)
+FACT = Remark.of(Code.MOTIONS_OPEN, count=3)
 
 
 def test_worth_knowing_has_advice_below_the_sentence(capsys, monkeypatch):

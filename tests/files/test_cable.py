@@ -87,7 +87,15 @@ def test_writing_back_changes_numbers_only(tmp_path):
 
 def test_what_the_file_cannot_hold_is_said():
     lists = ROBOT[: ROBOT.index("cables:")]
-    _, left = render_cable(made(lists), {"c1.ax": -2.1, "c1.l0": 0.3})
+    text, left = render_cable(made(lists), {"c1.ax": -2.1, "c1.l0": 0.3})
+    assert left == () and text.endswith("cables:\n  - {zero: 300}\n" + 3 * "  - {zero: 0}\n")
+    assert made(text).robot.table["c1.l0"].value == 0.3 and made(text).robot.table["c1.ax"].value == -2.1
+    braces = ", ".join(
+        f"{key}: {getattr(made(lists).robot, which).tolist()}"
+        for key, which in (("frame_anchors", "a"), ("platform_anchors", "b"))
+    )
+    braces = f"{{robocal: 1, kind: cable, name: between braces, units: {{length: m}}, degrees: 1R2T, {braces}}}"
+    _, left = render_cable(made(braces), {"c1.l0": 0.3})
     assert left == ("c1.l0",)
     shared = ROBOT.replace("name: c2,", "name: c2, frame: left foot,")
     # Cables that share an anchor share its parameters: it is one number, and moves for both.

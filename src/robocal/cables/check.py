@@ -13,6 +13,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["check"]
 
 FEWEST, MOST = 3, 12
+FAR = 1e9  # m; lengths of anchors further away are no numbers
 SAME = 1e-6  # m; anchors closer than this are one
 PRINTED = 1e-6  # of a moment of inertia: a thin plate's, printed with seven digits, is still a plate's
 LOST = 1e-9  # smallest singular value of L over the largest below which a direction of motion is not held
@@ -27,6 +28,7 @@ def check(robot: CableRobot) -> tuple[Remark, ...]:
     if not np.isfinite(robot.numbers).all():
         cable = robot.cables[int(np.argwhere(~np.isfinite(robot.numbers))[0, 0])]
         raise ModelError("an anchor is not a number", key=cable)
+    _far(robot)
     _numbers(robot)
     doubts = _anchors(robot)
     rank = _rank(robot)
@@ -41,6 +43,17 @@ def check(robot: CableRobot) -> tuple[Remark, ...]:
     if m < d:
         doubts.append(Remark.of(Code.POSE_UNDETERMINED, cables=m, degrees=d))
     return tuple(doubts)
+
+
+def _far(robot: CableRobot) -> None:
+    """No anchor is further away than lengths are numbers."""
+    for side, letter, points in (("frame", "a", robot.a), ("platform", "b", robot.b)):
+        away = np.abs(points).max(axis=1)
+        i = int(np.argmax(away))
+        if away[i] > FAR:
+            raise ModelError(
+                f"a {side} anchor that far away", key=f"{robot.cables[i]}.{letter}", found=float(away[i]), expected=f"within {FAR:g} m"
+            )  # fmt: skip
 
 
 def _numbers(robot: CableRobot) -> None:
@@ -67,11 +80,11 @@ def _numbers(robot: CableRobot) -> None:
                 )
     for what in ("elasticity", "density", "diameter"):
         values = getattr(robot, what)
-        if values is not None and (values < 0).any():
-            cable = robot.cables[int(np.argmax(values < 0))]
-            raise ModelError(
-                f"a negative {what}", key=f"{cable}.{what}", found=float(values.min()), expected="0 or more"
-            )
+        bad = None if values is None else (values < 0) | ~np.isfinite(values)
+        if bad is not None and bad.any():
+            i = int(np.argmax(bad))
+            word = f"a negative {what}" if values[i] < 0 else f"the {what} is no number"
+            raise ModelError(word, key=f"{robot.cables[i]}.{what}", found=float(values[i]), expected="0 or more")
     if robot.pulleys is not None and (robot.pulleys.radius < 0).any():
         cable = robot.cables[int(np.argmax(robot.pulleys.radius < 0))]
         raise ModelError("a negative radius", key=f"{cable}.pulley", expected="0 or more")

@@ -57,11 +57,14 @@ class Contacts:
         return np.asarray(self.free | (self.gap <= self.tolerance))
 
     def names(self, cables: Sequence[str]) -> list[str]:
-        """One phrase per motion, such as `c1 meets c5` or `c3 meets the platform`; empty where it is free."""
+        """One phrase per motion, such as `c1 meets c5` or `c3 meets the platform`, `c1 may meet c5` where the search did not end; empty
+        where it is free."""
         whom = {2: "the platform", 3: "its pulley"}
         return [
-            "" if kind == 0 else f"{cables[k]} meets {whom[int(kind)] if kind > 1 else cables[l]}"
-            for kind, (k, l) in zip(self.kind, self.who, strict=True)
+            ""
+            if kind == 0
+            else f"{cables[k]} {'meets' if sure else 'may meet'} {whom[int(kind)] if kind > 1 else cables[l]}"
+            for kind, (k, l), sure in zip(self.kind, self.who, self.resolved, strict=True)
         ]
 
 

@@ -45,10 +45,9 @@ class MissingCells(Exception):
 
 @dataclass(frozen=True)
 class CsvTable:
-    """Cells by row; `lines` are the line numbers of the rows; `names` are empty without a header; `units` those in the
-    header, or None, `head` is its line. `skip` says that rows in which something is missing are left out, `gone` are the
-    ids of rows that were. `asked` notes which columns somebody asked for, so that whoever has finished reading can say
-    which nobody did (`unread`)."""
+    """Cells by row; `lines` are the line numbers of the rows; `names` are empty without a header; `units` those in the header, or None,
+    `head` is its line. `skip` says that rows in which something is missing are left out, `gone` are the ids of rows that were. `asked`
+    notes which columns somebody asked for, so that who has read can say which nobody did. `alone`: a list without a data file."""
 
     path: Path
     sha256: str
@@ -58,6 +57,7 @@ class CsvTable:
     cells: tuple[tuple[str, ...], ...]
     decimal: str = "."
     skip: bool = False
+    alone: bool = False
     gone: frozenset[str] = frozenset()
     head: int | None = None
     asked: set[int] = field(default_factory=set, compare=False, repr=False)  # one set for all tables made of this one
@@ -79,6 +79,10 @@ class CsvTable:
         return replace(
             self, lines=self.lines[kept], cells=tuple(self.cells[i] for i in kept), gone=self.gone | frozenset(gone)
         )
+
+    @property
+    def _or_skip(self) -> str:
+        return "" if self.alone else f", or {SKIP}"
 
     @property
     def width(self) -> int:
@@ -159,7 +163,7 @@ class CsvTable:
         if "" in out:
             if self.skip:
                 raise MissingCells(np.array([i for i, cell in enumerate(out) if not cell]))
-            raise self.fail("the cell is empty", out.index(""), self.label(at), expected=f"a name, or {SKIP}")
+            raise self.fail("the cell is empty", out.index(""), self.label(at), expected=f"a name{self._or_skip}")
         return out
 
     def numbers(self, columns: Sequence[str | int]) -> Array:
@@ -200,7 +204,7 @@ class CsvTable:
         for row, cells in enumerate(self.cells):
             cell, column = cells[at].strip(), self.label(at)
             if not cell:
-                return self.fail("the cell is empty", row, column, expected=f"a number, or {SKIP}")
+                return self.fail("the cell is empty", row, column, expected=f"a number{self._or_skip}")
             if self.decimal != "." and "." in cell:
                 return self.fail(
                     "a decimal point where the file announces a decimal comma", row, column, found=cell, expected="1,5"
@@ -211,7 +215,9 @@ class CsvTable:
             except ValueError:
                 value = math.nan
             if _missing(cell):
-                return self.fail("not a finite number", row, column, found=cell, expected=f"a finite number, or {SKIP}")
+                return self.fail(
+                    "not a finite number", row, column, found=cell, expected=f"a finite number{self._or_skip}"
+                )
             if math.isinf(value) or plain.lower().strip("+-") in ("nan", "inf", "infinity"):
                 return self.fail("not a finite number", row, column, found=cell, expected="a finite number")
             if math.isnan(value):

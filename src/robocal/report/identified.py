@@ -123,7 +123,7 @@ def ended(result: Any, written: Sequence[Path], left_out: Sequence[str]) -> Sect
             "", head, *quiet("Nothing was written; -o DIR keeps the result, the calibrated robot and a report.")
         )
     folder, lost = written[0].parent, None
-    if left_out:
+    if left_out and result.robot.joints:  # of cable robots the remark says it, and which verb takes the folder
         text = (
             f"calibrated.urdf does not hold {', '.join(left_out)}; the folder {folder} does: "
             "give the folder, not the file, to validate, export and simulate."

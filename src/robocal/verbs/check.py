@@ -25,10 +25,12 @@ NAMES = 30  # of free parameters, where there are no data
 class Options(Told):
     """Say what robot and data files contain and what they can tell, without fitting.
 
-    Joints, rows, where sigma comes from, what is free, and what will not be told apart and why.
+    Joints, rows, where sigma comes from, what is free, and what will not be told apart and why; of a cable robot what is known of its
+    cables, of CASPR's models too.
 
     \b
     robocal check robot.yaml data.yaml
+    robocal check CoGiRo_cables.xml
     """
 
     robot: w.Robot

@@ -62,7 +62,7 @@ def condition_number(structure: ArrayLike, length: ArrayLike = 1.0) -> Array:
         return np.full(len(w), np.inf)
     sizes = np.linalg.svd(w * row_weights(w.shape[1], length)[:, None], compute_uv=False)
     least = np.where(sizes[:, -1] > 1e-12 * sizes[:, 0], sizes[:, -1], 0.0)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(least > 0.0, sizes[:, 0] / least, np.inf)
 
 

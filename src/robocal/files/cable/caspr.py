@@ -21,7 +21,7 @@ from robocal.files.cable.values import CableUnits
 from robocal.files.outside import discreet
 from robocal.files.text import ROBOT_LIMIT, InputFile, Source, read_text
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark
+from robocal.remarks.remark import Remark
 
 __all__ = ["Caspr", "open_caspr", "read_caspr"]
 
@@ -140,7 +140,7 @@ def _unheld(
         words = chosen.attributes.get("id", "")
         out.append(Remark.of(Code.CABLE_SETS_ASIDE, file=str(file.path), chosen=words, others=others))
     if home.any():
-        x, y, z = (Quantity(float(v)) for v in home)
+        x, y, z = (float(v) for v in home)  # m, as in the model and in the robot.yaml that is made of it
         out.append(Remark.of(Code.COUNTED_FROM_ELSEWHERE, file=str(bodies.file), x=x, y=y, z=z))
     for tree in (top, bodies):
         if names := unheld(tree):

@@ -64,9 +64,12 @@ class Node:
 
     def inside(self, tag: str) -> Node | None:
         """The first element of this tag anywhere inside, None where there is none: to say where something stands."""
-        for child in self.children:
-            if (found := child if child.tag == tag else child.inside(tag)) is not None:
-                return found
+        stack = self.children[::-1]  # depth is the file's, which a call in a call could not follow
+        while stack:
+            node = stack.pop()
+            if node.tag == tag:
+                return node
+            stack.extend(reversed(node.children))
         return None
 
     def said(self, name: str) -> str | None:

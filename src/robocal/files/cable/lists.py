@@ -26,9 +26,10 @@ from robocal.files.orientation import quaternion
 from robocal.files.units import number
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import Document
-from robocal.geometry import se3
+from robocal.geometry import se3, so3
 from robocal.parameters import FRAME_SYMBOLS
-from robocal.remarks.remark import Remark
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
 
 __all__ = [
     "COLUMNS",
@@ -43,6 +44,8 @@ __all__ = [
 
 Array = NDArray[np.float64]
 QUATERNION = ("qx", "qy", "qz", "qw")
+AWAY = (0.01, np.radians(1.0))  # m and rad across what a platform can do: more than an instrument is off
+FAR = 1e9  # m; lengths of poses further away are no numbers
 UNIT = 2e-2  # from a length of one: what rounding to two digits leaves
 WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 # What columns of lists are called, and so no cable.
@@ -72,11 +75,13 @@ class CableList:
 def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
     """Poses of the platform, x, y, z with a rotation vector rx, ry, rz or a quaternion qx, qy, qz, qw; a platform that does not turn
     needs neither. Raises FileError or FormatError naming file, row and column."""
-    table = read_csv(path)
+    table = replace(read_csv(path), alone=True)
     given, turned = _given(table, QUATERNION), _given(table, FRAME_SYMBOLS[3:])
     if not given and not turned and max(robot.axes) < 3:
         poses = se3.compose(np.eye(3), _columns(table, FRAME_SYMBOLS[:3], ("m",) * 3))
-    elif len(given) == len(QUATERNION) and not turned:
+    elif given and turned:
+        raise table.fail("the orientation is given twice", column=given[0], expected="rx, ry, rz or qx, qy, qz, qw")
+    elif given:
         place = _columns(table, FRAME_SYMBOLS[:3], ("m",) * 3)
         q = table.numbers(list(QUATERNION))
         norm = np.linalg.norm(q, axis=1)
@@ -84,13 +89,20 @@ def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> Cabl
         poses = se3.compose(quaternion(q / norm[:, None]), place)
     else:
         poses = se3.from_vector(_columns(table, FRAME_SYMBOLS, ("m", "m", "m", "rad", "rad", "rad")))
+    table.insist(
+        np.abs(poses[:, :3, 3]) < FAR,
+        FRAME_SYMBOLS[:3],
+        "so far away is no platform",
+        poses[:, :3, 3],
+        expected=f"within {FAR:g} m",
+    )
     made = replace(_list(table, poses, robot), wrench=_wrenches(table))
-    return replace(made, warnings=_unread(table, robot, (*IDS, *WRENCH)))
+    return replace(made, warnings=(*_unread(table, robot, (*IDS, *WRENCH)), *_beyond(robot, made)))
 
 
 def read_cable_lengths(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
     """Measured lengths of all cables. Raises FileError or FormatError naming file, row and column."""
-    table = read_csv(path)
+    table = replace(read_csv(path), alone=True)
     other = [_geometric(cable) for cable in robot.cables]
     geometric = len(_given(table, other)) > 0 and not _given(table, robot.cables)
     read = other if geometric else robot.cables
@@ -114,6 +126,24 @@ def _unread(table: CsvTable, robot: CableRobot, known: Sequence[str]) -> tuple[R
 def _list(table: CsvTable, values: Array, robot: CableRobot) -> CableList:
     lines = tuple(int(line) for line in table.lines)
     return CableList(_names(table), values, _tensions(table, robot), lines=lines, sha256=table.sha256)
+
+
+def _beyond(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:
+    """A remark on the pose that lies furthest from where the first one could go to: a robot in a plane does not leave it, one that
+    only shifts does not turn. How a point is turned makes no difference."""
+    t = rows.values
+    way = np.concatenate([t[:, :3, 3] - t[0, :3, 3], so3.log(t[:, :3, :3] @ t[0, :3, :3].T)], axis=1)
+    point = not np.ptp(robot.b, axis=0).any()
+    out = [i for i in range(6) if i not in robot.axes and not (i > 2 and point)]
+    share = np.abs(way[:, out]) / np.where(np.array(out) < 3, AWAY[0], AWAY[1]) if out else np.zeros((1, 1))
+    if share.max() <= 1:
+        return ()
+    row, at = (int(v) for v in np.unravel_index(int(share.argmax()), share.shape))
+    axis = out[at]
+    off = Quantity(abs(float(way[row, axis])), "m" if axis < 3 else "rad")
+    how = f"{'along' if axis < 3 else 'about'} {'xyz'[axis % 3]}"
+    names = {"pose": rows.names[row], "first": rows.names[0]}
+    return (Remark.of(Code.POSE_OUT_OF_REACH, **names, degrees=robot.degrees, off=off, how=how),)
 
 
 def _columns(table: CsvTable, names: Sequence[str], si: Sequence[str]) -> Array:

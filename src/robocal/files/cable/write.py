@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from robocal.cables.geometry import PLATFORM, CableRobot
-from robocal.errors import ModelError, nearest
+from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.cable.cablefile import CableFile
+from robocal.files.cable.robot import parse_cable
 from robocal.files.cable.show import describe_cable
-from robocal.files.units import same
+from robocal.files.text import Source
+from robocal.files.units import number, same
 from robocal.files.yamlio import Path_, edit, path_text, stamped
 
 __all__ = ["render_cable"]
+
+ZERO = ".l0"
 
 
 def _body(robot: CableRobot) -> dict[str, float]:
@@ -29,8 +34,8 @@ def _body(robot: CableRobot) -> dict[str, float]:
 
 def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
     """The robot with other parameter values (SI, by name) as text, and the names that the file cannot hold. A file of another format
-    is written as robot.yaml. Raises ModelError for an unknown name and for one anchor that two cables share and that is to be at two
-    places."""
+    is written as robot.yaml; one without a list of its cables gets one where zeros are to be told. Raises ModelError for an unknown
+    name and for one anchor that two cables share and that is to be at two places."""
     before = {p.name: p.value for p in file.robot.table.rows} | _body(file.robot)
     unknown = [n for n in values if n not in before]
     if unknown:
@@ -61,5 +66,20 @@ def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tup
         if name in changed:
             out[path] = unit.from_si(changed[name])
     text = edit(file.text, out, file.path)
+    if left_out and (listed := _with_zeros(text, file, after_values)) is not None:
+        text, left_out = listed, tuple(n for n in left_out if not n.endswith(ZERO))
     origin = file.path.name if file.path else file.robot.name
     return stamped(text, origin, len(changed) - len(left_out)), left_out
+
+
+def _with_zeros(text: str, file: CableFile, values: Mapping[str, float]) -> str | None:
+    """The text with a list of its cables, which has room for their zeros; None where it cannot be put at its end (a text between
+    braces), or is there."""
+    unit = file.units.length
+    zeros = [number(unit.from_si(values[f"{cable}{ZERO}"])) for cable in file.robot.cables]
+    longer = "\n".join([text.rstrip("\n"), "cables:", *(f"  - {{zero: {zero}}}" for zero in zeros), ""])
+    try:
+        read = parse_cable(Source(file.path or Path(file.robot.name), longer, "")).robot
+    except FormatError:
+        return None
+    return longer if read.cables == file.robot.cables else None

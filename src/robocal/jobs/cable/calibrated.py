@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -76,6 +76,10 @@ def calibrated(place: str) -> Calibrated:
         return Calibrated(place, file, run, None)
     read = read_covariance(told)
     total = read.total
+    file = replace(
+        file,
+        robot=file.robot.with_values({n: read.values[n] for n in seen if n in read.values and n in file.robot.table}),
+    )
     found = {n: read.values[n] for n in names_beyond(file.robot, seen) if n in read.values}
     more = beyond(file.robot, found, any(n.endswith(".l0") for n in seen), place)
     fitted = [i for i, n in enumerate(total.names) if total.noise[i, i] > 0 and n in read.values]

@@ -94,6 +94,8 @@ def path_of(o: Any, command: str = "") -> Path:
         raise FormatError(
             error.message, file=o.poses, key=error.key, found=error.found, expected=error.expected
         ) from None
+    if open_ := int((~found.contacts.resolved & ~(found.held < found.contacts.fraction)).sum()):
+        said = (*said, Remark.of(Code.MOTIONS_OPEN, count=open_))
     inputs = (robot_input(file, o.robot), InputFile(FilePath(o.poses), rows.sha256))
     return Path(
         replace(file, robot=robot),

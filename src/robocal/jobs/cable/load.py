@@ -40,6 +40,7 @@ __all__ = [
     "spanned_robot",
     "stretches",
     "tensions_of",
+    "unbalanced",
     "wrench_of",
 ]
 
@@ -107,6 +108,16 @@ def wrench_of(file: CableFile, wrench: str | None) -> Array:
     values = np.array(numbers_of(wrench, "FX,FY,FZ,MX,MY,MZ", key="--wrench"))
     values[:3] = file.units.force.to_si(values[:3])
     return values
+
+
+def unbalanced(robot: CableRobot, wrenches: Array) -> tuple[Remark, ...]:
+    """A remark on components of wrenches (..., 6) that this platform's cables do not balance."""
+    given = (wrenches.reshape(-1, 6) != 0).any(axis=0)
+    lost = tuple(WRENCH[i] for i in np.flatnonzero(given) if i not in robot.axes)
+    if not lost:
+        return ()
+    verb, what = ("is", "it") if len(lost) == 1 else ("are", "them")
+    return (Remark.of(Code.WRENCH_UNBALANCED, components=lost, verb=verb, what=what, degrees=robot.degrees),)
 
 
 @contextmanager

@@ -43,6 +43,7 @@ UNSTATED = 1e-3  # m, noise of a length that nobody stated
 def listed(o: Any, tell: Watch, command: str = "") -> Listed:
     """A list of poses by the options of the verb, and those chosen from it. Raises InputError."""
     _sane(o.count, o.steps, o.method)
+    _chosen_by(o)
     file = read_cable(o.robot)
     si = o.si(file.units)
     able = replace(held_robot(file, si.limits), mass=mass_of(file, si.payload, si.mass))
@@ -100,6 +101,17 @@ def _sane(count: int, steps: int, method: str) -> None:
         )
     with said_of({"method": "--method"}):
         check_method(method)
+
+
+def _chosen_by(o: Any) -> None:
+    """Raises ModelError for what a choice alone asks for, where nothing is chosen."""
+    given = {"--sigma": o.sigma, "--pose-noise": o.pose_noise, "--encoders-only": o.encoders_only or None}
+    given["--criterion"] = None if o.criterion == "A" else o.criterion
+    for key, value in given.items():
+        if o.wanted is None and value is not None:
+            raise ModelError(
+                "this is for a choice, and nothing is chosen", key=key, found=value, expected="--choose N beside it"
+            )
 
 
 def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool) -> Noise:

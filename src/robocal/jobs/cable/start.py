@@ -27,6 +27,7 @@ __all__ = ["body_of", "box_of", "clearance_of", "started"]
 
 Array = NDArray[np.float64]
 TURN = math.radians(30.0)
+SCALE = 1.1  # of the box in which the frame can hold its platform
 LARGEST = 1000.0  # box, as a multiple of the machine
 
 
@@ -127,8 +128,6 @@ def clearance_of(
         d = robot.diameter
     else:
         d, said = np.zeros(len(robot.cables)), (Remark.of(Code.NO_DIAMETER),)
-    if robot.pulleys is not None and (robot.pulleys.radius > 0).any():
-        said = (*said, Remark.of(Code.NO_PULLEYS))
     return Clearance(d, body_of(file, robot, body), relief), said
 
 
@@ -137,10 +136,18 @@ def box_of(robot: CableRobot, start: Array, said: Any, si: Any) -> PoseBox:
     (`room.frame_box`), not below its bottom, wherever the start is; or X0,Y0,Z0,X1,Y1,Z1. Turns up to `turn` about each axis (30
     degrees when nobody says)."""
     angle = TURN if si.turn is None else si.turn
+    if si.turn and max(robot.axes) < 3:
+        raise ModelError(
+            "this robot does not turn", key="--turn", found=said.turn, expected=f"no turn: it is {robot.degrees}"
+        )
+    if said.box is not None and said.scale is not None:
+        raise ModelError(
+            "a box of one's own is taken as it is", key="--scale", found=said.scale, expected="--box or --scale"
+        )
     if not 0 <= angle <= math.pi:
         raise ModelError("out of range", key="--turn", found=said.turn, expected="0 to half a turn about each axis")
     if si.box is None:
-        sides = _about_frame(robot, si.scale, angle)
+        sides = _about_frame(robot, SCALE if si.scale is None else si.scale, angle)
         return PoseBox(0.5 * np.ptp(sides, axis=1), np.full(3, angle), sides.mean(axis=1) - start[:3, 3])
     low, high = si.box.reshape(2, 3)
     found = said.box

@@ -60,8 +60,13 @@ def summed(opened: Any) -> Iterator[Section]:
         (f"tension [{file.units.force.name}]", None if robot.limits is None else robot.limits, file.units.force.factor),
         (f"diameter [{length.name}]", robot.diameter, length.factor),
         (f"pulley [{length.name}]", None if robot.pulleys is None else robot.pulleys.radius, length.factor),
-        ("elasticity [1/N]", robot.elasticity, 1.0),
-        ("density [N/m]", robot.density, 1.0),
+        *(
+            (f"{what} [{unit.name}]", values, unit.factor)
+            for what, values, unit in (
+                ("elasticity", robot.elasticity, file.units.of("1/N")),
+                ("density", robot.density, file.units.of("N/m")),
+            )
+        ),
     ]
     told = [(name, values, factor) for name, values, factor in more if values is not None]
     rows: list[tuple[Cell, ...]] = [

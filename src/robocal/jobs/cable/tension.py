@@ -19,7 +19,16 @@ from robocal.files.cable.robot import read_cable
 from robocal.files.cable.values import CableUnits
 from robocal.files.text import InputFile
 from robocal.files.units import number
-from robocal.jobs.cable.load import framed, held_robot, mass_of, missing_text, robot_input, said_of, wrench_of
+from robocal.jobs.cable.load import (
+    framed,
+    held_robot,
+    mass_of,
+    missing_text,
+    robot_input,
+    said_of,
+    unbalanced,
+    wrench_of,
+)
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -50,7 +59,7 @@ def held(o: Any, power: float, command: str = "") -> Tensions:
     return Tensions(
         file.units, able, rows.names, rows.values, spread, margin, missing, power, lever, weight,
         _listed(able, rows, spread, margin, missing, file),
-        (*file.warnings, *rows.warnings, *_leaning(able, rows), *_bare(able, rows.names, spread, margin)),
+        (*file.warnings, *rows.warnings, *unbalanced(able, extra), *_leaning(able, rows), *_bare(able, rows.names, spread, margin)),
         _doubts(able, rows.names, spread, missing),
         (robot_input(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command,
     )  # fmt: skip

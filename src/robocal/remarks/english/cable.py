@@ -30,7 +30,7 @@ TABLE: dict[Code, Words] = {
         "--cables SET takes another one, into a robot.yaml of its own.",
     ),
     Code.COUNTED_FROM_ELSEWHERE: Words(
-        "{file}: CASPR counts the platform's position from {x:.6g~}, {y:.6g~}, {z:.6g}, robot.yaml from the base",
+        "{file}: CASPR counts the platform's position from {x:.6g}, {y:.6g}, {z:.6g} m, robot.yaml from the base",
         "Add these to the positions of CASPR's trajectories; lengths at a pose are the same.",
     ),
     Code.NO_KEY_FOR: Words(
@@ -158,7 +158,14 @@ TABLE: dict[Code, Words] = {
         "no diameter is known: cables touch as lines do",
         "--diameter states it.",
     ),
-    Code.NO_PULLEYS: Words("contacts are looked for as if cables left the frame at their anchors, without pulleys"),
+    Code.POSE_OUT_OF_REACH: Words(
+        "{pose}: a platform with {degrees} cannot be there: it is {off:.3g} {how} away from {first}",
+        "Check the columns of the list, and the degrees of the robot; what is told is that of the pose as it stands.",
+    ),
+    Code.WRENCH_UNBALANCED: Words(
+        "{components} of the wrench {verb} left out: a platform with {degrees} does not balance {what}",
+        "Something else has to hold it; or state other degrees in the robot's file.",
+    ),
     Code.MOTIONS_OPEN: Words(
         "{count} motions end where the search for contacts gave up: free up to there, nothing is known beyond"
     ),

@@ -74,10 +74,11 @@ def leave(a, axis, wheel, near, b, speed, out):
     # As long as the free segment keeps half its length, and the way to the swivel axis some of its own.
     way = math.sqrt(e2) - math.sqrt(0.25 * f2 + wheel * wheel)
     ahead = max(h, s - 2.0 * wheel)  # wrapped by less than half a turn for as far as that
-    way = min(way, ahead if ahead > 0.0 else 0.5 * s)
+    low = ahead > 0.25 * s  # and no longer counted on where little of it is left, or steps would end at half a turn
+    way = min(way, ahead if low else 0.5 * s)
     least = s - way
     swivel = 2.0 * wheel / least if least > 0.0 else FAR
-    if ahead > 0.0:
+    if low:
         swivel = min(swivel, 1.0)
     return drawn(near, f, b, speed, speed * max(2.0 * wheel / f, swivel), way, out)
 
