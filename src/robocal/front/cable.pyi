@@ -158,7 +158,7 @@ def poses(
     margin: float = 0.95,
     start: str = 'mean',
     box: str | None = None,
-    scale: float | None = None,
+    scale: float = 1.1,
     turn: float | None = None,
     diameter: float | None = None,
     body: str = 'hull',
@@ -185,7 +185,7 @@ def poses(
     margin: How much of each free way is gone, above 0 and at most 1.
     start: X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units.
     box: The box Z of random poses, in place of that in which the frame holds the platform, in the robot file's unit of length.
-    scale: Z, as a multiple of the machine, 0 to 1000.  [default: 1.1]
+    scale: Z, as a multiple of the machine, 0 to 1000.
     turn: Z, about each axis, in the robot file's unit of angle.  [default: 30 deg]
     diameter: Of every cable, not that of the robot file, in the robot file's unit of length, 0 or more.
     body: The platform: hull or box of its anchors, none, or LX,LY,LZ.

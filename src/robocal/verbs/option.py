@@ -156,6 +156,11 @@ class Told:
         """Every option by its name."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
+    def departs(self, name: str) -> bool:
+        """Whether an option is another than its default."""
+        default = next(f.default for f in fields(self) if f.name == name)
+        return bool(getattr(self, name) != default)
+
     def si(self, units: Any) -> SimpleNamespace:
         """Every option by its name, with numbers in SI where they are told in a unit of the robot's file; numbers between commas
         as an array. Raises ModelError."""

@@ -105,13 +105,11 @@ def _sane(count: int, steps: int, method: str) -> None:
 
 def _chosen_by(o: Any) -> None:
     """Raises ModelError for what a choice alone asks for, where nothing is chosen."""
-    given = {"--sigma": o.sigma, "--pose-noise": o.pose_noise, "--encoders-only": o.encoders_only or None}
-    given["--criterion"] = None if o.criterion == "A" else o.criterion
-    for key, value in given.items():
-        if o.wanted is None and value is not None:
-            raise ModelError(
-                "this is for a choice, and nothing is chosen", key=key, found=value, expected="--choose N beside it"
-            )
+    for name in ("sigma", "pose_noise", "encoders_only", "criterion"):
+        if o.wanted is None and o.departs(name):
+            said = "this is for a choice, and nothing is chosen"
+            key, found = "--" + name.replace("_", "-"), getattr(o, name)
+            raise ModelError(said, key=key, found=found, expected="--choose N beside it")
 
 
 def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool) -> Noise:

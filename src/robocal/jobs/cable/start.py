@@ -27,7 +27,6 @@ __all__ = ["body_of", "box_of", "clearance_of", "started"]
 
 Array = NDArray[np.float64]
 TURN = math.radians(30.0)
-SCALE = 1.1  # of the box in which the frame can hold its platform
 LARGEST = 1000.0  # box, as a multiple of the machine
 
 
@@ -140,14 +139,14 @@ def box_of(robot: CableRobot, start: Array, said: Any, si: Any) -> PoseBox:
         raise ModelError(
             "this robot does not turn", key="--turn", found=said.turn, expected=f"no turn: it is {robot.degrees}"
         )
-    if said.box is not None and said.scale is not None:
+    if said.box is not None and said.departs("scale"):
         raise ModelError(
             "a box of one's own is taken as it is", key="--scale", found=said.scale, expected="--box or --scale"
         )
     if not 0 <= angle <= math.pi:
         raise ModelError("out of range", key="--turn", found=said.turn, expected="0 to half a turn about each axis")
     if si.box is None:
-        sides = _about_frame(robot, SCALE if si.scale is None else si.scale, angle)
+        sides = _about_frame(robot, si.scale, angle)
         return PoseBox(0.5 * np.ptp(sides, axis=1), np.full(3, angle), sides.mean(axis=1) - start[:3, 3])
     low, high = si.box.reshape(2, 3)
     found = said.box

@@ -41,7 +41,7 @@ class Options(Told):
         numbers="X0,Y0,Z0,X1,Y1,Z1",
         unit="length",
     )
-    scale: float | None = opt(None, "Z, as a multiple of the machine", metavar="S", least=0, most=1000, otherwise="1.1")
+    scale: float = opt(1.1, "Z, as a multiple of the machine", metavar="S", least=0, most=1000)
     turn: float | None = opt(None, "Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")
     diameter: w.Diameter = None
     body: w.PlatformBody = "hull"
