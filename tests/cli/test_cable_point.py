@@ -89,6 +89,12 @@ def test_what_turns_it_is_refused(folder, verb, option, words):
     assert ran.status == 2 and words in ran.remarks
 
 
+def test_it_has_no_orientation_to_measure(folder, rng):
+    places = write(folder / "places.csv", PLACE, rng.uniform(0.5, 1.5, (9, 3)))
+    ran = robocal("cable", "require", folder / "robot.yaml", places, "--sigma-orientation", "1deg")
+    assert ran.status == 2 and "--sigma-orientation" in ran.remarks and "does not turn" in ran.remarks
+
+
 def test_a_platform_of_one_point_is_told_that_it_is_one(folder):
     (folder / "robot.yaml").write_text(ROBOT.replace("degrees: 3T\n", ""))
     ran = robocal("check", folder / "robot.yaml")

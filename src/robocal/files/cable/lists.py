@@ -83,7 +83,7 @@ def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> Cabl
         raise table.fail("the orientation is given twice", column=given[0], expected="rx, ry, rz or qx, qy, qz, qw")
     elif given:
         place = _columns(table, FRAME_SYMBOLS[:3], ("m",) * 3)
-        q = table.numbers(list(QUATERNION))
+        q = _columns(table, QUATERNION, ("1",) * 4)
         norm = np.linalg.norm(q, axis=1)
         table.insist(np.abs(norm - 1) < UNIT, QUATERNION, "not a unit quaternion", norm, expected="a length of 1")
         poses = se3.compose(quaternion(q / norm[:, None]), place)

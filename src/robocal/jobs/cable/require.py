@@ -135,6 +135,14 @@ def required(o: Any, command: str = "") -> Required:
         ("--sigma-orientation", o.sigma_orientation, "rad"),
     )
     noise = Noise(*(0.0 if text is None else parse_quantity(text, si, key=key) for key, text, si in sigma))
+    if noise.orientation and max(file.robot.axes) < 3:
+        degrees = file.robot.degrees
+        raise ModelError(
+            "this platform does not turn",
+            key="--sigma-orientation",
+            found=o.sigma_orientation,
+            expected=f"none: it is {degrees}",
+        )
     si = "rad" if o.of == "orientation" else "m"
     accuracy = None if o.accuracy is None else parse_quantity(o.accuracy, si, key="--accuracy")
     least = sum(i < 3 for i in file.robot.axes) + 1
