@@ -405,7 +405,7 @@ def study(
     is done is kept beside the result until all is: after any interruption --resume goes on.
 
     study: study.yaml: robot, poses, noise, trials and what is varied.
-    workers: Processes, 1 to 1024.  [default: as many as cores]
+    workers: Processes on this machine, 1 to 1024.  [default: as many as cores]
     cluster: A Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT: workers read the robot where it is here.
     tls_ca: For --cluster: certificate of the authority.
     tls_cert: For --cluster: our certificate.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cables.cable_robots import poses, published
+from cables.cable_robots import box, poses, published
 from cables.test_calibration import listed, made
 
 from robocal.cables.forward import forward
@@ -118,22 +118,53 @@ def test_a_singular_pose_has_no_twist_and_no_covariance():
         ({"sigma": 0.0}, "noise"),
         ({"mass": -1.0}, "mass"),
         ({"method": "p-norm", "power": 1.0}, "power"),
+        ({"com": [0.0, 0.0]}, "centre of mass"),
+        ({"com": [0.0, 0.0, np.nan]}, "centre of mass"),
+        ({"mass": "heavy"}, "no numbers"),
+        ({"sigma": [1e-3] * 8}, "noise"),
+        ({"method": None}, "unknown tension method"),
     ],
 )
 def test_what_cannot_be_prepared(known, words):
-    robot = published("laval")
+    robot = box().having(mass=5.0, limits=np.tile([1.0, 900.0], (8, 1)))
     with pytest.raises(ModelError, match=words):
         Prepared(robot, **known)
 
 
 def test_arrays_of_another_shape_are_refused():
-    one = Prepared(published("laval"))
+    one = Prepared(box(), mass=5.0, limits=np.tile([1.0, 900.0], (8, 1)))
     for call in (
         lambda: one.tension(np.eye(3)), lambda: one.tension(np.eye(4), np.zeros(3)), lambda: one.forward(np.zeros(7), np.eye(4)),
         lambda: one.twist(np.eye(4), np.zeros((8, 1))),
     ):  # fmt: skip
         with pytest.raises(ModelError, match="another shape"):
             call()
+    for given in (np.eye(4, dtype=complex), None, "pose", [[1.0, 2.0], [3.0]]):
+        with pytest.raises(ModelError, match="no numbers"):
+            one.tension(given)
+
+
+BAD_POSES = {
+    "scaled": lambda t: np.diag([2.0, 2, 2, 1]) @ t,
+    "mirrored": lambda t: t @ np.diag([1.0, 1, -1, 1]),
+    "transposed": lambda t: t.T,
+    "zero": lambda t: np.zeros((4, 4)),
+    "one place lost": lambda t: np.where(np.arange(16).reshape(4, 4) == 3, np.nan, t),
+}
+
+
+@pytest.mark.parametrize("name", BAD_POSES)
+def test_a_pose_that_is_no_rigid_motion_is_not_answered(name, rng):
+    """Neither with tensions nor with a pose that has its axes; one that was printed with seven digits is."""
+    robot = box()
+    t, limits = poses(robot, rng, 1), np.tile([1.0, 900.0], (8, 1))
+    one, y = Prepared(robot, mass=5.0, limits=limits), inverse(robot, t)[0]
+    bad = BAD_POSES[name](t[0])
+    found = one.forward(y[0], bad)
+    assert not found.converged and np.isnan(found.pose).all() and np.isnan(found.covariance).all()
+    assert not one.tension(bad).found and np.isnan(one.twist(bad, np.ones(8))).all()
+    printed = np.array([[float(f"{v:.7g}") for v in row] for row in t[0]])
+    assert one.forward(y[0], printed).converged and one.tension(printed).found == one.tension(t[0]).found
 
 
 def test_what_may_be_entered_in_any_way(rng):
@@ -155,3 +186,13 @@ def test_torques_of_the_motors():
     for wrong in ({"radius": 0.0}, {"radius": 0.04, "gear": -1.0}, {"radius": 0.04, "efficiency": 1.2}):
         with pytest.raises(ModelError, match="a drum has no such"):
             Drums.of(**wrong)
+    one, rows = Drums.of(0.04), [[10.0, 20.0], [30.0, 40.0]]
+    np.testing.assert_allclose(each.torque(rows), [[0.4, 0.5], [1.2, 1.0]])
+    np.testing.assert_allclose(one.torque([10.0, 20.0]), [0.4, 0.8])
+    for tension in (np.ones(3), np.ones((2, 1)), 1.0):  # not to be spread over the cables
+        with pytest.raises(ModelError, match="another shape"):
+            each.torque(tension)
+    with pytest.raises(ModelError, match="as many cables"):
+        Drums.of([0.04] * 8, gear=[1.0, 2.0])
+    with pytest.raises(ModelError, match="no numbers"):
+        Drums.of("thick")

@@ -185,6 +185,18 @@ def test_the_front_door_is_small_and_documented() -> None:
         rc.cable.nothing  # noqa: B018
 
 
+@pytest.mark.parametrize("call", [rc.check, rc.study, rc.predict], ids=["check", "study", "predict"])
+def test_what_a_verb_needs_is_not_none(call):
+    with pytest.raises(InputError, match="not what this takes"):
+        call(
+            *[None]
+            * sum(
+                p.default is p.empty and p.kind == p.POSITIONAL_OR_KEYWORD
+                for p in inspect.signature(call).parameters.values()
+            )
+        )
+
+
 def test_tables_and_runs_are_given_as_they_are(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(place)
     found = rc.identify("robot.yaml", "data.yaml")

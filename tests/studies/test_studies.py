@@ -8,7 +8,6 @@ import csv
 import json
 import os
 import random
-import shutil
 import signal
 import socket
 import subprocess
@@ -20,44 +19,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.runs import robocal
+from studies.specs import EXAMPLES, TEXT, conducted, of
 
 from robocal.calibrate.identify import identify
-from robocal.files.poses import poses_text, read_poses
+from robocal.files.poses import read_poses
 from robocal.files.robot import open_robot
 from robocal.files.studyfile import read_study
 from robocal.parameters import FRAME_SYMBOLS
-from robocal.planning.candidates import joint_range
 from robocal.planning.poses import PlanOptions, plan
 from robocal.studies.run import parts_of
 from robocal.studies.truth import coverage
 from robocal.studies.work import chunks, do, trials_of
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
-TEXT = """robocal: 1
-kind: study
-of: cable-calibration
-robot: robot.yaml
-trials: 60
-seed: 3
-chunk: 10
-poses: {count: 40, shift: 0.7 m, turn: 15 deg}
-noise: {length: 3 mm, position: 2 mm, orientation: 1 deg}
-sweep: {residual: [length, squared]}
-"""
-
-
-@pytest.fixture
-def study(tmp_path):
-    shutil.copy(EXAMPLES / "cable-laval" / "robot.yaml", tmp_path)
-    (tmp_path / "study.yaml").write_text(TEXT)
-    return tmp_path / "study.yaml"
-
-
-def conducted(study, name, **how):
-    result = study.parent / name
-    ran = robocal("study", study, "-o", result, *(w for k, v in how.items() for w in (f"--{k}", v)))
-    assert ran.status == 0, ran.said
-    return result.read_bytes()
 
 
 def test_any_number_of_workers_writes_the_same_bytes(study):
@@ -180,36 +152,6 @@ def test_arms(tmp_path):
     ran = robocal("study", tmp_path / "arm.yaml", "--workers", 1, "--json")
     (point,) = json.loads(ran.out)["points"]
     assert point["improved"]["mean"] == 1 and 0 < point["after"]["mean"] < 0.3 * point["before"]["mean"]
-
-
-ARM = """robocal: 1
-kind: study
-of: identification
-robot: rv-2aj
-trials: 4
-chunk: 2
-seed: 5
-poses: {count: 25}
-noise: {position: 0.1 mm}
-outputs: [improved, elsewhere]
-"""
-
-
-@pytest.fixture
-def arm(tmp_path):
-    """A study of an arm, and lists of its poses: eight that are tests, thirty that are measured."""
-    chain, rng = open_robot("rv-2aj").chain, np.random.default_rng(0)
-    for name, many in (("tests.csv", 8), ("listed.csv", 30)):
-        q = rng.uniform(*joint_range(chain).T, (many, len(chain.joints)))
-        (tmp_path / name).write_text(poses_text(chain, [f"p{i}" for i in range(many)], q, range(many)))
-    (tmp_path / "study.yaml").write_text(ARM)
-    return tmp_path / "study.yaml"
-
-
-def of(study, old, new):
-    assert old in ARM
-    study.write_text(ARM.replace(old, new))
-    return study
 
 
 def test_planned_poses_are_those_of_plan(arm):

@@ -3,8 +3,8 @@
     tension   t with W t + w = 0 within the limits        forward   the pose whose lengths are those that were read
     twist     L^+ dl/dt                                   torque    K_t t = r t / (g eta)
 
-Nothing that a pose, a length or a load can be raises: what was found says so itself. The searches are those of
-`cables.tension.distribute` and `cables.forward.forward`, one pose at a time without a detour.
+Nothing that a pose, a length or a load can be raises, a pose that is no rigid motion neither: what was found says so itself. The
+searches are those of `cables.tension.distribute` and `cables.forward.forward`, one pose at a time without a detour.
 """
 
 from __future__ import annotations
@@ -37,6 +37,14 @@ KINDS = {
 CENTRED = 2  # redundant cables of which the barycentre is worked out
 
 
+def _numbers(given: object, key: str) -> Array:
+    """An array of real numbers. Raises ModelError for what is none."""
+    try:
+        return np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        raise ModelError("these are no numbers", key=key, found=given, expected="numbers") from None
+
+
 class Held(NamedTuple):
     """Tensions (m,) in N, not numbers where there are none, and whether there are."""
 
@@ -65,15 +73,16 @@ class Drums(NamedTuple):
 
     @classmethod
     def of(cls, radius: ArrayLike, gear: ArrayLike = 1.0, efficiency: ArrayLike = 1.0) -> Drums:
-        """Drums from numbers of each cable or of all. Raises ModelError for a radius, a gear or an efficiency that is not above 0, and
-        for an efficiency above 1."""
-        values = dict(
-            zip(
-                cls._fields,
-                np.broadcast_arrays(*(np.asarray(v, float) for v in (radius, gear, efficiency))),
-                strict=True,
-            )
-        )
+        """Drums from numbers of each cable or of all. Raises ModelError for a radius, a gear or an efficiency that is not above 0, for an
+        efficiency above 1, and for different numbers of cables."""
+        given = [_numbers(v, name) for v, name in zip((radius, gear, efficiency), cls._fields, strict=True)]
+        sizes = {v.shape for v in given if v.ndim}
+        if len(sizes) > 1 or any(len(shape) > 1 for shape in sizes):
+            raise ModelError(
+                "drums of as many cables each", key=", ".join(cls._fields), found=[v.shape for v in given],
+                expected="one number, or one of each cable",
+            )  # fmt: skip
+        values = dict(zip(cls._fields, np.broadcast_arrays(*given), strict=True))
         for name, value in values.items():
             if not (np.isfinite(value) & (value > 0)).all() or (name == "efficiency" and (value > 1).any()):
                 raise ModelError(f"a drum has no such {name}", key=name, found=value.tolist(), expected="above 0")
@@ -84,9 +93,12 @@ class Drums(NamedTuple):
         """K_t (m,) in m: torque of the motor per tension, r / (g eta)."""
         return self.radius / (self.gear * self.efficiency)
 
-    def torque(self, tension: Array) -> Array:
-        """Torques (m,) of the motors in N m that hold tensions (m,) in N."""
-        return self.gain * tension
+    def torque(self, tension: ArrayLike) -> Array:
+        """Torques (..., m) of the motors in N m that hold tensions (..., m) in N. Raises ModelError for other cables."""
+        held, gain = _numbers(tension, "tension"), self.gain
+        if np.ndim(gain) and held.shape[-1:] != gain.shape:
+            raise ModelError("an array of another shape", key="tension", found=held.shape, expected=gain.shape)
+        return np.asarray(gain * held)
 
 
 class Prepared:
@@ -112,12 +124,20 @@ class Prepared:
             raise ModelError(
                 "fewer cables than degrees of freedom", found=f"{m} cables for {d}", expected=f"at least {d}"
             )
-        check_method(method)
-        bounds = np.asarray(robot.need("limits") if limits is None else limits, float)
-        weight = float(robot.need("mass")) if mass is None else float(mass)
-        if not (weight >= 0 and np.isfinite(weight)) or (sigma is not None and not 0 < sigma < np.inf):
+        check_method(str(method))
+        bounds = _numbers(robot.need("limits") if limits is None else limits, "limits")
+        weight, centre = (
+            _numbers(robot.need("mass") if mass is None else mass, "mass"),
+            _numbers(robot.com if com is None else com, "com"),
+        )
+        noise = _numbers(0.0 if sigma is None else sigma, "sigma")
+        if weight.shape or noise.shape or not (0 <= weight < np.inf and (sigma is None or 0 < noise < np.inf)):
             raise ModelError(
-                "no such mass or noise", key="mass, sigma", found=(weight, sigma), expected="finite, sigma above 0"
+                "no such mass or noise", key="mass, sigma", found=(mass, sigma), expected="finite, sigma above 0"
+            )
+        if centre.shape != (3,) or not np.isfinite(centre).all():  # a kernel would read beyond its end
+            raise ModelError(
+                "no such centre of mass", key="com", found=centre.tolist(), expected="three finite numbers, m"
             )
         # One pose through the door that checks limits, power and method.
         distribute(np.zeros((1, d, m)), np.zeros(d), bounds, "norm" if method == "barycentre" else method, power)
@@ -130,11 +150,9 @@ class Prepared:
         self.robot, self.method = robot, method
         self._cables = as_kernel_array(np.column_stack([robot.a, robot.b, robot.zeros, wheel.radius, wheel.axis]))
         self._rows = as_kernel_indices(np.array(robot.axes))
-        self._body = as_kernel_array(
-            np.concatenate([[-weight * GRAVITY[2]], robot.com if com is None else np.asarray(com, float)])
-        )
+        self._body = as_kernel_array(np.concatenate([[-weight * GRAVITY[2]], centre]))
         self._bounds = as_kernel_array(np.stack([bounds[:, 0], bounds[:, 1], reference]))
-        self._kind, self._power, self._sigma = KINDS[method], float(power), 0.0 if sigma is None else float(sigma)
+        self._kind, self._power, self._sigma = KINDS[method], float(power), float(noise)
         self._still, self._cable_count, self._freedoms = np.zeros(6), m, d
 
     def tension(self, pose: Array, wrench: Array | None = None) -> Held:
@@ -165,7 +183,10 @@ class Prepared:
 
     @staticmethod
     def _entered(array: Array, shape: tuple[int, ...]) -> Array:
-        given = as_kernel_array(array)
+        try:
+            given = as_kernel_array(array)
+        except (TypeError, ValueError):
+            raise ModelError("these are no numbers", found=type(array).__name__, expected=f"an array {shape}") from None
         if given.shape != shape:  # a kernel would read beyond its end
             raise ModelError("an array of another shape", found=given.shape, expected=shape)
         return given

@@ -10,8 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from robocal.errors import ModelError, nearest
+from robocal._version import __version__
+from robocal.errors import InputError, nearest
 from robocal.estimate.criteria import CRITERIA
+from robocal.estimate.losses import LOSSES
 from robocal.files.plain import json_text
 from robocal.files.schema import Model, Version, validate
 from robocal.files.text import read_text
@@ -23,6 +25,7 @@ __all__ = ["Point", "Study", "read_study"]
 METHODS = ("lm", "gauss-newton", "ekf")
 POINTS, TRIALS = 10_000, 10_000_000
 MOST = 500  # poses that are planned
+HELD_OUT = 0.5  # share of the configurations that `identify` holds out at most
 
 
 class PosesModel(Model):
@@ -116,7 +119,8 @@ class Point:
 
 @dataclass(frozen=True)
 class Study:
-    """A study: what of, its points, trials of each, in chunks, and the seed of all of them; `text` is all that decides its numbers."""
+    """A study: what of, its points, trials of each, in chunks, and the seed of all of them; `read` are the files that it reads, with
+    their SHA-256, and `text` is all that decides its numbers."""
 
     path: Path
     of: str
@@ -126,6 +130,7 @@ class Study:
     seed: int
     text: str
     sha256: str
+    read: tuple[tuple[str, str], ...]
 
 
 # What one kind of study does not know: nothing that is written is passed over.
@@ -167,26 +172,45 @@ def read_study(path: str | os.PathLike[str]) -> Study:
     if plain.chunk is not None and plain.chunk < 1:
         document.fail("not a number of trials", ("chunk",), found=plain.chunk, expected="1 or more")
     points = []
+    # What is within comes after what holds it, in whichever order they are written.
+    inward = sorted(range(len(names)), key=lambda i: names[i].count("."))
     for chosen in itertools.product(*values):
         raw = copy.deepcopy(dict(document.data))
         raw.pop("sweep", None)
-        for name, value in zip(names, chosen, strict=True):
-            _put(raw, name, value, document)
+        for i in inward:
+            _apart(names, dict(zip(names, chosen, strict=True)), names[i], document)
+            _put(raw, names[i], chosen[i], document)
         points.append(Point(tuple(zip(names, map(_words, chosen), strict=True)), _settings(raw, document, source.path)))
     if plain.seed < 0:
         document.fail("a seed is not negative", ("seed",), found=plain.seed, expected="0 or more")
     chunk = plain.chunk or CHUNKS[plain.of]
     # What decides the numbers: the robots and lists as they are now, not only what they are called.
     named = [p[key] for key in ("robot", "poses.file", "poses.tests") for p in points if p[key] is not None]
-    read = [read_text(r).sha256 if Path(r).is_file() else r for r in dict.fromkeys(named)]
-    told = {"of": plain.of, "trials": plain.trials, "seed": plain.seed, "chunk": chunk, "robots": read}
+    read = {r: read_text(r).sha256 for r in dict.fromkeys(named) if Path(r).is_file()}
+    told = {
+        "version": __version__, "of": plain.of, "trials": plain.trials, "seed": plain.seed, "chunk": chunk,
+        "robots": [read.get(r, r) for r in dict.fromkeys(named)],
+    }  # fmt: skip
     text = json_text({**told, "points": [{k: v for k, v in p.settings if k != "robot"} for p in points]})
-    return Study(source.path, plain.of, tuple(points), plain.trials, chunk, plain.seed, text, source.sha256)
+    return Study(
+        source.path, plain.of, tuple(points), plain.trials, chunk, plain.seed, text, source.sha256, tuple(read.items())
+    )
 
 
 def _words(value: Any) -> str:
     """A value of a sweep as it is shown."""
     return ", ".join(f"{k} {v}" for k, v in value.items()) if isinstance(value, dict) else str(value)
+
+
+def _apart(names: list[str], chosen: dict[str, Any], name: str, document: Document) -> None:
+    """Raises FormatError where a value of the sweep already says what another key of it varies."""
+    *way, last = name.split(".")
+    for i in range(1, len(way) + 1):
+        value = chosen.get(".".join(way[:i]))
+        for key in (*way[i:], last):
+            value = value.get(key) if isinstance(value, dict) else None
+        if value is not None:
+            document.fail("a value is given twice", ("sweep", name), found=".".join(way[:i]), expected="each once")
 
 
 def _put(raw: dict[str, Any], name: str, value: Any, document: Document) -> None:
@@ -227,7 +251,7 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
             if key in QUANTITIES and value is not None:
                 try:
                     value = parse_quantity(str(value), QUANTITIES[key], key=key)
-                except ModelError as error:
+                except InputError as error:
                     document.fail(error.message, (part, name), found=error.found, expected=error.expected)
             out[key] = value
     if (out["poses.file"] is None) == (out["poses.count"] is None):
@@ -250,13 +274,22 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
             out[key] = out[key] or 0.0
         if out["poses.count"] is not None and (out["poses.shift"] is None or out["poses.turn"] is None):
             document.fail("random poses need their range", ("poses",), expected="shift: 0.7 m, turn: 15 deg")
-    elif model.options.method not in METHODS:
-        found = model.options.method
-        document.fail(
-            "no such method in a study", ("options", "method"), found=found, expected=", ".join(METHODS),
-            suggestion=nearest(found, METHODS),
-        )  # fmt: skip
+    _able(model, document)
     return tuple(out.items())
+
+
+def _able(model: StudyModel, document: Document) -> None:
+    """Raises FormatError for options that no identification of a study has."""
+    options = model.options
+    for name, found, known in (("method", options.method, METHODS), ("loss", options.loss, tuple(LOSSES))):
+        if found not in known:
+            document.fail(
+                f"no such {name} in a study", ("options", name), found=found, expected=", ".join(known),
+                suggestion=nearest(found, known),
+            )  # fmt: skip
+    share = options.hold_out
+    if share is not None and not 0 <= share <= HELD_OUT:
+        document.fail("a share", ("options", "hold_out"), found=share, expected=f"0 to {HELD_OUT}")
 
 
 def _outputs(model: StudyModel, document: Document) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ from pathlib import Path
 from robocal.errors import FileError
 from robocal.files.journal import announce, finish, flush_folder
 
-__all__ = ["refuse_existing", "write_bytes", "write_files", "write_text"]
+__all__ = ["refuse_existing", "refuse_unwritable", "write_bytes", "write_files", "write_text"]
 
 # .NAME.PID-NUMBER.robocal is a file that is being written, with -old what it replaces.
 LEFT = re.compile(r"\.(?P<name>.+)\.(?P<pid>\d+)-[0-9a-f]{8}\.robocal(-old)?", re.DOTALL)
@@ -53,7 +53,7 @@ def write_files(
     temporary: list[Path] = []
     try:
         for target, content in zip(targets, files.values(), strict=True):
-            _writable(target)
+            refuse_unwritable(target)
             temporary.append(target.with_name(f".{target.name}.{os.getpid()}-{secrets.token_hex(4)}.robocal"))
             _write_through(temporary[-1], content.encode("utf-8") if isinstance(content, str) else content)
         gone = [home / name for name in remove if name not in files and (home / name).is_file()]
@@ -73,7 +73,8 @@ def write_files(
     return targets
 
 
-def _writable(target: Path) -> None:
+def refuse_unwritable(target: Path) -> None:
+    """Raises FileError where something stands that no file can replace."""
     if target.is_dir():
         raise FileError("cannot be written: there is a folder of this name", file=target)
     if target.exists() and not target.is_file():

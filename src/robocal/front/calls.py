@@ -90,7 +90,7 @@ def _value(entry: Entry, given: Any) -> Any:
         alone = not isinstance(given, Iterable) or isinstance(given, str | os.PathLike | Found | Mapping)
         many = (given,) if alone else given
         return tuple(_one(entry, v) for v in many)
-    return None if given is None else _one(entry, given)
+    return None if given is None and not entry.required else _one(entry, given)
 
 
 def _one(entry: Entry, given: Any) -> Any:

@@ -15,10 +15,12 @@ from robocal.files.csvtable import csv_text
 from robocal.files.parts import made_by
 from robocal.files.plain import plain
 from robocal.files.text import InputFile
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark, told
 from robocal.studies.run import Found
 from robocal.studies.work import packed
 
-__all__ = ["Summary", "document", "summary", "written"]
+__all__ = ["Summary", "document", "lost", "summary", "written"]
 
 Array = NDArray[np.float64]
 
@@ -38,13 +40,32 @@ class Summary:
 def summary(found: Found, name: str) -> list[Summary]:
     """One output at every point."""
     out = []
-    for values, told in zip(found.outputs[name], found.foretold, strict=True):
+    for values, theory in zip(found.outputs[name], found.foretold, strict=True):
         good = values[np.isfinite(values)]
         some = len(good) > 0
         spread = float(good.std(ddof=1)) if len(good) > 1 else float("nan")
         rms, mean = (float(np.sqrt(np.mean(good**2))), float(good.mean())) if some else (float("nan"),) * 2
-        out.append(Summary(rms, mean, spread, len(values) - len(good), told.get(name)))
+        out.append(Summary(rms, mean, spread, len(values) - len(good), theory.get(name)))
     return out
+
+
+def lost(found: Found) -> tuple[tuple[Remark, ...], bool]:
+    """What is to be said of trials without a number, and whether every output has one at every point."""
+    remarks, whole = [], True
+    for name in found.outputs:
+        every = summary(found, name)
+        gone = [s.lost for s in every]
+        none = sum(n == found.study.trials for n in gone)
+        if none:
+            remarks.append(Remark.of(Code.NO_TRIAL_ENDED, output=name, points=none, total=len(every)))
+        elif any(gone):
+            most, trials = max(gone), found.study.trials
+            some = sum(n > 0 for n in gone)
+            remarks.append(
+                Remark.of(Code.TRIALS_LOST, output=name, points=some, total=len(every), most=most, trials=trials)
+            )
+        whole &= not none
+    return tuple(remarks), whole
 
 
 def document(found: Found, command: str) -> dict[str, Any]:
@@ -56,6 +77,7 @@ def document(found: Found, command: str) -> dict[str, Any]:
     ]
     return {
         "robocal": 1, "of": study.of, "trials": study.trials, "seed": study.seed, "units": found.units, "points": points,
+        **told(lost(found)[0]),
         "provenance": plain(made_by(command, (InputFile(study.path, study.sha256),))),
     }  # fmt: skip
 

@@ -104,6 +104,10 @@ class Code(StrEnum):
     FREE_IN_ONE = "free-in-one"
     ROWS_NOT_KEPT = "rows-not-kept"
 
+    # --- studies ---
+    NO_TRIAL_ENDED = "no-trial-ended"
+    TRIALS_LOST = "trials-lost"
+
     # --- what was written ---
     URDF_LACKS = "urdf-lacks"
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -48,9 +46,10 @@ class CableTrials:
         )
         noise[self.off] = bias[self.off] = 0.0
         self.sigma, self.bias = as_kernel_array(noise), as_kernel_array(bias)
+        # Read at once, so that a list that is not there is told before the first trial.
+        self._listed = self._list()
 
-    @cached_property
-    def _listed(self) -> Array | None:
+    def _list(self) -> Array | None:
         """The poses of a file as (1, n, 6), or None."""
         if self.point["poses.file"] is None:
             return None

@@ -14,7 +14,8 @@ from queue import SimpleQueue
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.errors import FileError, RobocalError
+from robocal.errors import FileError, InputError
+from robocal.files.alone import LOCK
 from robocal.files.studyfile import Study
 from robocal.files.writing import write_text
 from robocal.studies.cluster import Cluster, on_cluster
@@ -55,13 +56,15 @@ def conduct(
 ) -> Found:
     """Runs what is missing of a study, in so many processes or on a cluster; chunks are kept beside `result` until all are there.
 
-    Raises FileError where chunks of another study, or without `resume` any, are in the way, and RobocalError where workers die again
-    and again.
+    Who calls has the folder of the chunks for itself (`files.alone`). Raises FileError where chunks of another study, or without
+    `resume` any, are in the way, and InputError for what cannot be opened and where workers die again and again.
     """
     parts = parts_of(result)
+    _ready(study)
     _enter(study, parts, resume)
     every = chunks(study, parts)
-    left = [w for w in every if not _whole(w)]
+    names = tuple(study.points[0]["outputs"])
+    left = [w for w in every if not _whole(w, names)]
     done, total = sum(w.count for w in every) - sum(w.count for w in left), sum(w.count for w in every)
     try:
         for count in _worked(left, workers) if cluster is None else on_cluster(left, cluster):
@@ -77,15 +80,28 @@ def conduct(
             outputs.setdefault(name, []).append(values)
     shape = (len(study.points), study.trials)
     trials = [trials_of(study, p) for p in range(len(study.points))]
-    theory = tuple(t.foretold(drawn(study)) if hasattr(t, "foretold") else {} for p, t in enumerate(trials))
+    theory = tuple(t.foretold(drawn(study.seed)) if hasattr(t, "foretold") else {} for p, t in enumerate(trials))
     whole = {name: np.concatenate(values).reshape(shape) for name, values in outputs.items()}
     return Found(study, whole, dict(trials[0].outputs), theory)
 
 
+def _ready(study: Study) -> None:
+    """Opens every robot and list of a study, so that one that is not there is told before the first trial. Raises InputError."""
+    seen = set()
+    for i, p in enumerate(study.points):
+        files = (p["robot"], p["poses.file"], p["poses.tests"])
+        if files not in seen:
+            trials_of(study, i)
+            seen.add(files)
+
+
 def _enter(study: Study, parts: Path, resume: bool) -> None:
     about = parts / ABOUT
-    if about.is_file() and about.read_text(encoding="utf-8") != study.text:
-        raise FileError("chunks of another study are here", file=parts, expected="--force to begin anew, or another -o")
+    if about.is_file() and about.read_bytes() != study.text.encode("utf-8"):
+        raise FileError(
+            "chunks of another study, or of another version, are here", file=parts,
+            expected="--force without --resume to begin anew, or another -o",
+        )  # fmt: skip
     if parts.is_dir() and any(parts.glob("*.npz")) and not resume:
         raise FileError(
             "this study was interrupted", file=parts, expected="--resume to go on, or --force to begin anew"
@@ -95,12 +111,16 @@ def _enter(study: Study, parts: Path, resume: bool) -> None:
 
 
 def clear(result: Path) -> None:
-    """Does away with the chunks of a study."""
-    with contextlib.suppress(FileNotFoundError):
-        shutil.rmtree(parts_of(result))
+    """Does away with the chunks of a study; who holds the folder goes on holding it."""
+    with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+        for place in [p for p in parts_of(result).iterdir() if p.name != LOCK]:
+            if place.is_dir():
+                shutil.rmtree(place)
+            else:
+                place.unlink()
 
 
-def _whole(work: Work) -> bool:
+def _whole(work: Work, names: tuple[str, ...]) -> bool:
     """Whether a chunk is there. One that cannot be read is done again."""
     if not work.place.is_file():
         return False
@@ -108,7 +128,7 @@ def _whole(work: Work) -> bool:
         found = unpacked(work.place)
     except FileError:
         return False
-    return all(len(v) == work.count for v in found.values())
+    return set(found) == set(names) and all(v.shape == (work.count,) for v in found.values())
 
 
 def _worked(left: list[Work], workers: int) -> Iterator[int]:
@@ -160,7 +180,7 @@ def _serve(waiting: deque[Work], ended: SimpleQueue[int | BaseException], stop: 
                 if stop.is_set():
                     return
                 if died >= DEATHS:
-                    ended.put(RobocalError(f"workers died {died} times: memory may be short; --workers 1 says why"))
+                    ended.put(InputError(f"workers died {died} times: memory may be short; --workers 1 says why"))
                     return
                 worker = Worker()
             except BaseException as error:

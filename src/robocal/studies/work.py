@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+import zlib
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -14,54 +15,94 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import FileError, FormatError, ModelError
-from robocal.files.studyfile import Study
+from robocal.files.studyfile import Point, Study
+from robocal.files.text import read_text
 from robocal.files.writing import write_bytes
 
-__all__ = ["Work", "chunks", "computed", "do", "drawn", "packed", "trials_of", "unpacked"]
+__all__ = ["Setting", "Work", "chunks", "computed", "do", "drawn", "packed", "trials_of", "unpacked"]
 
 Array = NDArray[np.float64]
 THEORY = 1 << 30  # the chunk whose stream draws the lists of which theory is asked
 
 
 @dataclass(frozen=True)
+class Setting:
+    """One point of a study and what its trials need of the rest: of a sweep of thousands of points nobody is sent the others. `read` are
+    the files of this point with their SHA-256."""
+
+    path: Path
+    of: str
+    seed: int
+    point: Point
+    read: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
 class Work:
     """So many trials of a point from the first, and the file that they become."""
 
-    study: Study
-    point: int
+    setting: Setting
     chunk: int
     count: int
     place: Path
 
 
+def _setting(study: Study, point: int) -> Setting:
+    p = study.points[point]
+    own = {p["robot"], p["poses.file"], p["poses.tests"]}
+    return Setting(study.path, study.of, study.seed, p, tuple(r for r in study.read if r[0] in own))
+
+
 def chunks(study: Study, parts: Path) -> list[Work]:
     """All of a study, in order."""
     return [
-        Work(study, p, c, min(study.chunk, study.trials - c * study.chunk), parts / f"{p:05d}-{c:06d}.npz")
-        for p in range(len(study.points))
+        Work(setting, c, min(study.chunk, study.trials - c * study.chunk), parts / f"{p:05d}-{c:06d}.npz")
+        for p, setting in enumerate(_setting(study, p) for p in range(len(study.points)))
         for c in range(-(-study.trials // study.chunk))
     ]
 
 
 @lru_cache(maxsize=4)
-def _trials(study: Study, point: int) -> Any:
-    if study.of == "cable-calibration":
+def _trials(setting: Setting) -> Any:
+    """Raises FileError where a file is no longer as it was when the study began: chunks of two robots are no study."""
+    if setting.of == "cable-calibration":
         from robocal.studies.cables import CableTrials
 
-        return CableTrials(study.points[point])
-    from robocal.studies.arms import ArmTrials
+        made: Any = CableTrials(setting.point)
+    else:
+        from robocal.studies.arms import ArmTrials
 
-    return ArmTrials(study.points[point], study.seed)
+        made = ArmTrials(setting.point, setting.seed)
+    for name, digest in setting.read:
+        if read_text(name).sha256 != digest:
+            raise FileError("changed while the study ran", file=name, expected="--force to begin anew")
+    return made
 
 
 def trials_of(study: Study, point: int) -> Any:
-    """The trials of a point of a study."""
-    return _trials(study, point)
+    """The trials of a point of a study. Raises InputError for a robot, a list or settings of which there are none."""
+    return _located(_setting(study, point))
 
 
-def drawn(study: Study, chunk: int = THEORY) -> np.random.Generator:
+def _located(setting: Setting) -> Any:
+    try:
+        return _trials(setting)
+    except ModelError as error:
+        raise _of(setting, error) from None
+
+
+def _of(setting: Setting, error: ModelError) -> FormatError:
+    """What is wrong, said of the study's file and of the point."""
+    at = ", ".join(f"{k}: {v}" for k, v in setting.point.varied)
+    where = f" (at {at})" if at else ""
+    return FormatError(
+        f"{error.message}{where}", file=setting.path, key=error.key, found=error.found, expected=error.expected
+    )
+
+
+def drawn(seed: int, chunk: int = THEORY) -> np.random.Generator:
     """The random numbers of a chunk."""
-    return np.random.default_rng(np.random.SeedSequence(study.seed, spawn_key=(chunk,)))
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(chunk,)))
 
 
 def do(work: Work) -> Path:
@@ -71,15 +112,11 @@ def do(work: Work) -> Path:
 
 def computed(work: Work) -> bytes:
     """The trials of a chunk as an .npz. Raises FormatError for settings of the study with which nothing can be worked out."""
+    trials = _located(work.setting)
     try:
-        found = trials_of(work.study, work.point).run(work.count, drawn(work.study, work.chunk))
+        return packed(trials.run(work.count, drawn(work.setting.seed, work.chunk)))
     except ModelError as error:
-        at = ", ".join(f"{k}: {v}" for k, v in work.study.points[work.point].varied)
-        where = f" (at {at})" if at else ""
-        raise FormatError(
-            f"{error.message}{where}", file=work.study.path, key=error.key, found=error.found, expected=error.expected
-        ) from None
-    return packed(found)
+        raise _of(work.setting, error) from None
 
 
 def packed(arrays: dict[str, Array]) -> bytes:
@@ -94,9 +131,19 @@ def packed(arrays: dict[str, Array]) -> bytes:
 
 
 def unpacked(place: Path) -> dict[str, Array]:
-    """The arrays of an .npz. Raises FileError for what is none."""
+    """The arrays of an .npz. Raises FileError for what is none: whatever a damaged file makes numpy say."""
     try:
-        with np.load(place, allow_pickle=False) as file:
-            return {name: file[name] for name in file.files}
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        with zipfile.ZipFile(place) as file:
+            named = [(name, io.BytesIO(file.read(name))) for name in file.namelist()]
+        return {n.removesuffix(".npy"): np.lib.format.read_array(f, allow_pickle=False) for n, f in named}
+    except (
+        OSError,
+        ValueError,
+        KeyError,
+        EOFError,
+        RuntimeError,
+        NotImplementedError,
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
         raise FileError(f"not a part of a study: {error}", file=place) from None

@@ -1,6 +1,7 @@
-"""Processes that work on chunks, one question and one answer at a time: `python -m robocal.studies.worker`.
+"""Processes that work on chunks, one question and one answer at a time.
 
-Own processes, not those of `multiprocessing`, which would run the script of whoever calls again in each of them.
+Own processes, not those of `multiprocessing`, which would run the script of whoever calls again in each of them. They look for modules
+where whoever calls does: a file of the folder that they start in, such as a `numba.py`, is none of their affair.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ from typing import IO, Any
 
 from robocal.studies.work import Work, do
 
-__all__ = ["Died", "Worker"]
+__all__ = ["Died", "Worker", "serve"]
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+BEGIN = "import sys; sys.path[:] = sys.argv[1:]; from robocal.studies.worker import serve; serve()"
 SIZE = 8  # bytes that say how long what follows is
 
 
@@ -31,7 +33,7 @@ class Worker:
     def __init__(self) -> None:
         env = {**os.environ, **dict.fromkeys(THREADS, "1")}
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "robocal.studies.worker"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=env,
+            [sys.executable, "-P", "-c", BEGIN, *sys.path], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=env,
             start_new_session=True,
         )  # fmt: skip
 
@@ -71,6 +73,12 @@ def _receive(stream: IO[bytes]) -> Any:
     return pickle.loads(content)
 
 
+def serve() -> None:
+    """Works until nobody asks or listens any more."""
+    with contextlib.suppress(BrokenPipeError):
+        _serve()
+
+
 def _serve() -> None:
     questions, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever prints does not speak between the lines
@@ -86,7 +94,3 @@ def _serve() -> None:
             _send(answers, None)
         except Exception as error:
             _send(answers, error)
-
-
-if __name__ == "__main__":
-    _serve()

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from robocal.errors import FileError, ModelError
 from robocal.report.sections import Cell, Section, Text, ends, figure, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.studies.cluster import Cluster
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -31,7 +35,9 @@ class Options(Told):
     """
 
     study: str = arg(..., "STUDY", "study.yaml: robot, poses, noise, trials and what is varied.")
-    workers: int | None = opt(None, "Processes", metavar="N", least=1, most=1024, otherwise="as many as cores")
+    workers: int | None = opt(
+        None, "Processes on this machine", metavar="N", least=1, most=1024, otherwise="as many as cores"
+    )
     cluster: str | None = opt(
         None,
         "A Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT: workers read the robot where it is here",
@@ -51,34 +57,56 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Runs a study; the file holds every output of every trial. Raises InputError."""
     import os
 
+    from robocal.files.alone import alone
     from robocal.files.studyfile import read_study
-    from robocal.files.writing import refuse_existing, write_files
-    from robocal.jobs.study import document, written
+    from robocal.files.writing import refuse_existing, refuse_unwritable, write_files
+    from robocal.jobs.study import document, lost, written
     from robocal.report.page import page
-    from robocal.studies.cluster import Cluster
-    from robocal.studies.run import clear, conduct
+    from robocal.studies.run import clear, conduct, parts_of
 
+    far = _far(o)
     study = read_study(o.study)
     result = study.path.with_suffix(".npz") if o.output is None else o.output
     written(result)  # which way, before anything is worked out
     drawn = result.with_suffix(".html")
-    for place in (result, drawn):
-        refuse_existing(place, (), o.force)
-    if o.force:
+    with alone(parts_of(result)):
+        for place in (result, drawn):
+            refuse_existing(place, (), o.force)
+            refuse_unwritable(place)
+        if o.force and not o.resume:  # with it, the result is replaced by what was begun
+            clear(result)
+        workers = o.workers or os.cpu_count() or 1
+        found = conduct(study, result, workers=workers, resume=o.resume, cluster=far, watch=watch)
+        files = {result.name: written(result)(found)}
+        remarks, whole = lost(found)
+        outcome = Outcome(found, lambda: document(found, command), whole, remarks)
+        if len(study.points) > 1:
+            head, *tables = sections(outcome)
+            files[drawn.name] = page(study.path.name, (head, *details(outcome), *tables), kind="Study").encode("utf-8")
+        places = write_files(result.parent, files, remove=(drawn.name,))
         clear(result)
-    tls = {"ca": o.tls_ca, "cert": o.tls_cert, "key": o.tls_key}
-    far = (
-        None if o.cluster is None else Cluster(o.cluster, **{k: None if v is None else str(v) for k, v in tls.items()})
-    )
-    found = conduct(study, result, workers=o.workers or os.cpu_count() or 1, resume=o.resume, cluster=far, watch=watch)
-    files = {result.name: written(result)(found)}
-    outcome = Outcome(found, lambda: document(found, command))
-    if len(study.points) > 1:
-        head, *tables = sections(outcome)
-        files[drawn.name] = page(study.path.name, (head, *details(outcome), *tables), kind="Study").encode("utf-8")
-    places = write_files(result.parent, files, remove=(drawn.name,))
-    clear(result)
     return outcome.kept(places)
+
+
+def _far(o: Options) -> Cluster | None:
+    """The cluster that is asked for. Raises ModelError for what is said of one where there is none, and of processes here where there is
+    one."""
+    from robocal.studies.cluster import Cluster
+
+    tls = {"--tls-ca": o.tls_ca, "--tls-cert": o.tls_cert, "--tls-key": o.tls_key}
+    said = {name: value for name, value in tls.items() if value is not None}
+    if o.cluster is not None:
+        if o.workers is not None:
+            raise ModelError(
+                "a cluster has its own workers", key="--workers", found=o.workers, expected="--cluster alone"
+            )
+        for name, file in said.items():
+            if not file.is_file():
+                raise FileError("there is no such file", file=file, key=name)
+        return Cluster(o.cluster, *(None if v is None else str(v) for v in tls.values()))
+    for name, file in said.items():
+        raise ModelError("this is about a cluster", key=name, found=str(file), expected="--cluster tls://HOST:PORT")
+    return None
 
 
 def details(made: Outcome) -> Iterator[Section]:
@@ -121,7 +149,7 @@ def sections(made: Outcome) -> Iterator[Section]:
         ]
         yield Section.of(
             "", table(*columns, right=tuple(range(len(varied), len(columns))), rows=rows),
-            *quiet("rms and mean over trials, scatter: standard deviation of one trial; lost: trials that did not end"),
+            *quiet("rms and mean over trials, scatter: standard deviation of one trial; lost: trials without it, not among these"),
             title=name, key=name,
         )  # fmt: skip
-    yield from ends(written=made.written)
+    yield from ends(made.remarks, made.written)

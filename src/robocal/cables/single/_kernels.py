@@ -20,6 +20,23 @@ SETTLED, UNSETTLED, LOST = 0, 1, 2  # of a search for a pose
 ITERATIONS = 200
 POLISH, FAINT, NEAR, ENOUGH = 20, 1e-12, 1e-6, 1e-14  # as `cables.forward`
 SHORTEST = 1e-9  # m; a direction made of rounding is none
+RIGID = 1e-6  # how far axes may be from orthonormal: what is left of poses that were printed with seven digits
+
+
+@kernel
+def rigid(pose):
+    """Whether a pose (4, 4) is a rigid motion: orthonormal axes of determinant 1, last row 0 0 0 1. A number that is none is not."""
+    for i in range(3):
+        for k in range(i, 3):
+            s = pose[0, i] * pose[0, k] + pose[1, i] * pose[1, k] + pose[2, i] * pose[2, k] - (1.0 if i == k else 0.0)
+            if not abs(s) <= RIGID:
+                return False
+        if not (abs(pose[3, i]) <= RIGID and math.isfinite(pose[i, 3])):
+            return False
+    x = pose[1, 1] * pose[2, 2] - pose[1, 2] * pose[2, 1]
+    y = pose[1, 2] * pose[2, 0] - pose[1, 0] * pose[2, 2]
+    z = pose[1, 0] * pose[2, 1] - pose[1, 1] * pose[2, 0]
+    return abs(pose[3, 3] - 1.0) <= RIGID and pose[0, 0] * x + pose[0, 1] * y + pose[0, 2] * z > 0.0
 
 
 @kernel
@@ -43,6 +60,9 @@ def held(pose, wrench, cables, rows, body, bounds, method, power, tension):
     """tension (m,) <- those within the limits that hold the weight body (4,), newtons and centre, and a wrench (6,) on top at a pose
     (4, 4), by a method; bounds (3, m) are least, greatest and reference, rows (d,) the freedoms. FOUND, INFEASIBLE or STUCK."""
     m, d = cables.shape[0], rows.shape[0]
+    if not rigid(pose):
+        tension[:] = math.nan
+        return INFEASIBLE
     full, slope, w, load = np.empty(m), np.empty((m, 6)), np.empty((1, d, m)), np.empty((1, d))
     slopes(pose, cables, full, slope)
     total = np.empty(6)
@@ -142,7 +162,7 @@ def placed(lengths, start, cables, rows, sigma, pose, r, covariance):
     pose[:] = start
     cost = left(pose, lengths, cables, rows, r, j)
     lam, grow, code, count = 1e-4, 2.0, UNSETTLED, 0
-    if not math.isfinite(cost):
+    if not (math.isfinite(cost) and rigid(start)):
         code = LOST
     while code == UNSETTLED and count < ITERATIONS and lam <= 1e12:
         count += 1
@@ -243,7 +263,7 @@ def turned(pose, rates, cables, rows, twist):
             j[i, c] = slope[i, rows[c]]
     squares(j, rates, a, g)
     twist[:] = 0.0
-    good = cholesky(a, d)
+    good = rigid(pose) and cholesky(a, d)
     if good:
         forward(a, d, g)
         backward(a, d, g)

@@ -124,6 +124,15 @@ TABLE: dict[Code, Words] = {
         "{angle:.3g}; all axes are right",
         "Add a fixed joint behind the last axis of that URDF.",
     ),
+    Code.NO_TRIAL_ENDED: Words(
+        "{output}: at {points} of {total} points no trial has a number",
+        "Look at one of them: too few poses, too much noise, or nothing that was held out.",
+    ),
+    Code.TRIALS_LOST: Words(
+        "{output}: at {points} of {total} points trials are lost, at most {most} of {trials}; rms, mean and scatter are of "
+        "the others",
+        "Take such a point for worse than it looks: what is lost is seldom the best.",
+    ),
     Code.REPEATABILITY_UNCHANGED: Words(
         "repeatability (RP, RD, vAP) compares measurements with each other: no model enters, so calibration does not "
         "change it"

@@ -1,0 +1,64 @@
+"""One process at a time in a folder."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from robocal.errors import FileError
+
+try:
+    import fcntl
+except ImportError:  # Windows: nothing holds others back
+    fcntl = None  # type: ignore[assignment]
+
+__all__ = ["LOCK", "alone"]
+
+LOCK = "lock"
+TRIES = 100  # of a folder that others make and do away with
+
+
+@contextlib.contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Keeps a folder, which is made where it is missing, for this process until the end; one that is empty then goes.
+
+    Whatever ends the process gives the folder free: the system does. Raises FileError where another process has it, or where it cannot
+    be made.
+    """
+    held = _held(folder)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            (folder / LOCK).unlink()
+        with contextlib.suppress(OSError):
+            folder.rmdir()
+        os.close(held)
+
+
+def _held(folder: Path) -> int:
+    """The open lock. What was locked may be gone from the folder by then, with whoever had it: only what is there counts."""
+    place = folder / LOCK
+    for _ in range(TRIES):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            held = os.open(place, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        except FileNotFoundError:
+            continue
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise FileError(f"the folder cannot be made: {reason}", file=folder) from None
+        try:
+            if fcntl is not None:
+                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.path.samestat(os.fstat(held), place.stat()):
+                return held
+        except FileNotFoundError:
+            pass
+        except OSError:
+            os.close(held)
+            raise FileError("another process is at work here", file=folder, expected="its end, or another -o") from None
+        os.close(held)
+    raise FileError("the folder cannot be made: others do away with it", file=folder)
