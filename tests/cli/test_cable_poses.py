@@ -133,6 +133,8 @@ def test_the_document_says_what_stopped_whom(folder):
 def test_poses_worth_measuring(folder):
     ran = robocal("cable", "poses", "robot.yaml", "-n", 60, "--choose", 8, "--sigma", 0.002, "-o", "list")
     assert ran.status == 0 and "as if an instrument measured them exactly" in ran.remarks and "frame anchors" in ran.out
+    page = (folder / "list" / "report.html").read_text(encoding="utf-8")
+    assert "from poses as if measured exactly" in page and "0.000 deg" not in page
     found = json.loads((folder / "list" / "list.json").read_text())["choice"]
     assert len(set(found["poses"])) == 8 and found["sigma_m"] == 0.002
     rms = found["expected_rms_m"]
