@@ -56,7 +56,7 @@ def _parameter(entry: Entry) -> str:
         if entry.kind is not Path or entry.default is None
         else " = ..."
     )
-    return f"{entry.name}: {plain}{' | None' if entry.optional else ''}{default}"
+    return f"{entry.python}: {plain}{' | None' if entry.optional else ''}{default}"
 
 
 def texts() -> dict[Path, str]:

@@ -80,6 +80,7 @@ def compensate(
     nominal: str | None = None,
     tool: str = 'calibrated',
     output: _Path | None = None,
+    force: bool = False,
     base: str | None = None,
     tip: str | None = None,
     watch: _Watch | None = None,
@@ -94,6 +95,7 @@ def compensate(
     nominal: The model that the controller keeps; a run folder knows it.
     tool: What both models carry: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; or own, each its own.
     output: Write compensated.csv and compensation.json here.
+    force: Replace files that exist.
     base: First link of the chain in a URDF.
     tip: Last link of the chain in a URDF.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -109,6 +111,7 @@ def drift(
     matters: str = '0.1mm',
     history: _Path | None = None,
     output: _Path | None = None,
+    force: bool = False,
     watch: _Watch | None = None,
 ) -> Found:
     """Compare two calibrations of one robot: has it changed, by how many millimetres, and where does it show?
@@ -121,6 +124,7 @@ def drift(
     matters: The change worth an alarm, with its unit: mean over the poses measured.
     history: Add the runs to this CSV, a row for each number; they are not added twice.
     output: Write drift.json here.
+    force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
     Raises InputError.
@@ -170,7 +174,7 @@ def identify(
     compare: str | None = None,
     loss: str = 'none',
     hold_out: str | float | None = None,
-    group: str | None = None,
+    group_by: str | None = None,
     folds: int | None = None,
     blocks: int = 10,
     reselect: bool = False,
@@ -201,7 +205,7 @@ def identify(
     compare: Try several estimators on the same split, side by side: say lm,ekf,lse; alone: all that are worth it.
     loss: none, huber, cauchy, tukey: what outliers may weigh.
     hold_out: Share of configurations kept for judging, 0 to 0.5; blocks of rows in time order; or group, whole groups.  [default: 0.2 from 25 configurations on]
-    group: The column that says what is held out together.
+    group_by: The column that says what is held out together.
     folds: Hold out everything once, in K rounds, and fit the model to everything.
     blocks: How many, with --hold-out blocks, 2 or more.
     reselect: With --folds: find noise and what is seen anew in every round.
@@ -247,16 +251,22 @@ def new(
     kind: str = 'position',
     listing: bool = False,
     force: bool = False,
+    base: str | None = None,
+    tip: str | None = None,
     watch: _Watch | None = None,
 ) -> Found:
     """Write a robot file, a data file and a table to fill in; of a cable robot its file and a list of poses.
 
-    robot: A catalogue name, a convention, or cable.
+    A robot that has a file, such as a URDF, keeps it: its data file and table are written.
+
+    robot: A catalogue name, a convention, cable, or the file of a robot.
     output: Folder for the files.
     joints: How many, when ROBOT is a convention, 1 to 30.
     kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels.
     listing: List the catalogue and the conventions.
     force: Replace files that exist.
+    base: First link of the chain in a URDF.
+    tip: Last link of the chain in a URDF.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
     Raises InputError.
@@ -267,15 +277,15 @@ def plan(
     data: _Given | None = None,
     *,
     output: _Path | None = None,
-    count: int | None = None,
+    poses: int | None = None,
     criterion: str = 'I',
     accuracy: float | None = None,
     after: str | Sequence[str] = (),
     kind: str = 'position',
     noise: float | None = None,
     frame: str = 'auto',
-    candidates: int = 5000,
-    listed: str | None = None,
+    draw: int = 5000,
+    candidates: str | None = None,
     tests: str | None = None,
     task: str | None = None,
     box: str | None = None,
@@ -297,15 +307,15 @@ def plan(
     robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list).
     data: A data file that says which instrument will measure; its measurements do not count (see --after).
     output: Write poses.csv, data.yaml, plan.json and plan.html here.
-    count: How many poses, 1 to 500.  [default: enough]
+    poses: How many poses, 1 to 500.  [default: enough]
     criterion: I: mean error at test poses; G: the largest; D, A, E, O1 to O5.
     accuracy: Mean error at test poses that is enough, in the robot file's unit of length, above 0.
     after: Continue from these measurements: what they know counts.
     kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels.
     noise: Standard deviation per axis, in the robot file's unit of length, 0 or more.  [default: 0.05 mm, converted]
     frame: The base seen from the instrument: x,y,z,rx,ry,rz; auto: somewhere; none: base coordinates.
-    candidates: How many candidates to draw in the region, 20 to 100000.
-    listed: Choose from this list of poses (CSV with joint columns, data.yaml).
+    draw: How many candidates to draw in the region, 20 to 100000.
+    candidates: Choose from this list of poses (CSV with joint columns, data.yaml).
     tests: Predict at these poses, not at a sample.
     task: Predict inside x0,y0,z0,x1,y1,z1 of the tool point, while measuring anywhere allowed, in the robot file's unit of length.
     box: Measure only with the tool point inside x0,y0,z0,x1,y1,z1, in the robot file's unit of length.
@@ -329,6 +339,7 @@ def predict(
     *,
     absolute: bool = False,
     output: _Path | None = None,
+    force: bool = False,
     watch: _Watch | None = None,
 ) -> Found:
     """Predict where the tool is at given joint values, with 95 % bands.
@@ -340,6 +351,7 @@ def predict(
     poses: A CSV of joint values with units in its headers: q1 [deg], .
     absolute: Include what is not known of where the base stands.
     output: Write here, not to the terminal.
+    force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
     Raises InputError.
@@ -427,6 +439,7 @@ def validate(
     distances: str = 'consecutive',
     exclude: str | Sequence[str] = (),
     output: _Path | None = None,
+    force: bool = False,
     seed: int = 0,
     base: str | None = None,
     tip: str | None = None,
@@ -446,6 +459,7 @@ def validate(
     distances: Between which places: consecutive, all, group, or a column of the configurations.
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
     output: Write validation.json and validation.html here.
+    force: Replace files that exist.
     seed: For whatever is drawn at random, 0 or more.
     base: First link of the chain in a URDF.
     tip: Last link of the chain in a URDF.

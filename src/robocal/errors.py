@@ -151,7 +151,7 @@ class InputError(RobocalError):
         if self.column is not None:
             place.append(f"column {self.column}")
         if self.key is not None:
-            place.append(f"key {self.key}")
+            place.append(self.key if self.key.startswith("--") else f"key {self.key}")  # an option names itself
         parts = [*place, self.message]
         marks = [*([", "] * (len(place) - 1)), *([": "] if place else []), ""]
         for mark, said in (

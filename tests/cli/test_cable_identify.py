@@ -11,6 +11,7 @@ from cli.runs import robocal
 
 from robocal.files.cable.robot import read_cable
 from robocal.files.cable.show import describe_cable
+from robocal.files.residuals import read_residuals
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
@@ -109,6 +110,16 @@ def test_a_cable_robot_is_identified_end_to_end(cell, run):
     zeros = [n for n in truth.table.free if n.endswith(".l0")]
     for n in zeros:
         assert abs(by_name[n]["identified"] * unit - truth.table[n].value) < 4.5 * by_name[n]["sigma"] * unit
+
+
+def test_held_out_rows_of_the_table_are_those_of_the_result(cell, run):
+    """Profiled errors are enlarged in both, of positions and lengths as of orientations."""
+    rows = read_residuals(cell[0] / "run" / "residuals.csv")
+    for found, column in ((run["residuals"], "held_out_mm"), (run["residuals"]["angle"], "angle_held_out_deg")):
+        held = [v for v, s in zip(rows[column], rows["set"], strict=True) if s == "held_out" and v is not None]
+        assert len(held) == found["held_out"]["n"] and found["held_out"]["profiled"]
+        assert np.mean(held) == pytest.approx(found["held_out"]["mean"], rel=1e-6), column
+        assert max(held) == pytest.approx(found["held_out"]["max"], rel=1e-6), column
 
 
 def test_columns_are_told_by_their_names(cell, run):

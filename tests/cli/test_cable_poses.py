@@ -133,6 +133,8 @@ def test_the_document_says_what_stopped_whom(folder):
 def test_poses_worth_measuring(folder):
     ran = robocal("cable", "poses", "robot.yaml", "-n", 60, "--choose", 8, "--sigma", 0.002, "-o", "list")
     assert ran.status == 0 and "as if an instrument measured them exactly" in ran.remarks and "frame anchors" in ran.out
+    page = (folder / "list" / "report.html").read_text(encoding="utf-8")
+    assert "from poses as if measured exactly" in page and "0.000 deg" not in page
     found = json.loads((folder / "list" / "list.json").read_text())["choice"]
     assert len(set(found["poses"])) == 8 and found["sigma_m"] == 0.002
     rms = found["expected_rms_m"]
@@ -240,7 +242,9 @@ def test_a_start_that_will_not_do_is_refused_with_one_that_will(folder):
     )
     robot = read_cable(folder / "robot.yaml")
     at = ",".join(f"{v:.17g}" for v in robot.units.length.from_si(robot.robot.a[0] - robot.robot.b[0]))
-    robocal("cable", "poses", "robot.yaml", f"--start={at}").assert_refused("key --start", "c1 has no direction", "X_0")
+    robocal("cable", "poses", "robot.yaml", f"--start={at}").assert_refused(
+        "error: --start:", "c1 has no direction", "X_0"
+    )
     turned = robocal("cable", "poses", "robot.yaml", "-n", 3, "--start", "0,0,1.6,0,0,5", "--json").document["start"]
     assert turned["T_base_platform"][0][1] == pytest.approx(-np.sin(np.radians(5)))
 

@@ -24,9 +24,11 @@ def rows(path: Path) -> list[list[str]]:
 def test_a_plan_is_measured_and_identified(case: Path) -> None:
     ran = robocal("plan", "robot.yaml", "-n", 20, "-o", "plan", *QUICK)
     assert ran.status == 0, ran.err
-    assert ran.out.index("Foretold error") < ran.out.index("Written to plan") < ran.out.index("Next: measure")
+    assert ran.out.index("Foretold error") < ran.out.index("Written to plan") < ran.out.index("next: measure")
     assert files(case / "plan") == {"poses.csv", "data.yaml", "data.csv", "plan.json", "plan.html"}
     made = json.loads((case / "plan" / "plan.json").read_text(encoding="utf-8"))
+    page = (case / "plan" / "plan.html").read_text(encoding="utf-8")
+    assert "20 chosen poses, and 300 of the candidates as grey dots" in page and made["candidates"] == 300
     chain = read_robot("robot.yaml").chain
     names, q, _ = read_poses("plan/poses.csv", chain)
     np.testing.assert_allclose(q, [p["joints_si"] for p in made["program"]], atol=1e-9)

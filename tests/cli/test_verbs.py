@@ -209,6 +209,14 @@ def test_new_never_replaces_a_file(case: Path) -> None:
     robocal("new").assert_refused("robocal new --list")
 
 
+def test_new_writes_what_a_robot_with_a_file_lacks(case: Path) -> None:
+    robocal("export", "ur10", "--format", "urdf", "-o", "arm.urdf")
+    made = robocal("new", "arm.urdf", "-o", "cell")
+    assert made.status == 0 and "robocal check arm.urdf cell/data.yaml" in made.out
+    assert {p.name for p in Path("cell").iterdir()} == {"data.yaml", "measurements.csv"}
+    assert robocal("check", "arm.urdf", "cell/data.yaml").status == 0
+
+
 def test_export_every_form(case: Path) -> None:
     robocal("identify", "robot.yaml", "data.yaml", "-o", "run")
     assert robocal("export", "run").out == (case / "run" / "calibrated.yaml").read_text(encoding="utf-8")

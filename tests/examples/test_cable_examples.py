@@ -8,6 +8,7 @@ import shlex
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from cli.runs import robocal
 
@@ -57,6 +58,8 @@ def test_planar_says_what_was_measured(place):
     first, inverse, forward, more = commands("cable-planar")
     assert robocal(*shlex.split(first)[1:]).status == 0
     found = json.loads((place / "planar" / "tension.json").read_text())
+    each = np.array([p["tension_N"] for p in found["poses"]])
+    assert np.allclose(found["tensions_N"]["mean"], each.mean(axis=0)), "every number of the page"
     margins = {p["name"]: p["margin_N"] for p in found["poses"]}
     least = min(margins.values())
     tensions = [p["tension_N"] for p in found["poses"]]

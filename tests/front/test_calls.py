@@ -43,7 +43,7 @@ PAIRS = {
     "drift": ("drift run run --matters 0.2mm", lambda: rc.drift("run", "run", matters="0.2mm")),
     "compensate": ("compensate run targets.csv --tool own", lambda: rc.compensate("run", "targets.csv", tool="own")),
     "export": ("export run --format csv", lambda: rc.export("run", form="csv")),
-    "plan": ("plan robot.yaml -n 8 --draw 60", lambda: rc.plan("robot.yaml", count=8, candidates=60)),
+    "plan": ("plan robot.yaml -n 8 --draw 60", lambda: rc.plan("robot.yaml", poses=8, draw=60)),
     "verify": ("verify places.csv others.csv", lambda: rc.verify("places.csv", "others.csv")),
     "new": ("new --list", lambda: rc.new(listing=True)),
     "import": ("import flat_cables.xml --cables used", lambda: rc.import_model("flat_cables.xml", cables="used")),
@@ -60,7 +60,7 @@ PAIRS = {
         "cable workspace cable.yaml --cells 7 --rays 100",
         lambda: rc.cable.workspace("cable.yaml", cells=7, rays=100),
     ),
-    "poses": ("cable poses free.yaml -n 5", lambda: rc.cable.poses("free.yaml", count=5)),
+    "poses": ("cable poses free.yaml -n 5", lambda: rc.cable.poses("free.yaml", poses=5)),
     "cable.drift": (
         "cable drift cable.yaml cable.yaml --base-moves",
         lambda: rc.cable.drift(["cable.yaml", "cable.yaml"], base_moves=True),
@@ -157,11 +157,17 @@ def test_every_option_is_named_with_its_default(name: str) -> None:
     call = getattr(rc.cable, name.partition(".")[2]) if "." in name else getattr(rc, name)
     told = entries(import_module(f"robocal.verbs.{name}").Options)
     signature = inspect.signature(call)
-    assert list(signature.parameters) == [*(e.name for e in told), "watch"]
+    assert list(signature.parameters) == [*(e.python for e in told), "watch"]
     for entry in told:
-        default = signature.parameters[entry.name].default
+        # One name on both sides; Python keeps a few words for itself.
+        assert (
+            entry.python == entry.word.lstrip("-").replace("-", "_")
+            or not entry.word.startswith("--")
+            or (entry.word in ("--format", "--list", "--range", "--set"))
+        ), entry.word
+        default = signature.parameters[entry.python].default
         assert default is inspect.Parameter.empty if entry.required else default == entry.default
-        assert f"{entry.name}: " in call.__doc__
+        assert f"{entry.python}: " in call.__doc__
     assert "Raises InputError" in call.__doc__ and "\b" not in call.__doc__
 
 

@@ -109,6 +109,8 @@ def test_a_run_folder_knows_its_nominal_robot_and_keeps_the_order(run: Path) -> 
     assert ran.status == 0 and "1 of 3 targets cannot be reached" in ran.err and "branch" in ran.err
     assert "2 ok, 1 unreachable" in ran.out
     assert files(run / "out") == {"compensated.csv", "compensation.json"}
+    robocal("compensate", run / "run", run / "t.csv", "-o", run / "out").assert_refused("compensated.csv", "--force")
+    assert robocal("compensate", run / "run", run / "t.csv", "-o", run / "out", "--force").status == 0
     rows = table((run / "out" / "compensated.csv").read_text(encoding="utf-8"))
     assert [(r["target"], r["status"]) for r in rows] == [("far", "unreachable"), ("a", "ok"), ("b", "ok")]
     assert rows[0]["j1 [deg]"] == rows[0]["tcp_x [mm]"] == "" and "nearest" in rows[0]["note"]
@@ -190,6 +192,16 @@ def refused(run: Path, name: str, text: str, *words: str, robot: str = "run") ->
     ran.assert_refused(*words)
     assert files(run) == before
     return ran
+
+
+@pytest.mark.parametrize("header", ["target", "name", "id"])
+def test_targets_keep_their_names(run: Path, tmp_path: Path, header: str) -> None:
+    (tmp_path / "t.csv").write_text(
+        f"{header},x [mm],y [mm],z [mm]\nweld 1,200,50,320\ntoo far,90000,0,0\n", encoding="utf-8"
+    )
+    ran = robocal("compensate", run / "run", tmp_path / "t.csv")
+    assert [r["target"] for r in table(ran.out)] == ["weld 1", "too far"]
+    assert "not read" not in ran.remarks and "too far" in ran.remarks
 
 
 def test_bad_targets_are_refused_by_name(run: Path) -> None:

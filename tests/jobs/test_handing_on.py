@@ -19,6 +19,7 @@ from robocal.files.plain import plain
 from robocal.files.residuals import read_residuals
 from robocal.files.robot import describe
 from robocal.files.run import RESIDUAL_COLUMNS
+from robocal.files.templates import convention_chain
 from robocal.files.text import Source
 from robocal.files.urdf import read_urdf
 from robocal.files.urdf_into import urdf_text
@@ -57,11 +58,14 @@ def test_offsets_added_to_joint_values_do_what_the_model_does(name: str, rng: np
     assert np.abs(arm.pose(q + shift) - moved.pose(q)).max() < 1e-12
 
 
-def test_the_table_names_units_and_every_frame() -> None:
+def test_the_table_names_units_and_every_frame(tmp_path: Path) -> None:
     header, *rows = parameter_table(open_arm("panda"))
     assert "a [mm]" in header and "alpha [deg]" in header
     assert [row[0] for row in rows][-2:] == ["base", "tool"] and rows[-1][header.index("frame_z [mm]")] == "107"
     assert parameter_table(open_arm("small-arm"))[0] == ["parameter", "value", "unit"]
+    (tmp_path / "own.yaml").write_text(describe(convention_chain("urdf", 2)), encoding="utf-8")
+    own, *_ = parameter_table(open_arm(tmp_path / "own.yaml"))
+    assert {"xyz_z [mm]", "rpy_yaw [deg]", "axis_x"} <= set(own)
 
 
 def test_everything_simulated_says_so(tmp_path: Path) -> None:

@@ -77,6 +77,15 @@ def test_single_visits(tmp_path: Path) -> None:
     assert {"AP", "RP", "RD", "vAP", "AP_abc, RP_abc"} == set(document["not_computable"])
 
 
+def test_a_tool_that_the_file_does_not_know_is_said_to_be_in_the_errors(tmp_path: Path) -> None:
+    robocal("new", "ur10", "-o", tmp_path)
+    data, robot = tmp_path / "data.yaml", tmp_path / "robot.yaml"
+    assert "tool.z of this robot are 0 and were not fitted" in flowing(robocal("validate", robot, data).out)
+    text = robot.read_text(encoding="utf-8").replace("tool: {xyz: [0, 0, 0]", "tool: {xyz: [0, 0, 72]")
+    robot.write_text(text, encoding="utf-8")
+    assert "were not fitted" not in flowing(robocal("validate", robot, data).out)
+
+
 def test_few_cycles_from_three_directions(tmp_path: Path) -> None:
     cycles(tmp_path, places=4, visits=9, extra="direction")
     document = robocal("validate", tmp_path / "truth.yaml", tmp_path / "data.yaml", "--json").document["iso_9283"]

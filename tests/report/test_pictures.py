@@ -60,6 +60,8 @@ def test_names_are_drawn_together() -> None:
 
 def test_ticks_are_round_and_inside() -> None:
     assert svg.nice_ticks(0, 10) == [0, 2, 4, 6, 8, 10]
+    assert svg.nice_ticks(-430, 430, 4) == [-400, -200, 0, 200, 400], "0 alone shows no scale"
+    assert all(len(svg.nice_ticks(-a, a, n)) > 1 for a in (0.3, 1.1, 4.9, 7) for n in range(1, 9))
     assert svg.log_ticks(0.05, 8) == pytest.approx([0.05, 0.1, 0.2, 0.5, 1, 2, 5])
     assert svg.log_ticks(1e-9, 1e9)[0] >= 1e-9 * 0.999
     assert svg.span([0.0, -1.0]) is None

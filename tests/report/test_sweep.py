@@ -20,6 +20,8 @@ def test_curves_and_what_is_foretold():
     svg = curves(x, [a, b], "anchors [mm]", "said", "k")
     assert marks(svg, "before") == 3 + 1 + 3 and marks(svg, "after") == 4 + 1  # the legend, and the panel below
     assert "found over foretold" in svg and svg.count("curve p95") == 1 and "nan" not in svg
+    upright = [m.start() for m in re.finditer(r'class="grid" d="M([\d.]+) [\d.]+L\1 ', svg)]
+    assert len(upright) > 3 and max(upright) < svg.index('class="mark'), "grids lie under marks"
     assert "found over foretold" not in curves(x, [b], "anchors [mm]", "said", "k")
     assert curves(x, [Curve("none", np.full(4, np.nan))], "anchors [mm]", "said", "k") == ""
 

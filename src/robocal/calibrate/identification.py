@@ -88,6 +88,7 @@ class RowTable:
     after: Array  # (N, d) residual of the identified model, from the fit that had not seen it when held out
     parts: tuple[tuple[tuple[int, int, str], ...], ...]
     unseen: Array  # (N,) error when not used for fitting: held out or left one out, NaN otherwise
+    unseen_turn: Array  # (N,) [rad] the same of its angle, NaN where it has none
     aside: NDArray[np.bool_]  # (N,) gross rows: neither fitted nor in the means of held-out ones
     mark: NDArray[np.uint64]  # (N,) which measurement it is, in whatever file
 

@@ -152,20 +152,20 @@ def row_table(
     configuration = np.concatenate([r.configuration for r in before])
     count = [len(r.configuration) for r in before]
     outside = np.isin(configuration, held)
-    place, unseen = [], []
+    place, unseen, turned = [], [], []
     marks = fingerprints(data)
     seen = dict.fromkeys(missed, 0)
     for a, term in zip(after, part.problem.terms, strict=True):
         assert isinstance(term, Rows)
         nothing = np.full((len(a.configuration), 3), np.nan)
         place.append(term.predict(part.solution.x)[:, :3] if KINDS[term.kind].positional else nothing)
-        left = np.full(len(a.configuration), np.nan)
-        for i, (_, _, u) in enumerate(a.parts):
+        left: dict[str, Array] = {}
+        for _, _, u in a.parts:
             if u in missed:
-                if i == 0:
-                    left = missed[u][seen[u] : seen[u] + len(left)]
-                seen[u] += len(left)
-        unseen.append(left)
+                left.setdefault(u, missed[u][seen[u] : seen[u] + len(nothing)])
+                seen[u] += len(nothing)
+        unseen.append(left.get(a.parts[0][2], nothing[:, 0]))
+        turned.append(left.get("rad", nothing[:, 0]))
     return RowTable(
         tuple(ids[configuration]),
         outside,
@@ -177,6 +177,7 @@ def row_table(
         np.concatenate([_told(r) for r in after]),
         tuple(p for r, n in zip(before, count, strict=True) for p in [r.parts] * n),
         np.concatenate(unseen),
+        np.concatenate(turned),
         np.concatenate([~t.used for t in part.problem.terms]),
         np.concatenate([marks[i][t.index] for i, t in owners(data, part.problem)]),
     )

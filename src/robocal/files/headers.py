@@ -106,11 +106,11 @@ def self_description(table: CsvTable, chain: Machine, kind: str | None) -> dict[
     return out
 
 
-def configuration_columns(table: CsvTable) -> dict[str, str]:
-    """The columns of configurations, by their headers."""
+def configuration_columns(table: CsvTable, ids: tuple[str, ...] = IDS) -> dict[str, str]:
+    """The columns of configurations, by their headers; the first of `ids` that is there names the rows."""
     columns = {name: name for name in CONFIGURATION if name in table.names and name != "id"}
     columns |= {name: name for name in table.names if name.partition(".")[0] in PER_JOINT and "." in name}
-    found_id = next((n for n in IDS if n in table.names), None)
+    found_id = next((n for n in ids if n in table.names), None)
     return columns | ({"id": found_id} if found_id else {})
 
 

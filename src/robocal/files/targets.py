@@ -109,7 +109,7 @@ def _self_description(table: CsvTable) -> dict[str, Any]:
             found = ", ".join(prefixes)
             raise table.fail("several columns could be the target", found=found, expected="a YAML file that names one")
         out["orientation"] = {"columns": prefixes[0], "form": "matrix"}
-    return out | {"configuration": configuration_columns(table)}
+    return out | {"configuration": configuration_columns(table, IDS)}
 
 
 def _targets(

@@ -154,8 +154,8 @@ def workspace(
 def poses(
     robot: _Given,
     *,
-    count: int = 200,
-    margin: float = 0.95,
+    poses: int = 200,
+    mu: float = 0.95,
     start: str = 'mean',
     box: str | None = None,
     scale: float = 1.1,
@@ -168,7 +168,7 @@ def poses(
     limits: str | None = None,
     method: str = 'norm',
     steps: int = 10,
-    wanted: int | None = None,
+    choose: int | None = None,
     criterion: str = 'A',
     sigma: float | None = None,
     pose_noise: str | None = None,
@@ -181,8 +181,8 @@ def poses(
     """Poses that the platform can reach and leave again: held on all the way, and no cable touches anything.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    count: Poses to list, 1 to 10000.
-    margin: How much of each free way is gone, above 0 and at most 1.
+    poses: Poses to list, 1 to 10000.
+    mu: How much of each free way is gone, above 0 and at most 1.
     start: X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units.
     box: The box Z of random poses, in place of that in which the frame holds the platform, in the robot file's unit of length.
     scale: Z, as a multiple of the machine, 0 to 1000.
@@ -195,7 +195,7 @@ def poses(
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
     method: norm (least), mid, closed, barycentre (continuous), p-norm.
     steps: Waypoints on each way, 1 to 1000.
-    wanted: Choose the N poses that are best for calibration.
+    choose: Choose the N poses that are best for calibration.
     criterion: For --choose: A (least rms), D, I, G, E, O1 to O5.
     sigma: For --choose: standard deviation of a length, in the robot file's unit of length, above 0.  [default: 1 mm, converted]
     pose_noise: For --choose: standard deviation per axis of a measured pose, in the robot file's units.
@@ -270,7 +270,7 @@ def require(
     sigma_orientation: The same of a component of the measured rotation vector.  [default: known exactly]
     accuracy: The error that is wanted, root mean square.
     of: Of what: components of frame anchors, zeros, or afterwards the platform's position or orientation.
-    estimator: Maximum likelihood with free poses, as identify does it, or every cable by itself.
+    estimator: Maximum likelihood with free poses, as identify does it, or every cable by itself: maximum-likelihood, per-cable.
     output: Write require.json, contours.csv and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.

@@ -25,13 +25,13 @@ WATCH = "watch: called with an event of every step; one that raises robocal.erro
 def call(path: str) -> Callable[..., Any]:
     """The function for the verb in robocal.verbs.PATH: arguments in their order, options by name, and `watch`."""
     module = import_module(f"robocal.verbs.{path}")
-    told = {e.name: e for e in entries(module.Options)}
+    told = {e.python: e for e in entries(module.Options)}
     made = Identified if path == "identify" else Found
 
     def verb(*words: Any, watch: Any = None, **options: Any) -> Found:
         given = signature.bind(*words, **options).arguments if set(options) <= set(told) else _unknown(options, told)
         given = _links(given, told)
-        values = {name: _value(told[name], value) for name, value in given.items()}
+        values = {told[name].name: _value(told[name], value) for name, value in given.items()}
         return made(path, module.run(module.Options(**values), watch, f"robocal.{path}(...)"))
 
     signature = inspect.Signature([_parameter(e) for e in told.values()])
@@ -47,7 +47,7 @@ def described(path: str) -> str:
     """The docstring of a verb: what it does, every option with unit, range and default, what it raises."""
     module = import_module(f"robocal.verbs.{path}")
     about = inspect.cleandoc(module.Options.__doc__ or "").split("\n\n\b")[0]
-    lines = [about, "", *(f"{e.name}: {_said(e)}" for e in entries(module.Options)), WATCH, "", "Raises InputError."]
+    lines = [about, "", *(f"{e.python}: {_said(e)}" for e in entries(module.Options)), WATCH, "", "Raises InputError."]
     return "\n".join(lines)
 
 
@@ -60,12 +60,12 @@ def _said(entry: Entry) -> str:
 def _parameter(entry: Entry) -> inspect.Parameter:
     plain = isinstance(entry.told, Arg)
     kind = inspect.Parameter.POSITIONAL_OR_KEYWORD if plain else inspect.Parameter.KEYWORD_ONLY
-    return inspect.Parameter(entry.name, kind, default=inspect.Parameter.empty if entry.required else entry.default)
+    return inspect.Parameter(entry.python, kind, default=inspect.Parameter.empty if entry.required else entry.default)
 
 
 def _unknown(options: dict[str, Any], told: dict[str, Entry]) -> dict[str, Any]:
     name = next(o for o in options if o not in told)
-    known = [e.name for e in told.values() if isinstance(e.told, Opt)]
+    known = [name for name, e in told.items() if isinstance(e.told, Opt)]
     raise ModelError("unknown option", key=name, expected=", ".join(known), suggestion=nearest(name, known))
 
 
@@ -101,12 +101,12 @@ def _one(entry: Entry, given: Any) -> Any:
     if isinstance(given, Found):
         if not given.written:
             raise ModelError(
-                "this was not written", key=entry.name, expected="output=FOLDER, or save(FOLDER) and the folder"
+                "this was not written", key=entry.python, expected="output=FOLDER, or save(FOLDER) and the folder"
             )
         given = given.written[0].parent
     if isinstance(entry.told, Arg) and not isinstance(given, str | os.PathLike):
         expected = "a file, rc.table(...), rc.measurements(...), a robot, or what identify gave and wrote"
-        raise ModelError("not what this takes", key=entry.name, found=type(given).__name__, expected=expected)
+        raise ModelError("not what this takes", key=entry.python, found=type(given).__name__, expected=expected)
     if entry.kind is Path and not isinstance(given, Held):
         return Path(given)
     return os.fspath(given) if isinstance(given, os.PathLike) and not isinstance(given, Held) else given

@@ -23,6 +23,8 @@ __all__ = ["Exported", "exported", "parameter_table"]
 
 # What a model lacks that was not read from its run folder, and what nobody can tell of that folder.
 LACKING = (Code.RUN_HOLDS_MORE, Code.RESULT_MISSING, Code.RUN_UNRECORDED)
+# The parts of a key with several numbers, where they are not x, y and z.
+PARTS = {"limits": ("lower", "upper"), "rpy": ("roll", "pitch", "yaw")}
 
 
 @dataclass(frozen=True)
@@ -100,11 +102,8 @@ def parameter_table(robot: Robot) -> list[list[str]]:
     for i, row in enumerate(rows(chain), start=1):
         cells = {}
         for path, value, unit in leaves(row, rule, units):
-            name = str(path[0]) + (
-                ("xyz"[int(path[1])] if path[0] != "limits" else ("_lower", "_upper")[int(path[1])])
-                if len(path) > 1
-                else ""
-            )
+            parts = PARTS.get(str(path[0]), "xyz")
+            name = "_".join((str(path[0]), *(parts[int(i)] for i in path[1:])))
             header.setdefault(name, name if unit.si == "1" else f"{name} [{unit.name}]")
             cells[name] = number(unit.from_si(value))
         body.append((str(row.get("name", f"j{i}")), str(row.get("type", "revolute")), cells))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from robocal.errors import ModelError, nearest
 from robocal.files.cable.templates import cable_templates
 from robocal.files.templates import convention_chain, templates
 from robocal.files.writing import refuse_existing, write_files
+from robocal.jobs.inputs import open_arm
 from robocal.jobs.simulate import sample_joints
 from robocal.measure.data import DataSet
 from robocal.simulation.rigs import RIGS, Instrument, measure
@@ -27,10 +29,11 @@ CABLE = "cable"  # what a cable robot is asked for by
 
 @dataclass(frozen=True)
 class New:
-    """What the files are of, and where they lie; a cable robot has no convention."""
+    """What the files are of, the robot's own file, and what was written; a cable robot has no convention."""
 
     name: str
     convention: str | None
+    robot: Path
     written: tuple[Path, ...]
 
 
@@ -53,31 +56,40 @@ def new_cable(output: Path, force: bool) -> New:
     """Writes robot.yaml and poses.csv of a cable robot. Raises FileError for a file that exists."""
     texts = cable_templates()
     refuse_existing(output, list(texts), force)
-    return New("my cable robot", None, write_files(output, texts))
+    written = write_files(output, texts)
+    return New("my cable robot", None, written[0], written)
 
 
-def new(robot: str, output: Path, joints: int, kind: str, force: bool) -> New:
-    """Writes robot.yaml, data.yaml and measurements.csv of an arm. Raises ModelError for an unknown name, FileError for a
-    file that exists."""
+def new(
+    robot: str, output: Path, joints: int, kind: str, force: bool, base: str | None = None, tip: str | None = None
+) -> New:
+    """Writes robot.yaml, data.yaml and measurements.csv of an arm; of one that has a file of its own, all but the first. Raises
+    ModelError for an unknown name, FileError for a file that exists."""
     if kind not in RIGS:
         raise ModelError(
             "unknown kind", key="--kind", found=kind, expected=", ".join(RIGS), suggestion=nearest(kind, RIGS)
         )
-    if robot in catalog.names():
+    own = Path(robot) if os.path.isfile(robot) else None
+    if own is not None:
+        arm = open_arm(own, base=base, tip=tip).chain
+    elif robot in catalog.names():
         arm = catalog.get(robot)
     elif robot in CONVENTIONS:
         arm = convention_chain(robot, joints)
     else:
         known = [*catalog.names(), *CONVENTIONS, CABLE]
         raise ModelError(
-            "neither a robot of the catalogue nor a convention, nor cable",
+            "neither a file nor a robot of the catalogue, nor a convention, nor cable",
             found=robot,
-            expected="see robocal new --list",
+            expected="a name of robocal new --list, or the file of a robot",
             suggestion=nearest(robot, known),
         )
     texts = templates(arm, kind=kind, example=_example(arm, kind))
+    if own is not None:
+        del texts["robot.yaml"]
     refuse_existing(output, list(texts), force)
-    return New(arm.name, arm.convention, write_files(output, texts))
+    written = write_files(output, texts)
+    return New(arm.name, arm.convention, own or written[0], written)
 
 
 def _example(arm: Chain, kind: str) -> DataSet | None:

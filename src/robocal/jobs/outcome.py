@@ -181,8 +181,7 @@ def _told(rows: RowTable, parts: tuple[tuple[int, int, str], ...], at: NDArray[n
                     f"d{axis}_after_mm": after[:, first + i] * 1e3,
                 }
     if "rad" in part:
-        told, left = (np.degrees(v) for v in size["rad"])
-        held = np.where(rows.held[at], left, np.nan)
+        told, left, held = (np.degrees(v) for v in (*size["rad"], rows.unseen_turn[at]))
         out |= {"angle_before_deg": told, "angle_after_deg": left, "angle_held_out_deg": _known(held)}
     if "px" in part:
         out |= {"before_px": size["px"][0], "after_px": size["px"][1], "held_out_px": unseen}

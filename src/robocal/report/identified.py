@@ -141,11 +141,11 @@ def ended(result: Any, written: Sequence[Path], left_out: Sequence[str]) -> Sect
 
 
 def _next(result: Any, folder: Path) -> list[str]:
-    """The command that comes next, by the verdict; nothing where those verbs do not take the machine (without joints)."""
+    """The command that comes next, by the verdict; a machine without joints is a cable robot."""
     if result.verdict.status == "improved":
-        if not result.robot.joints:
-            return []
         place = quote(str(folder))
+        if not result.robot.joints:
+            return [f"next: robocal cable forward {place} LENGTHS; robocal cable drift {place} LATER_RUN"]
         return [f"next: robocal validate {place} OTHER_DATA; robocal compensate {place} TARGETS"]
     read = [str(i.file).removeprefix("catalogue:") for i in result.provenance.inputs[:2]]
     files = " ".join(map(quote, read)) or "ROBOT DATA"

@@ -99,7 +99,7 @@ def _table(found: Sequence[Any], frames: int, brief: int | None) -> Table:
         digits, moved = _digits(p.sigma or p.sigma_instrument), p.status in FITTED
         note = "" if p.status == "identified" else _short(p)
         word = {"prior": "mostly prior"}.get(p.status, p.status)
-        shown: Cell = Noted(f"{SIGNS[p.status]} {p.status}", note)
+        shown: Cell = Noted(f"{SIGNS[p.status]}\u00a0{p.status}", note)
         brief_note: Cell = ("" if p.status == "identified" else note or word, "strange")
         share = "" if p.data_share is None else f"{100 * min(max(p.data_share, 0), 1):.0f} %"
         bar = Noted("", svg=_bar(p, reach[p.name])) if p.name in reach else ""

@@ -12,6 +12,7 @@ from robocal.report.svg import Scale, bottom_axis, drawing, label, left_axis, li
 __all__ = ["accuracy_picture", "foretold", "place_pictures", "places"]
 
 Points = Sequence[Sequence[float]]
+CURVES = (("random", "curve random", "random poses"), ("p95", "curve p95", "95 %"), ("mean", "curve", "mean"))
 
 
 def foretold(document: Mapping[str, Any]) -> Iterator[Block]:
@@ -57,21 +58,19 @@ def accuracy_picture(document: Mapping[str, Any]) -> str:
         bottom_axis(x, bottom, top, "poses measured"),
         left_axis(y, left, right, "foretold error, mm, logarithmic"),
     ]
-    words = {"mean": "mean", "p95": "95 %", "random": "random poses"}
-    starts = {}
-    for key, cls in (("random", "curve random"), ("p95", "curve p95"), ("mean", "curve")):
+    # All curves fall, so names stand in the upper right corner, beside a piece of their curve.
+    for i, (key, cls, words) in enumerate(CURVES):
         known = [(x(a), y(v)) for a, v in zip(at, curves[key], strict=True) if v is not None]
         parts.append(path("".join(f"{'L' if i else 'M'}{num(u)} {num(v)}" for i, (u, v) in enumerate(known)), cls))
         if known:
-            starts[key] = known[0]
-    above = top
-    for key, (u, v) in sorted(starts.items(), key=lambda s: s[1][1]):
-        above = max(v + 4, above + 14)  # names of curves that begin side by side stand below one another
-        parts.append(label(u + 8, above, words[key], "name"))
-    here = next((v for a, v in zip(at, curves["mean"], strict=True) if a == n and v is not None), None)
+            parts += [line(right - 130, top + 12 + 17 * i, right - 104, top + 12 + 17 * i, cls)]
+            parts.append(label(right - 96, top + 16 + 17 * i, words, "name"))
+    there = [c[at.index(n)] for c in curves.values()] if n in at else []
+    here = curves["mean"][at.index(n)] if there else None
     if here is not None:
-        parts += [line(x(n), bottom, x(n), y(here), "axis"), points([x(n)], [y(here)], "held")]
-        parts.append(label(x(n) + 8, y(here) - 10, f"{n:.0f} poses: {significant(here)} mm", "strong"))
+        above = min(y(v) for v in there if v is not None) - 10
+        parts += [line(x(n), bottom, x(n), above + 4, "axis"), points([x(n)], [y(here)], "held")]
+        parts.append(label(x(n) + 4, above, f"{n:.0f} poses: {significant(here)} mm", "strong"))
     if asked is not None and around[0] <= asked <= around[1]:
         parts += [
             line(left, y(asked), right, y(asked), "mean held"),
@@ -105,6 +104,7 @@ def place_pictures(places: Mapping[str, Points]) -> list[tuple[str, str]]:
         chosen = places.get("chosen", ())
         parts.append(points([x(p[i] * 1e3) for p in chosen], [y(p[j] * 1e3) for p in chosen], "after"))
         parts.append(points([x(0.0)], [y(0.0)], "before") if x.low <= 0 <= x.high and y.low <= 0 <= y.high else "")
-        said = f"{words}: {len(chosen)} chosen poses among {len(places.get('candidates', ()))} candidates; the circle is the base."
+        grey = f", and {k} of the candidates as grey dots" if (k := len(places.get("candidates", ()))) else ""
+        said = f"{words}: {len(chosen)} chosen poses{grey}; the circle is the base."
         out.append((drawing(460, 480, parts, title=f"{words}", text=said, key=key), said))
     return out

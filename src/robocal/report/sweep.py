@@ -101,7 +101,16 @@ def curves(x: Axis, found: Sequence[Curve], title: str, said: str, key: str) -> 
     log = high > WIDE * 1.25**2 * low
     bottom = HEAD + UPPER
     across, y = x.scale(LEFT, RIGHT), Scale(low if log else 0.0, high, bottom, HEAD, log)
-    parts = [left_axis(y, LEFT, RIGHT, title), line(LEFT, bottom, LEFT, HEAD, "axis")]
+    parts = [left_axis(y, LEFT, RIGHT, title)]
+    told = any(c.told is not None for c in found)
+    below = bottom + 58  # where the lower panel begins
+    if told:
+        # Grids lie under the marks.
+        parts += [line(across(v), bottom, across(v), HEAD, "grid") for v in ([] if x.words else across.ticks)]
+        parts += [line(LEFT, bottom, RIGHT, bottom, "axis"), x.below(across, below + LOWER, below)]
+    else:
+        parts.append(x.below(across, bottom, HEAD))
+    parts.append(line(LEFT, bottom, LEFT, HEAD, "axis"))
     names = _apart([_end(c, y) for c in found])
     for i, (c, at) in enumerate(zip(found, names, strict=True)):
         shape = SHAPES[i % len(SHAPES)]
@@ -113,16 +122,11 @@ def curves(x: Axis, found: Sequence[Curve], title: str, said: str, key: str) -> 
         xs, ys = across.many(x.values[seen]).tolist(), y.many(c.values[seen]).tolist()
         parts += [points(xs, ys, shape), points([RIGHT + 14], [at - 4], shape), label(RIGHT + 24, at, c.name, "name")]
     height = bottom + x.room
-    if any(c.told is not None for c in found):
+    if told:
         off = [(c, 100 * (c.values / np.where(c.told > 0, c.told, np.nan) - 1)) for c in found if c.told is not None]
         off = [(c, np.where(c.values > NOTHING * known.max(), o, np.nan)) for c, o in off]
-        parts.append(_below(x, across, off, bottom + 58))
-        height = bottom + 58 + LOWER + x.room
-        parts.append(x.below(across, bottom + 58 + LOWER, bottom + 58))
-        parts += [line(across(v), bottom, across(v), HEAD, "grid") for v in ([] if x.words else across.ticks)]
-        parts.append(line(LEFT, bottom, RIGHT, bottom, "axis"))
-    else:
-        parts.append(x.below(across, bottom, HEAD))
+        parts.append(_below(x, across, off, below))
+        height = below + LOWER + x.room
     return drawing(WIDTH, height, parts, title=title, text=said, key=key)
 
 
@@ -133,7 +137,7 @@ def _below(x: Axis, across: Scale, off: Sequence[tuple[Curve, Array]], top: floa
         return label(LEFT, top + 12, "nothing to compare", "tick")
     y = Scale(min(-1.0, float(every.min()) * 1.15), max(1.0, float(every.max()) * 1.15), top + LOWER, top)
     parts = [left_axis(y, LEFT, RIGHT, "found over foretold [%]"), line(LEFT, top + LOWER, LEFT, top, "axis")]
-    parts.append(line(LEFT, y(0.0), RIGHT, y(0.0), "mid"))
+    parts += [line(LEFT, top + LOWER, RIGHT, top + LOWER, "axis"), line(LEFT, y(0.0), RIGHT, y(0.0), "mid")]
     for i, (_, o) in enumerate(off):
         shape, seen = SHAPES[i % len(SHAPES)], np.isfinite(o)
         if not x.words:

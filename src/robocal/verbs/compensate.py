@@ -15,6 +15,8 @@ __all__ = ["Options", "run", "sections"]
 
 MOST = 10
 
+FILES = ("compensated.csv", "compensation.json")
+
 
 @dataclass(frozen=True)
 class Options(Told):
@@ -38,7 +40,8 @@ class Options(Told):
         "What both models carry: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; or own, each its own",
         metavar="TOOL",
     )
-    output: Path | None = opt(None, "Write compensated.csv and compensation.json here", short="-o", metavar="DIR")
+    output: Path | None = opt(None, f"Write {FILES[0]} and {FILES[1]} here", short="-o", metavar="DIR")
+    force: w.Force = False
     base: w.Base = None
     tip: w.Tip = None
 
@@ -46,12 +49,13 @@ class Options(Told):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Compensates targets; a folder gets compensated.csv and compensation.json. Raises InputError."""
     from robocal.files.plain import json_text
-    from robocal.files.writing import write_files
+    from robocal.files.writing import refuse_existing, write_files
     from robocal.jobs.compensate import compensated
 
+    refuse_existing(o.output, FILES, o.force)
     found = compensated(o, command, watch)
     if o.output is not None:
-        texts = {"compensated.csv": found.text, "compensation.json": json_text(found.document)}
+        texts = dict(zip(FILES, (found.text, json_text(found.document)), strict=True))
         found = replace(found, written=write_files(o.output, texts))
     return Outcome(found, lambda: found.document, found.trusted, found.warnings, found.text, written=found.written)
 

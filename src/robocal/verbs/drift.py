@@ -41,6 +41,7 @@ class Options(Told):
     )
     history: w.History = None
     output: Path | None = opt(None, "Write drift.json here", short="-o", metavar="DIR")
+    force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
@@ -48,10 +49,11 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.plain import json_text
     from robocal.files.runfolder import open_run
     from robocal.files.units import parse_quantity
-    from robocal.files.writing import write_files, write_text
+    from robocal.files.writing import refuse_existing, write_files, write_text
     from robocal.jobs.drift import drifted
     from robocal.jobs.history import with_history
 
+    refuse_existing(o.output, ("drift.json",), o.force)
     matters = parse_quantity(o.matters, "m", key="--matters")
     made = drifted(o.first, o.second, o.new_tool, matters, command, watch)
     added = None if o.history is None else with_history(o.history, [open_run(place) for place in (o.first, o.second)])

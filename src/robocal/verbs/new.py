@@ -20,19 +20,24 @@ JOINTS, KIND = 6, "position"
 class Options(Told):
     """Write a robot file, a data file and a table to fill in; of a cable robot its file and a list of poses.
 
+    A robot that has a file, such as a URDF, keeps it: its data file and table are written.
+
     \b
     robocal new --list
     robocal new ur10 -o cell
+    robocal new robot.urdf -o cell
     robocal new mdh-hayati --joints 5 -o cell
     robocal new cable -o cell
     """
 
-    robot: str | None = arg(None, "ROBOT", "A catalogue name, a convention, or cable.")
+    robot: str | None = arg(None, "ROBOT", "A catalogue name, a convention, cable, or the file of a robot.")
     output: Path = opt(Path("."), "Folder for the files", short="-o", metavar="DIR")
     joints: int = opt(JOINTS, "How many, when ROBOT is a convention", metavar="N", least=1, most=30)
     kind: w.Kind = KIND
     listing: bool = opt(False, "List the catalogue and the conventions", name="--list")
     force: w.Force = False
+    base: w.Base = None
+    tip: w.Tip = None
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
@@ -53,7 +58,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         for option, given, usual in (("--joints", o.joints, JOINTS), ("--kind", o.kind, KIND)):
             if given != usual:
                 raise ModelError("a cable robot has no such thing", key=option, found=given, expected="an arm")
-    made = new_cable(o.output, o.force) if o.robot == CABLE else new(o.robot, o.output, o.joints, o.kind, o.force)
+        made = new_cable(o.output, o.force)
+    else:
+        made = new(o.robot, o.output, o.joints, o.kind, o.force, o.base, o.tip)
     document = {"name": made.name, "convention": made.convention, "written": [str(p) for p in made.written]}
     return Outcome(made, lambda: document, written=made.written)
 
@@ -79,5 +86,10 @@ def sections(made: Outcome) -> Iterator[Section]:
         "",
         Text.of(head),
         *(Text.of(str(path), indent=2) for path in made.written),
-        Text.of(f"Fill them in, then: robocal {verb} {made.written[0]} {made.written[1]}"),
+        Text.of(f"Fill them in, then: robocal {verb} {found.robot} {_second(made)}"),
     )
+
+
+def _second(made: Outcome) -> str:
+    """What the robot's file is checked with: the data file, or the poses of a cable robot."""
+    return str(next(p for p in made.written if p != made.result.robot))

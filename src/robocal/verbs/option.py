@@ -12,6 +12,7 @@ field's name is the option: `angle_noise` is `--angle-noise`.
 
 from __future__ import annotations
 
+import builtins
 import math
 import os
 from collections.abc import Iterator
@@ -76,6 +77,8 @@ class Opt:
     def text(self) -> str:
         """The help, with unit and what happens without it."""
         words = self.help.rstrip(".")
+        if any(choice not in words for choice in self.choices):
+            words += f": {', '.join(self.choices)}"
         if self.unit:
             words += f", in the robot file's unit of {self.unit}" if self.unit in FILE_UNITS else f" [{self.unit}]"
         if self.range:
@@ -112,6 +115,12 @@ class Entry:
         if isinstance(self.told, Arg):
             return self.told.metavar
         return self.told.name or "--" + self.name.replace("_", "-")
+
+    @property
+    def python(self) -> str:
+        """What calls from Python say: the command line's word, where Python has none of its own (--format, --list): angle_noise."""
+        word = self.word.lstrip("-").replace("-", "_")
+        return self.name if isinstance(self.told, Arg) or hasattr(builtins, word) else word
 
     @property
     def required(self) -> bool:

@@ -136,7 +136,7 @@ def sections(made: Outcome) -> Iterator[Section]:
         ready = next((p for p in made.written if p.name == "data.yaml"), None)
         words = (
             ready
-            and f"Next: measure, fill in {ready.with_suffix('.csv')}, then robocal identify {made.result.opened} {ready}"
+            and f"next: measure, fill in {ready.with_suffix('.csv')}, then robocal identify {made.result.opened} {ready}"
         )
         yield Section.of("", Written(made.written), Text.of(words) if words else None)
 

@@ -33,13 +33,15 @@ class Options(Told):
     poses: Path = arg(..., "POSES", "A CSV of joint values with units in its headers: q1 [deg], ...")
     absolute: bool = opt(False, "Include what is not known of where the base stands")
     output: w.OutputFile = None
+    force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Predicts the tool's pose at the joint values of a CSV; `output` gets the same as a CSV. Raises InputError."""
-    from robocal.files.writing import write_text
+    from robocal.files.writing import refuse_existing, write_text
     from robocal.jobs.predict import predicted, prediction_text
 
+    refuse_existing(o.output, (), o.force)
     found = predicted(o.folder, o.poses, o.absolute, watch)
     if o.output is not None:
         found = replace(found, written=(write_text(o.output, prediction_text(found.rows)),))

@@ -15,7 +15,7 @@ __all__ = ["Options", "run", "sections"]
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Write report.html again, from the result.json and residuals.csv of a run folder."""
+    """Write report.html again, from result.json, residuals.csv and accuracy_map.csv of a run folder."""
 
     folder: Path = arg(..., "RUN", "A run folder with result.json and residuals.csv.")
     output: Path | None = opt(None, "The page", short="-o", metavar="FILE", otherwise="RUN/report.html")

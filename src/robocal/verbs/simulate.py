@@ -104,5 +104,5 @@ def sections(made: Outcome) -> Iterator[Section]:
         "",
         Text.of(f"Simulated {found.robot.name}: {wrong}"),
         *(Text.of(str(path), indent=2) for path in made.written),
-        Text.of(f"Next: robocal identify {names['robot']} {names['data']}"),
+        Text.of(f"next: robocal identify {names['robot']} {names['data']}"),
     )

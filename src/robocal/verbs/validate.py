@@ -40,6 +40,9 @@ FIGURES = {
     "RD": ("distance repeatability", "three standard deviations"),
 }
 
+FILES = ("validation.json", "validation.html")
+TOOL = ("tool.x", "tool.y", "tool.z")
+
 
 @dataclass(frozen=True)
 class Options(Told):
@@ -65,7 +68,8 @@ class Options(Told):
         metavar="PAIRS",
     )
     exclude: w.Exclude = ()
-    output: Path | None = opt(None, "Write validation.json and validation.html here", short="-o", metavar="DIR")
+    output: Path | None = opt(None, f"Write {FILES[0]} and {FILES[1]} here", short="-o", metavar="DIR")
+    force: w.Force = False
     seed: w.Seed = 0
     base: w.Base = None
     tip: w.Tip = None
@@ -74,13 +78,15 @@ class Options(Told):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Validates a robot on data files; a folder gets validation.json and validation.html. Raises InputError."""
     from robocal.files.plain import json_text
+    from robocal.files.writing import refuse_existing
     from robocal.jobs.validate import validated
 
+    refuse_existing(o.output, FILES, o.force)
     made = validated(o, command, watch)
     outcome = Outcome(made, lambda: made.document, made.trusted, made.warnings)
     facts = (("Compared with", made.against.name if made.against else ""),)
     return outcome.paged(
-        o.output, sections(outcome), lambda: {"validation.json": json_text(made.document)}, "validation.html",
+        o.output, sections(outcome), lambda: {FILES[0]: json_text(made.document)}, FILES[1],
         title=made.robot.name, kind="Validation report", facts=facts,
     )  # fmt: skip
 
@@ -141,6 +147,13 @@ def _told(found: Validation) -> Iterator[Block]:
     if found.frames:
         yield from quiet(
             f"profiled: {len(found.frames)} parameters of frames were fitted to these data; the errors are enlarged by what that took away"
+        )
+    own = found.robot.chain.table
+    if all(n in own.free and own[n].value == 0 and n not in found.frames for n in TOOL):
+        # A file that says nothing of the tool: its whole length stands in the errors, and nothing else would say so.
+        yield from quiet(
+            f"{', '.join(TOOL)} of this robot are 0 and were not fitted: a target that sits elsewhere on the tool is part of these errors; "
+            "of a robot after --against they are fitted"
         )
     tool = [n for n in found.frames_against if n.startswith("tool.")]
     if tool:

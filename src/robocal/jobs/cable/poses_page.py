@@ -64,7 +64,7 @@ def _summary(made: Listed) -> str:
     turning = ", turning steadily" if any(axis > 2 for axis in made.robot.axes) else ""
     return (
         f"{len(made.names)} poses X_r were drawn at random in the box Z. From X_0 the platform moves straight towards "
-        f"each{turning}, until statics or a contact stops it, and stays at mu = {made.margin:g} of that way. "
+        f"each{turning}, until the tension limits or a contact stop it, and stays at mu = {made.margin:g} of that way. "
         f"{significant(100 * made.listing.reached)} % of Z is reached so. The way back is the way there."
     )
 
@@ -113,12 +113,15 @@ def _choice(made: Listed) -> str:
     choice = made.choice
     assert choice is not None
     noise, those = choice.noise, ", ".join(made.names[i] for i in choice.chosen)
-    pose = (
-        f"{significant(1e3 * noise.position)} mm and {significant(float(np.degrees(noise.orientation)))} deg per axis"
-    )
+    pose = "poses as if measured exactly"
+    if not noise.measured:
+        pose = "poses that no instrument measures"
+    elif noise.position or noise.orientation:
+        turn = significant(float(np.degrees(noise.orientation)))
+        pose = f"poses measured to {significant(1e3 * noise.position)} mm and {turn} deg per axis"
     return (
         f"{len(choice.chosen)} poses chosen by criterion {choice.criterion}, the most telling first: {those}. Expected "
-        f"errors after a calibration from poses {pose}, and lengths with "
+        f"errors after a calibration from {pose}, and lengths with "
         f"{significant(1e3 * noise.length)} mm. At random: the median of random choices of as many."
     )
 
@@ -136,7 +139,7 @@ def _table(made: Listed, shown: NDArray[np.int64]) -> list[list[str]]:
     rows = []
     for i, vector in zip(shown[:MOST], vectors, strict=True):
         limit = made.listing.limit[i]
-        why = who[i] if limit > 1 else ("statics" if limit == 1 else "")
+        why = who[i] if limit > 1 else ("tension limits" if limit == 1 else "")
         t = made.program.tension[i, -1]
         cells = [*(ruler.text(v) for v in vector[:3].tolist()), *(f"{v:.1f}" for v in vector[3:])]
         rows.append(

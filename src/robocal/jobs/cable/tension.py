@@ -164,6 +164,12 @@ class Tensions:
         return self.power if self.spread.method == "p-norm" else None
 
     @property
+    def borne(self) -> dict[str, Array]:
+        """Least, mean and greatest tension of each cable over the poses that have tensions, N, (cables,) each; nothing where none has."""
+        t = self.spread.tension[self.spread.found]
+        return {"least": t.min(axis=0), "mean": t.mean(axis=0), "greatest": t.max(axis=0)} if len(t) else {}
+
+    @property
     def document(self) -> dict[str, Any]:
         """What tension.json holds."""
         spread = self.spread
@@ -176,6 +182,7 @@ class Tensions:
             "length_m": self.length,
             "wrenches": {"axes": self.axes, "unit": "N, N m"},
             "feasible": int(spread.feasible.sum()),
+            "tensions_N": self.borne,
             "poses": [
                 {
                     "name": name,

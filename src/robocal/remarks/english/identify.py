@@ -245,7 +245,7 @@ TABLE: dict[Code, Words] = {
     Code.ONE_STEP_MISLEADS: Words(
         "one linear least-squares step in everything that is free would mislead: it promises {promised:.3g} per axis and leaves "
         "{left:.3g}, where {before:.3g} were before",
-        "Do not use the seed's one-step estimate (--method lse) on these data.",
+        "Do not use the one-step estimate (--method lse) on these data.",
     ),
     Code.CURVED: Words(
         "the model bends within its own uncertainty (curvature {curvature:.2g} along {parameter}): sigmas are those of a linear "

@@ -17,7 +17,8 @@ __all__ = ["reached"]
 Array = NDArray[np.float64]
 MOST = 2000
 WHY = {
-    "statics": "statics", "cable-cable": "cable on cable", "cable-platform": "cable on platform", "cable-pulley": "cable on its pulley",
+    "statics": "tension limits", "cable-cable": "cable on cable", "cable-platform": "cable on platform",
+    "cable-pulley": "cable on its pulley",
 }  # fmt: skip
 
 

@@ -74,8 +74,8 @@ def sections(made: Outcome) -> Iterator[Section]:
     )
     if found.reasons:
         yield Section.of("", *(Text.of(reason) for reason in sentences(found.reasons)))
-    for place, one in found.compared:
-        yield _table(found.labels[place], one)
+    for n, (place, one) in enumerate(found.compared, 1):
+        yield _table(n, found.labels[place], one)
     s = found.scattered
     mm = [1e3 * v for v in (s.component, s.point, s.zero, s.moved, s.scaled, s.along, s.across)]
     rows: list[tuple[Cell, ...]] = [
@@ -95,7 +95,7 @@ def sections(made: Outcome) -> Iterator[Section]:
     yield from ends(made.remarks, made.written)
 
 
-def _table(place: str, one: Compared) -> Section:
+def _table(n: int, place: str, one: Compared) -> Section:
     rows: list[tuple[Cell, ...]] = []
     styles: list[Style] = []
     for c in one.cables:
@@ -103,8 +103,20 @@ def _table(place: str, one: Compared) -> Section:
         shown = (figure(1e3 * v, 3) for v in (c.along, c.across, c.zero, *c.smallest))
         rows.append((c.cable, *shown, f"{c.of_all:.1g}", state))
         styles.append("bad" if c.moved else "doubtful" if c.doubtful else "quiet")
-    columns = (place, "along [mm]", "across [mm]", "zero [mm]", "seen along from", "across from", "chance", "")
-    lines = ["along, across: change of the anchor along its line of sight to the platform and across it"]
+    columns = (
+        place,
+        "along [mm]",
+        "across [mm]",
+        "zero [mm]",
+        "seen along from [mm]",
+        "across from [mm]",
+        "chance",
+        "",
+    )
+    lines = [
+        "along, across: change of the anchor along its line of sight to the platform and across it",
+        "seen from: a drift of this size would be named with 95 % certainty; chance: of such a change by noise alone, of all cables",
+    ]
     if one.base is not None and one.base_sigma is not None:
         v, s = 1e3 * one.base, 1e3 * one.base_sigma
         moved = ", ".join(f"{a:.3g} ± {1.96 * b:.2g}" for a, b in zip(v, s, strict=True))
@@ -114,5 +126,6 @@ def _table(place: str, one: Compared) -> Section:
             f"size of the frame {1e6 * one.scale:+.3g} ± {1.96e6 * one.scale_sigma:.2g} ppm (95 %), if nothing else changed"
         )
     return Section.of(
-        "", table(*columns, right=(1, 2, 3, 4, 5, 6), rows=rows, styles=styles), *quiet(*lines), title=f"{place} beside the first",
+        "", table(*columns, right=(1, 2, 3, 4, 5, 6), rows=rows, styles=styles), *quiet(*lines),
+        title=f"{place} beside the first", key=f"beside-{n}",
     )  # fmt: skip

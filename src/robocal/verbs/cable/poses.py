@@ -119,7 +119,7 @@ def sections(made: Outcome) -> Iterator[Section]:
         gap = f"{robot.cables[k]} and {robot.cables[l]} pass with {ruler_of(found.units).short(found.start.gap)} between them"
         near = quiet(f"at X_0 {gap}; capacity margin {figure(found.start.margin)} N")
     yield Section.of("", Text.of((robot.name, "strong"), head), *near)
-    rows = ((STOPPED_BY[name], str(count), f"{100 * count / n:.1f}") for name, count in found.limits.items())
+    rows = ((STOPPED_BY[name], str(count), figure(100 * count / n, 3)) for name, count in found.limits.items())
     yield Section.of("", table("stopped by", "motions", "share [%]", right=(1, 2), rows=rows))
     if found.choice is not None:
         yield _chosen(found.choice, n)

@@ -74,14 +74,12 @@ def sections(made: Outcome) -> Iterator[Section]:
     spread, names = found.spread, found.names
     head = f"   {int(spread.feasible.sum())} of {len(names)} poses are held, method {spread.method}, {figure(found.mass)} kg"
     yield Section.of("", Text.of((found.robot.name, "strong"), head))
-    if spread.found.any():
+    if borne := found.borne:
         rows = (
-            (cable, *(figure(float(v)) for v in (t.min(), t.mean(), t.max())), f"{low:g} to {high:g}")
-            for cable, t, (low, high) in zip(
-                found.robot.cables, spread.tension[spread.found].T, spread.limits, strict=True
-            )
+            (cable, *(figure(float(v)) for v in of), f"{low:g} to {high:g}")
+            for cable, (low, high), *of in zip(found.robot.cables, spread.limits, *borne.values(), strict=True)
         )
-        columns = ("tension [N]", "least", "mean", "greatest", "limits")
+        columns = ("tension [N]", *borne, "limits")
         yield Section.of("", table(*columns, right=(1, 2, 3, 4), rows=rows))
     if names:
         worst = int(found.margin.argmin())
