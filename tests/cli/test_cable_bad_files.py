@@ -235,6 +235,13 @@ def test_arguments_that_are_mixed_up_or_not_there(folder):
         robocal("cable", verb, folder / "poses.csv", folder / "robot.yaml").assert_refused("poses.csv")
 
 
+def test_of_a_run_the_file_of_its_robot_is_named(folder):
+    (folder / "run").mkdir()
+    (folder / "run" / "calibrated.yaml").write_text((folder / "robot.yaml").read_text())
+    ran = robocal("cable", "inverse", folder / "run", folder / "poses.csv")
+    assert ran.status == 2 and "this is a folder" in ran.remarks and "calibrated.yaml" in ran.remarks
+
+
 def test_errors_are_documents_too(folder):
     (folder / "robot.yaml").write_text(FILES["crossed"][0])
     for verb in VERBS:

@@ -173,7 +173,7 @@ GOOD, BAD, FAR = np.full(20, 1e-4), np.full(20, 1e-3), np.full(20, 0.5)
         (
             lambda: verdict(FAR, 8e3 * GOOD, 1e4 * GOOD, stated=1e-3),
             "refused",
-            "cannot explain the data: 36% of the variance",
+            "cannot explain the data: 36 % of the variance",
         ),
         (lambda: verdict(FAR, 8e3 * GOOD, 1e4 * GOOD), "refused", "cannot explain the data"),
         (lambda: verdict(FAR, 8e3 * GOOD, 1e4 * GOOD, stated=1.0), "not_improved", "significantly"),

@@ -19,7 +19,7 @@ from typing import Any, Protocol, TypeAlias
 from robocal.remarks import english
 from robocal.remarks.code import Code
 
-__all__ = ["Number", "Quantity", "Remark", "Said", "documents", "sentences", "spoken", "told"]
+__all__ = ["Number", "Quantity", "Remark", "Said", "documents", "percent", "sentences", "spoken", "told"]
 
 # Factor from SI, and the unit in which people read it.
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px")}
@@ -131,7 +131,19 @@ def _filled(template: str, numbers: Mapping[str, Number]) -> str:
         names = {name for _, name, _, _ in Formatter().parse(part[1]) if name}
         return part[1] if names <= set(known) else ""
 
-    return _OPTIONAL.sub(kept, template).format(**known)
+    return _Spoken().format(_OPTIONAL.sub(kept, template), **known)
+
+
+class _Spoken(Formatter):
+    """As `str.format`, where a percentage has the space that it has in every other number with its unit."""
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        return percent(value, format_spec) if format_spec.endswith("%") else str(format(value, format_spec))
+
+
+def percent(share: float, spec: str = ".0%") -> str:
+    """A share as people read it: 36 %."""
+    return f"{format(share, spec)[:-1]} %"
 
 
 def _told(value: Number) -> Number:

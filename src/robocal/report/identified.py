@@ -13,6 +13,7 @@ from pathlib import Path
 from shlex import quote
 from typing import Any, NamedTuple
 
+from robocal.remarks.remark import percent
 from robocal.report.compared import comparison, groups, layer, linear
 from robocal.report.errors import errors, strange, tiles
 from robocal.report.fitted import fitted, recipe
@@ -81,7 +82,7 @@ def identified(
     yield errors(result, rows)
     shares = result.prediction.coverage if result.prediction else []
     told = [
-        f"of {c.n} held-out measurements ({c.quantity}), {c.whole:.0%} lie in their {c.level:.0%} region as fitted"
+        f"of {c.n} held-out measurements ({c.quantity}), {percent(c.whole)} lie in their {percent(c.level)} region as fitted"
         for c in shares
         if math.isfinite(c.whole)
     ]

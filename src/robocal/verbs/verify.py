@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from robocal.remarks.remark import percent
 from robocal.report.sections import Cell, Section, Text, ends, figure, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Arg, Told, arg, opt
@@ -120,7 +121,7 @@ def _anova(found: Sequence[tuple[str, Anova]]) -> Any:
         )
         for name, a in found
     ]
-    return table("means of", "F", "degrees of freedom", "chance", f"at {1 - LEVEL:.0%}", right=(1, 3), rows=rows)
+    return table("means of", "F", "degrees of freedom", "chance", f"at {percent(1 - LEVEL)}", right=(1, 3), rows=rows)
 
 
 def _agreed(found: tuple[Agreement, Agreement], names: Sequence[str]) -> Iterator[Any]:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 
 from robocal.cables.geometry import COMMON, PLATFORM, STRETCH, SYMBOLS, WHEEL, CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
-from robocal.errors import ModelError, nearest
+from robocal.errors import FileError, ModelError, nearest
 from robocal.files.cable.cablefile import CableFile, checked
 from robocal.files.cable.caspr import read_caspr
 from robocal.files.cable.model import CableModel, CableRobotModel, CommonModel, PlatformModel, PulleyModel, UnitsModel
@@ -36,6 +37,8 @@ MATERIAL = {"pulley": WHEEL, "elasticity": (STRETCH,)}  # keys of a cable, and t
 def read_cable(path: str | os.PathLike[str]) -> CableFile:
     """Reads a cable robot: robot.yaml, CASPR's `X_cables.xml` (with `X_bodies.xml` beside it), or the YAML of a
     published robot. Raises FileError or FormatError."""
+    if os.path.isdir(path):
+        _not_a_folder(Path(path))
     source = read_text(path, limit=ROBOT_LIMIT)
     if source.path.suffix.lower() == ".xml" or source.text.lstrip().startswith("<"):
         return read_caspr(source)
@@ -43,6 +46,14 @@ def read_cable(path: str | os.PathLike[str]) -> CableFile:
     if not {"robocal", "kind"} & set(document.data) and "frame_anchors" in document.data:
         return read_published(document)
     return _described(source, document)
+
+
+def _not_a_folder(place: Path) -> NoReturn:
+    """Which file of a run is the robot's: the run knows more than that file, and not every verb reads it."""
+    from robocal.files.runfolder import ROBOTS
+
+    own = place / ROBOTS[0]
+    raise FileError("this is a folder", file=place, expected=f"a robot's file, {own}" if own.is_file() else "a file")
 
 
 def parse_cable(source: Source) -> CableFile:
