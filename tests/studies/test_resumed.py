@@ -92,7 +92,7 @@ def test_a_robot_that_changes_while_a_study_runs_is_told(study):
         do(every[-1])
 
 
-@pytest.mark.parametrize("name", ["out.npz", "out.html"])
+@pytest.mark.parametrize("name", ["out.npz", "out.json", "out.html"])
 def test_a_folder_in_the_way_is_told_before_the_first_trial(study, name):
     (study.parent / name).mkdir()
     ran = robocal("study", study, "-o", study.parent / "out.npz", "--force", "--workers", 1)

@@ -394,11 +394,13 @@ def test_constant_errors_end_where_theory_says(study, what, size):
 def test_a_sweep_is_drawn_beside_its_numbers(study):
     ran = robocal("study", study, "--json")
     page = study.with_suffix(".html")
-    assert [Path(p).name for p in ran.document["written"]] == ["study.npz", "study.html"]
+    assert [Path(p).name for p in ran.document["written"]] == ["study.npz", "study.json", "study.html"]
+    assert json.loads(study.with_suffix(".json").read_text())["points"] == ran.document["points"]
     text = page.read_text()
     assert text.count("<svg") == 2 and "anchors: rms [mm]" in text and "as linear theory foretells" in text
     robocal("study", study).assert_refused("exists", "--force")
-    study.with_suffix(".npz").unlink()
+    for suffix in (".npz", ".json"):
+        study.with_suffix(suffix).unlink()
     robocal("study", study).assert_refused("study.html", "exists")
     study.write_text(TEXT.partition("sweep")[0])
     robocal("study", study, "--force")  # nothing to draw: the page of another study does not stay

@@ -54,10 +54,11 @@ class Options(Told):
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
-    """Runs a study; the file holds every output of every trial. Raises InputError."""
+    """Runs a study; the file holds every output of every trial, the .json beside it what is said of them. Raises InputError."""
     import os
 
     from robocal.files.alone import alone
+    from robocal.files.plain import json_text
     from robocal.files.studyfile import read_study
     from robocal.files.writing import refuse_existing, refuse_unwritable, write_files
     from robocal.jobs.study import document, lost, written
@@ -68,9 +69,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     study = read_study(o.study)
     result = study.path.with_suffix(".npz") if o.output is None else o.output
     written(result)  # which way, before anything is worked out
-    drawn = result.with_suffix(".html")
+    summed, drawn = result.with_suffix(".json"), result.with_suffix(".html")
     with alone(parts_of(result)):
-        for place in (result, drawn):
+        for place in (result, summed, drawn):
             refuse_existing(place, (), o.force)
             refuse_unwritable(place)
         if o.force and not o.resume:  # with it, the result is replaced by what was begun
@@ -80,6 +81,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         files = {result.name: written(result)(found)}
         remarks, whole = lost(found)
         outcome = Outcome(found, lambda: document(found, command), whole, remarks)
+        files[summed.name] = json_text(outcome.document()).encode("utf-8")
         if len(study.points) > 1:
             head, *tables = sections(outcome)
             files[drawn.name] = page(study.path.name, (head, *details(outcome), *tables), kind="Study").encode("utf-8")
