@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robocal.errors import ModelError
 from robocal.files.datawrite import data_text, table_text
-from robocal.files.parts import hashes
+from robocal.files.parts import made_by
 from robocal.files.plain import plain
 from robocal.files.poses import poses_text, read_poses
 from robocal.files.robot import Robot
@@ -41,6 +41,7 @@ class Planned:
     template: Template  # with the sigma that is stated
     inputs: tuple[InputFile, ...]
     warnings: tuple[Remark, ...]
+    command: str = ""
 
     @property
     def document(self) -> dict[str, Any]:
@@ -79,13 +80,13 @@ class Planned:
                     for i, k in enumerate(p.path)
                 ],
                 **told(self.warnings),
-                "inputs": hashes(self.inputs),
+                "provenance": made_by(self.command, self.inputs),
             }
         )  # fmt: skip
         return found
 
 
-def planned(o: Any, watch: Watch | None = None) -> tuple[Planned, dict[str, str]]:
+def planned(o: Any, watch: Watch | None = None, command: str = "") -> tuple[Planned, dict[str, str]]:
     """A plan by the options of the verb, and the files that go with it where they are to be written. Raises InputError."""
     arm = open_arm(o.robot, base=o.base, tip=o.tip)
     si = o.si(arm.units)
@@ -124,7 +125,8 @@ def planned(o: Any, watch: Watch | None = None) -> tuple[Planned, dict[str, str]
         made = plan(
             arm.chain, at_work, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
         )
-    found = Planned(arm, o.robot, made, options, stated, files, (*warnings, *_doubts(made, si.accuracy, at_work)))
+    warnings = (*warnings, *_doubts(made, si.accuracy, at_work))
+    found = Planned(arm, o.robot, made, options, stated, files, warnings, command)
     if o.output is None:
         return found, {}
     texts, said = _texts(found)

@@ -9,10 +9,11 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from html import escape
 from importlib.resources import files
+from typing import Any
 
 from robocal._version import __version__
 from robocal.report.html import html
@@ -38,9 +39,10 @@ def page(
     kind: str,
     facts: Sequence[tuple[str, str]] = (),
     made: str = __version__,
+    recipe: Mapping[str, Any] | None = None,
 ) -> str:
-    """The text of a page with a title, the kind of document above it, and facts below it; `made` is robocal's version. The same
-    input gives the same text."""
+    """The text of a page with a title, the kind of document above it, and facts below it; `made` is robocal's version, `recipe` the
+    provenance of its document: the command, and the files that were read. The same input gives the same text."""
     told = tuple(sections)
     first, body = html((_untitled(s, title) for s in told[:1]), "head"), html(told[1:])
     scripts = ["".join(map(_asset, names)) for names, sign in SCRIPTS.items() if sign in first + body]
@@ -58,11 +60,18 @@ def page(
         f'<meta name="robots" content="noindex">\n<link rel="icon" href="data:,">\n<title>{escape(kind)}: {name}</title>\n'
         f"<style>\n{_asset('style.css')}</style>\n</head>\n<body>\n<main>\n"
         f'<header>\n<p class="eyebrow">{escape(kind)}</p>\n<h1>{name}</h1>\n{head}</header>\n{first}\n{_ways(told, body)}{body}\n'
-        f"<footer>Made by robocal{f' {escape(made)}' if made else ''}. This page is complete in itself and contacts nothing."
-        f"</footer>\n</main>\n{ends}</body>\n</html>\n"
+        f"<footer>{_recipe(recipe or {})}Made by robocal{f' {escape(made)}' if made else ''}. This page is complete in itself and "
+        f"contacts nothing.</footer>\n</main>\n{ends}</body>\n</html>\n"
     )
     # Control characters and halves of surrogate pairs can be in no file.
     return UNSEEN.sub("\ufffd", text).encode("utf-8", "replace").decode("utf-8")
+
+
+def _recipe(made: Mapping[str, Any]) -> str:
+    """What makes the document again: the command, and what it read."""
+    lines = [made["command"]] if made.get("command") else []
+    lines += [f"{i['file']}: SHA-256 {i['sha256']}" for i in made.get("inputs", ())]
+    return "".join(f"<p>{escape(line)}</p>\n" for line in lines)
 
 
 def _untitled(section: Section, title: str) -> Section:

@@ -64,10 +64,12 @@ class Outcome:
         """The same with `texts` and a page of what is `told` in a folder, where one is wanted; `head` as of `report.page.page`."""
         if folder is None:
             return self
+        from robocal.files.plain import plain
         from robocal.files.writing import write_files
         from robocal.report import page as report
 
-        return self.kept(write_files(folder, {**texts(), page: report.page(sections=told, **head)}))
+        recipe = plain(self.document().get("provenance"))
+        return self.kept(write_files(folder, {**texts(), page: report.page(sections=told, recipe=recipe, **head)}))
 
     def kept(self, written: tuple[Path, ...]) -> Outcome:
         """The same with the files that were written, which the document lists too."""

@@ -95,7 +95,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.jobs.plan import planned
 
     refuse_existing(o.output, FILES, o.force)
-    made, texts = planned(o, watch)
+    made, texts = planned(o, watch, command)
     document = made.document
     outcome = Outcome(made, lambda: document, remarks=made.warnings)
     return outcome.paged(

@@ -84,7 +84,8 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         files[summed.name] = json_text(outcome.document()).encode("utf-8")
         if len(study.points) > 1:
             head, *tables = sections(outcome)
-            files[drawn.name] = page(study.path.name, (head, *details(outcome), *tables), kind="Study").encode("utf-8")
+            told, recipe = (head, *details(outcome), *tables), outcome.document()["provenance"]
+            files[drawn.name] = page(study.path.name, told, kind="Study", recipe=recipe).encode("utf-8")
         places = write_files(result.parent, files, remove=(drawn.name,))
         clear(result)
     return outcome.kept(places)

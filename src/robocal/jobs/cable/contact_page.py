@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.jobs.cable.contact import Path
-from robocal.jobs.cable.load import how_made, ruler_of
+from robocal.jobs.cable.load import assumed_text, ruler_of
 from robocal.remarks.remark import spoken
 from robocal.report.cable.part import part
 from robocal.report.cable.scene import scene
@@ -45,7 +45,7 @@ def contact_details(made: Path) -> Iterator[Section]:
     )
     yield part(
         "How it was worked out",
-        "\n\n".join([words, *how_made(robot, made.command, made.inputs), *map(spoken, made.remarks)]),
+        "\n\n".join([words, *assumed_text(robot), *map(spoken, made.remarks)]),
     )
 
 

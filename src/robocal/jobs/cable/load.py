@@ -26,10 +26,10 @@ from robocal.remarks.remark import Remark, told
 from robocal.report.cable.ruler import Ruler
 
 __all__ = [
+    "assumed_text",
     "fitting",
     "framed",
     "held_robot",
-    "how_made",
     "limits_text",
     "located",
     "mass_of",
@@ -219,12 +219,9 @@ def framed(
     }
 
 
-def how_made(robot: CableRobot, command: str, inputs: Sequence[InputFile]) -> list[str]:
-    """Paragraphs for a page: what was assumed, which files were read, by which command."""
-    recipe, assumed = made_by(command, inputs), robot.assumed
-    out = [f"Assumed, not measured: {', '.join(assumed)}. The result depends on it."] if assumed else []
-    out += [f"{i.file}: SHA-256 {i.sha256}" for i in recipe.inputs]
-    return [*out, f"robocal {recipe.version}: {recipe.command}"]
+def assumed_text(robot: CableRobot) -> list[str]:
+    """A paragraph for a page where something of the robot was assumed."""
+    return [f"Assumed, not measured: {', '.join(robot.assumed)}. The result depends on it."] if robot.assumed else []
 
 
 def limits_text(limits: NDArray[np.float64]) -> str:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from robocal.cables.boundary import Outline, outline
 from robocal.cables.workspace import Demand
 from robocal.geometry import se3
-from robocal.jobs.cable.load import how_made, limits_text, ruler_of
+from robocal.jobs.cable.load import assumed_text, limits_text, ruler_of
 from robocal.jobs.cable.poses import Listed
 from robocal.remarks.remark import spoken
 from robocal.report.cable.lists import reached
@@ -158,4 +158,4 @@ def _how(made: Listed) -> str:
         f"{limits_text(robot.need('limits'))}; {significant(float(robot.need('mass')))} kg; lengths are {made.lengths}.",
         "Cables are straight rods, and no contact on a way is jumped over. Sag, the frame and the floor are left out.",
     ]
-    return "\n\n".join([*parts, *how_made(robot, made.command, made.inputs), *map(spoken, made.warnings)])
+    return "\n\n".join([*parts, *assumed_text(robot), *map(spoken, made.warnings)])

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from robocal.cables.calibration.requirement import ESTIMATORS, WHAT
 from robocal.files.units import UNITS, Unit
-from robocal.jobs.cable.load import how_made
+from robocal.jobs.cable.load import assumed_text
 from robocal.jobs.cable.require import Required
 from robocal.report.cable.contours import contours
 from robocal.report.cable.part import part
@@ -101,4 +101,4 @@ def require_details(made: Required) -> Iterator[Section]:
         "To first order in the noise, around the robot as its file has it; straight cables. It holds while the noise is small against "
         "the spread of the poses."
     )
-    yield part("How it was worked out", "\n\n".join([how, *how_made(made.robot, made.command, made.inputs)]))
+    yield part("How it was worked out", "\n\n".join([how, *assumed_text(made.robot)]))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.cables.tension import Distribution
-from robocal.jobs.cable.load import how_made, limits_text, ruler_of
+from robocal.jobs.cable.load import assumed_text, limits_text, ruler_of
 from robocal.jobs.cable.tension import Tensions
 from robocal.remarks.remark import spoken
 from robocal.report.cable.part import part
@@ -102,4 +102,4 @@ def _how(made: Tensions) -> str:
         f"{model}; method {method}; limits {limits_text(made.spread.limits)}; {significant(made.mass)} kg. "
         f"Of margins, moments are divided by {ruler_of(made.units).short(made.length)}."
     )
-    return "\n\n".join([words, *how_made(made.robot, made.command, made.inputs), *map(spoken, made.warnings)])
+    return "\n\n".join([words, *assumed_text(made.robot), *map(spoken, made.warnings)])

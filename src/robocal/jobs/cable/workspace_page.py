@@ -11,7 +11,7 @@ from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.cables.workspace import Demand, Grid, grid
 from robocal.geometry import se3, so3
-from robocal.jobs.cable.load import how_made, limits_text, ruler_of
+from robocal.jobs.cable.load import assumed_text, limits_text, ruler_of
 from robocal.jobs.cable.workspace_found import Workspace
 from robocal.report.cable.part import part
 from robocal.report.cable.ruler import Ruler
@@ -114,9 +114,7 @@ def _demanded(demand: Demand) -> list[list[str]]:
 def _how(made: Workspace) -> str:
     model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
     limits = "" if made.demand.closure else f"; limits {limits_text(made.robot.need('limits'))}"
-    return "\n\n".join(
-        [f"{model}, what they weigh left out{limits}.", *how_made(made.robot, made.command, made.inputs)]
-    )
+    return "\n\n".join([f"{model}, what they weigh left out{limits}.", *assumed_text(made.robot)])
 
 
 def _angles(vector: Array) -> str:
