@@ -11,6 +11,7 @@ import time
 import numpy as np
 import pytest
 from cli.runs import robocal
+from cli.test_cable_import import spatial
 from studies.specs import TEXT, conducted, of
 
 from robocal._version import __version__
@@ -90,6 +91,17 @@ def test_a_robot_that_changes_while_a_study_runs_is_told(study):
     robot.write_text(robot.read_text().replace("-1813.3", "-1913.3"))
     with pytest.raises(FileError, match="changed while the study ran"):
         do(every[-1])
+
+
+def test_bodies_of_a_model_belong_to_the_study(study, tmp_path):
+    """Half of a model of CASPR stands in another file: chunks of one body are not those of another."""
+    spatial().write(tmp_path)
+    study.write_text(TEXT.replace("robot.yaml", str(tmp_path / "model_cables.xml")))
+    before = read_study(study)
+    bodies = tmp_path / "model_bodies.xml"
+    bodies.write_text(bodies.read_text().replace("<mass>8.5", "<mass>9.5"))
+    after = read_study(study)
+    assert before.text != after.text and before.read != after.read
 
 
 @pytest.mark.parametrize("name", ["out.npz", "out.json", "out.html"])

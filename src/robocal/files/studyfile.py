@@ -14,6 +14,7 @@ from robocal._version import __version__
 from robocal.errors import InputError, nearest
 from robocal.estimate.criteria import CRITERIA
 from robocal.estimate.losses import LOSSES
+from robocal.files.cable.caspr import CABLES, bodies_of
 from robocal.files.plain import json_text
 from robocal.files.schema import Model, Version, validate
 from robocal.files.text import read_text
@@ -116,6 +117,13 @@ class Point:
     def __getitem__(self, name: str) -> Any:
         return dict(self.settings)[name]
 
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The robot, with the bodies of one of CASPR's, and lists of poses, by name."""
+        robot = Path(self["robot"])
+        more = (str(bodies_of(robot)),) if robot.name.endswith(CABLES) else ()
+        return (self["robot"], *more, *(self[key] for key in ("poses.file", "poses.tests") if self[key] is not None))
+
 
 @dataclass(frozen=True)
 class Study:
@@ -185,7 +193,7 @@ def read_study(path: str | os.PathLike[str]) -> Study:
         document.fail("a seed is not negative", ("seed",), found=plain.seed, expected="0 or more")
     chunk = plain.chunk or CHUNKS[plain.of]
     # What decides the numbers: the robots and lists as they are now, not only what they are called.
-    named = [p[key] for key in ("robot", "poses.file", "poses.tests") for p in points if p[key] is not None]
+    named = [name for p in points for name in p.files]
     read = {r: read_text(r).sha256 for r in dict.fromkeys(named) if Path(r).is_file()}
     told = {
         "version": __version__, "of": plain.of, "trials": plain.trials, "seed": plain.seed, "chunk": chunk,

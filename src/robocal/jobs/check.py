@@ -19,7 +19,7 @@ from robocal.files.parts import hashes
 from robocal.files.plain import plain
 from robocal.files.text import InputFile
 from robocal.jobs.cable.identify import read_measured
-from robocal.jobs.cable.load import robot_input
+from robocal.jobs.cable.load import robot_inputs
 from robocal.jobs.inputs import open_arm, read_inputs, robot_files
 from robocal.jobs.strange import outlier
 from robocal.jobs.watching import Watch, computable
@@ -107,7 +107,7 @@ def checked(o: Any, watch: Watch | None = None) -> Checked:
         inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, exclude=o.exclude, watch=watch)
         return _checked(inputs.robot, o, inputs.data, inputs.warnings, inputs.files, watch)
     if cable is not None:
-        files = (robot_input(cable, o.robot),)
+        files = robot_inputs(cable, o.robot)
         return Checked(cable, None, (), cable.machine.table.free, None, None, False, cable.warnings, files)
     arm = open_arm(o.robot, base=o.base, tip=o.tip)
     said = (*arm.warnings, *input_remarks(arm.machine), *_free(arm.machine))

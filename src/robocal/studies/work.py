@@ -49,7 +49,7 @@ class Work:
 
 def _setting(study: Study, point: int) -> Setting:
     p = study.points[point]
-    own = {p["robot"], p["poses.file"], p["poses.tests"]}
+    own = set(p.files)
     return Setting(study.path, study.of, study.seed, p, tuple(r for r in study.read if r[0] in own))
 
 

@@ -44,11 +44,12 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.cable.show import describe_cable
     from robocal.files.text import ROBOT_LIMIT, read_text
     from robocal.files.writing import refuse_existing
-    from robocal.jobs.cable.load import framed, robot_input
+    from robocal.jobs.cable.load import framed, robot_inputs
 
     refuse_existing(o.output, (), o.force)
     made = open_caspr(read_text(o.model, limit=ROBOT_LIMIT), o.cables)
-    file, bodies = made.file, made.bodies.file
+    file = made.file
+    (bodies,) = (i.file for i in file.beside)
     if o.output is not None and o.output.exists() and o.output.samefile(bodies):
         found, expected = str(o.output), "another name"
         raise ModelError("the output is one of the inputs", key="--output", found=found, expected=expected)
@@ -60,7 +61,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         "names": dict(zip(file.robot.cables, made.names, strict=True)),
         "text": text if o.output is None else None,
     }
-    document = framed(file.robot, said, remarks, (robot_input(file, o.model), made.bodies), command)
+    document = framed(file.robot, said, remarks, robot_inputs(file, o.model), command)
     return Outcome(made, lambda: document, remarks=remarks, text=text).put(o.output)
 
 

@@ -11,6 +11,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
 from robocal.files.cable.lists import COLUMNS
 from robocal.files.cable.values import CableUnits
+from robocal.files.text import InputFile
 from robocal.files.units import Unit
 from robocal.files.yamlio import Document, Path_, path_text
 from robocal.remarks.remark import Remark
@@ -23,7 +24,7 @@ Place = tuple[Path_, Unit]
 @dataclass(frozen=True)
 class CableFile:
     """A cable robot with where it came from. `places` says where in the text a parameter stands and in which unit;
-    `format` is yaml, published or caspr; `warnings` are what is odd about it."""
+    `format` is yaml, published or caspr; `warnings` are what is odd about it; `beside` are other files that it was read from."""
 
     robot: CableRobot
     units: CableUnits
@@ -33,6 +34,7 @@ class CableFile:
     format: str = "yaml"
     warnings: tuple[Remark, ...] = ()
     places: Mapping[str, Place] | None = None
+    beside: tuple[InputFile, ...] = ()
 
     @property
     def machine(self) -> CableRobot:

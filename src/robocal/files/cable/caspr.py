@@ -7,6 +7,7 @@ other chains, muscles and springs that nobody drives are other machines, and are
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,9 @@ from robocal.files.text import ROBOT_LIMIT, InputFile, Source, read_text
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Caspr", "open_caspr", "read_caspr"]
+__all__ = ["CABLES", "Caspr", "bodies_of", "open_caspr", "read_caspr"]
+
+CABLES = "_cables.xml"
 
 # CASPR's joint of the one body -> degrees of freedom and plane.
 JOINTS = {
@@ -60,13 +63,12 @@ class Cable:
 @dataclass(frozen=True)
 class Caspr:
     """A robot of CASPR, and what its files say beside it: which cable set it has, the names of the `others`, what CASPR calls
-    its cables ("" where it does not), the file of its bodies, and remarks on what no robot.yaml can hold."""
+    its cables ("" where it does not), and remarks on what no robot.yaml can hold."""
 
     file: CableFile
     cable_set: str
     others: tuple[str, ...]
     names: tuple[str, ...]
-    bodies: InputFile
     unheld: tuple[Remark, ...]
 
 
@@ -83,9 +85,9 @@ def open_caspr(source: Source, cable_set: str | None = None) -> Caspr:
         raise FormatError("this is not XML, and a model of CASPR is", file=source.path, expected="a file X_cables.xml")
     top, cables = _open(source, "cables")
     name = source.path.name
-    if not name.endswith("_cables.xml"):
+    if not name.endswith(CABLES):
         cables.fail("CASPR's bodies are looked for beside X_cables.xml", found=name, expected="a file X_cables.xml")
-    beside = source.path.with_name(name.removesuffix("_cables.xml") + "_bodies.xml")
+    beside = bodies_of(source.path)
     if not beside.exists():
         raise FileError("the file of the bodies is not beside that of the cables", file=beside, found="nothing")
     its = read_text(beside, limit=ROBOT_LIMIT)
@@ -107,16 +109,20 @@ def open_caspr(source: Source, cable_set: str | None = None) -> Caspr:
         known["pulleys"] = Pulleys(*(np.array([row.pulley[i] for row in rows]) for i in (0, 1)))
     called = chosen.said("id") or ""
     known["sources"] = {"": f"CASPR, {name}{f' (cable set {called})' if called else ''} and {beside.name}"}
-    robot = cable_robot(name.removesuffix("_cables.xml"), [r.a for r in rows], [r.b for r in rows], **known)
+    robot = cable_robot(name.removesuffix(CABLES), [r.a for r in rows], [r.b for r in rows], **known)
     _plane(robot, home, cables)
     odd = (*(doubt.of_file(source.path) for doubt in doubts), *unread_elements(top), *unread_elements(bodies))
     file = CableFile(
-        robot, CableUnits(), source.path, source.text, source.sha256, "caspr", (*odd, *_checked(robot, chosen, links))
-    )
+        robot, CableUnits(), source.path, source.text, source.sha256, "caspr", (*odd, *_checked(robot, chosen, links)),
+        beside=(InputFile(beside, its.sha256),),
+    )  # fmt: skip
     names = tuple(node.attributes.get("name", "") for node in chosen.children)
-    return Caspr(
-        file, called, others, names, InputFile(beside, its.sha256), _unheld(file, chosen, others, home, top, bodies)
-    )
+    return Caspr(file, called, others, names, _unheld(file, chosen, others, home, top, bodies))
+
+
+def bodies_of(cables: Path) -> Path:
+    """X_bodies.xml of X_cables.xml."""
+    return cables.with_name(cables.name.removesuffix(CABLES) + "_bodies.xml")
 
 
 def _checked(robot: CableRobot, chosen: Node, links: Node) -> tuple[Remark, ...]:

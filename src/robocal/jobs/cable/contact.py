@@ -15,7 +15,7 @@ from robocal.files.cable.lists import read_platform_poses
 from robocal.files.cable.robot import read_cable
 from robocal.files.csvtable import csv_text
 from robocal.files.text import InputFile
-from robocal.jobs.cable.load import framed, held_robot, mass_of, robot_input
+from robocal.jobs.cable.load import framed, held_robot, mass_of, robot_inputs
 from robocal.jobs.cable.start import clearance_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -96,7 +96,7 @@ def path_of(o: Any, command: str = "") -> Path:
         ) from None
     if open_ := int((~found.contacts.resolved & ~(found.held < found.contacts.fraction)).sum()):
         said = (*said, Remark.of(Code.MOTIONS_OPEN, count=open_))
-    inputs = (robot_input(file, o.robot), InputFile(FilePath(o.poses), rows.sha256))
+    inputs = (*robot_inputs(file, o.robot), InputFile(FilePath(o.poses), rows.sha256))
     return Path(
         replace(file, robot=robot),
         rows.names,

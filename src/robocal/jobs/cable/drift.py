@@ -16,7 +16,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
 from robocal.files.text import InputFile
 from robocal.jobs.cable.calibrated import Calibrated, calibrated
-from robocal.jobs.cable.load import framed, robot_input
+from robocal.jobs.cable.load import framed, robot_inputs
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -163,7 +163,7 @@ def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, comma
         found.append((other.place, made))
     remarks += [c.doubt for c in every if c.doubt is not None]
     anchors, zeros = (np.array([getattr(c.robot, k) for c in every]) for k in ("a", "zeros"))
-    inputs = tuple(robot_input(c.file, c.place) for c in every)
+    inputs = tuple(i for c in every for i in robot_inputs(c.file, c.place))
     return Drifts(
         every, tuple(found), scattered(first.robot, anchors, zeros), zeros_unchanged, tuple(remarks), inputs, command
     )

@@ -23,7 +23,7 @@ from robocal.files.dataset import Reading, read_datasets
 from robocal.files.text import InputFile
 from robocal.geometry import se3
 from robocal.jobs.cable.atrest import at_rest
-from robocal.jobs.cable.load import robot_input
+from robocal.jobs.cable.load import robot_inputs
 from robocal.jobs.cable.stretch import stretched
 from robocal.jobs.cable.weighed import weighed
 from robocal.jobs.inputs import chosen
@@ -129,7 +129,7 @@ def read_measured(
         file,
         reading,
         joined,
-        (robot_input(file, robot), *reading.files),
+        (*robot_inputs(file, robot), *reading.files),
         (*file.warnings, *reading.warnings, *told, *said),
     )
 

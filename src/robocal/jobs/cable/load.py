@@ -34,7 +34,7 @@ __all__ = [
     "located",
     "mass_of",
     "missing_text",
-    "robot_input",
+    "robot_inputs",
     "ruler_of",
     "said_of",
     "spanned_robot",
@@ -147,9 +147,9 @@ def ruler_of(units: CableUnits) -> Ruler:
     return Ruler(units.length.name, units.length.factor)
 
 
-def robot_input(file: CableFile, robot: str) -> InputFile:
-    """The robot's file, given as `robot`, as an input of a result."""
-    return InputFile(file.path or Path(robot), file.sha256)
+def robot_inputs(file: CableFile, robot: str) -> tuple[InputFile, ...]:
+    """The robot's files, given as `robot`, as inputs of a result."""
+    return (InputFile(file.path or Path(robot), file.sha256), *file.beside)
 
 
 def stretches(robot: CableRobot) -> bool:

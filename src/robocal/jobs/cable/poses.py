@@ -25,7 +25,7 @@ from robocal.files.cable.robot import read_cable
 from robocal.files.cable.values import CableUnits
 from robocal.files.plain import json_text
 from robocal.files.text import InputFile
-from robocal.jobs.cable.load import framed, held_robot, mass_of, robot_input, said_of
+from robocal.jobs.cable.load import framed, held_robot, mass_of, robot_inputs, said_of
 from robocal.jobs.cable.start import box_of, clearance_of, started
 from robocal.jobs.watching import Watch, computable
 from robocal.planning.cable import Choice, Noise, choose
@@ -67,7 +67,7 @@ def listed(o: Any, tell: Watch, command: str = "") -> Listed:
     doubts = _doubts(listing, noise, o.sigma, o.wanted, file)
     return Listed(
         file.units, able, names, begin, z, clearance, listing, made, o.method, o.margin, o.seed, choice,
-        (*file.warnings, *warnings, *doubts), (robot_input(file, o.robot),), command,
+        (*file.warnings, *warnings, *doubts), robot_inputs(file, o.robot), command,
     )  # fmt: skip
 
 

@@ -20,7 +20,7 @@ from robocal.files.cable.lists import read_platform_poses
 from robocal.files.cable.robot import read_cable
 from robocal.files.text import InputFile
 from robocal.files.units import parse_quantity
-from robocal.jobs.cable.load import framed, robot_input
+from robocal.jobs.cable.load import framed, robot_inputs
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -163,7 +163,7 @@ def required(o: Any, command: str = "") -> Required:
             f"no {o.of} follows from the lengths of this robot: fewer cables than degrees of freedom", file=file.path, key="cables",
             found=f"{len(file.robot.cables)} cables for {len(file.robot.axes)} degrees of freedom", expected="--of anchors or --of zeros",
         )  # fmt: skip
-    inputs = (robot_input(file, o.robot), InputFile(Path(o.poses), rows.sha256))
+    inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256))
     said = (*file.warnings, *rows.warnings, *_spread(file.robot, rows.values))
     return Required(file, requirement, o.of, accuracy, said, inputs, command)
 

@@ -24,7 +24,7 @@ from robocal.jobs.cable.load import (
     held_robot,
     mass_of,
     missing_text,
-    robot_input,
+    robot_inputs,
     said_of,
     unbalanced,
     wrench_of,
@@ -61,7 +61,7 @@ def held(o: Any, power: float, command: str = "") -> Tensions:
         _listed(able, rows, spread, margin, missing, file),
         (*file.warnings, *rows.warnings, *unbalanced(able, extra), *_leaning(able, rows), *_bare(able, rows.names, spread, margin)),
         _doubts(able, rows.names, spread, missing),
-        (robot_input(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command,
+        (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command,
     )  # fmt: skip
 
 

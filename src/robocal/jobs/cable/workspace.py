@@ -16,7 +16,7 @@ from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.robot import read_cable
 from robocal.jobs.cable.demand import demand_of
-from robocal.jobs.cable.load import held_robot, robot_input, spanned_robot, unbalanced
+from robocal.jobs.cable.load import held_robot, robot_inputs, spanned_robot, unbalanced
 from robocal.jobs.cable.workspace_found import PLANES, RayStart, Workspace
 from robocal.jobs.watching import Watch
 from robocal.remarks.code import Code
@@ -50,7 +50,7 @@ def workspace(o: Any, command: str = "", watch: Watch | None = None) -> Workspac
     return Workspace(
         able, demand, file.units, sides, how, made, room, even, parts, begin, edge, cuts, o.rays,
         bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *unbalanced(able, demand.extra), *remarks),
-        _doubts(able, demand, made, begin, file), (robot_input(file, o.robot),), command,
+        _doubts(able, demand, made, begin, file), robot_inputs(file, o.robot), command,
     )  # fmt: skip
 
 

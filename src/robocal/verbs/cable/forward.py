@@ -55,7 +55,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.writing import refuse_existing
     from robocal.jobs.cable.calibrated import calibrated
     from robocal.jobs.cable.forward import Poses
-    from robocal.jobs.cable.load import fitting, framed, located, robot_input, stretches, tensions_of
+    from robocal.jobs.cable.load import fitting, framed, located, robot_inputs, stretches, tensions_of
     from robocal.remarks.code import Code
     from robocal.remarks.remark import Remark
 
@@ -82,7 +82,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     said = (*said, *made_of.remarks)
     made = Poses(file, rows.names, found, si.sigma)
     remarks = (*file.warnings, *rows.warnings, *said, *made.doubts)
-    inputs = (robot_input(file, o.robot), InputFile(Path(o.lengths), rows.sha256))
+    inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.lengths), rows.sha256))
     text = made.text
     document = framed(file.robot, made.document, remarks, inputs, command)
     return Outcome(made, lambda: document, not made.doubts and made_of.doubt is None, remarks, text).put(o.output)

@@ -41,7 +41,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.cable.robot import read_cable
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing
-    from robocal.jobs.cable.load import fitting, framed, located, robot_input, stretches, tensions_of
+    from robocal.jobs.cable.load import fitting, framed, located, robot_inputs, stretches, tensions_of
     from robocal.remarks.code import Code
     from robocal.remarks.remark import Remark
 
@@ -59,7 +59,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     if geometric:
         said = (*said, Remark.of(Code.LENGTHS_GEOMETRIC, robot=file.robot.name))
     remarks = (*file.warnings, *rows.warnings, *said)
-    inputs = (robot_input(file, o.robot), InputFile(Path(o.poses), rows.sha256))
+    inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256))
     found = {
         "lengths": "geometric" if geometric else "as the sensors show them",
         "lengths_m": dict(zip(rows.names, lengths, strict=True)),
