@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -63,6 +64,8 @@ def test_the_anchor_that_moved_is_named(cell, tmp_path):
     assert [c["moved"] for c in found["compared"]] == [[], ["c6"]]
     assert found["compared"][1]["cables"]["c6"]["shift_mm"][0] == pytest.approx(5.0, abs=2.0)
     assert json.loads((out / "drift.json").read_text())["compared"] == found["compared"]
+    read = [Path(i["file"]).name for i in found["provenance"]["inputs"]]
+    assert read == ["calibrated.yaml", "covariance.json"] * 3
     assert "c6" in (out / "report.html").read_text()
 
 

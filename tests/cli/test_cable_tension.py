@@ -248,17 +248,17 @@ def test_a_planar_robot_out_of_its_plane_is_remarked_on(folder):
     (folder / "flat.csv").write_text(POSES.splitlines()[0] + "\nhere,0,0,-300,0,0,0\nthere,0,400,-300,0,0,0\n")
     ran = run(folder, poses="flat.csv")
     assert ran.status == 0 and "there: cable c" in ran.err and "leaves the plane xz" in ran.err
-    assert "there: a platform with 2T cannot be there: it is 400 mm along y away from here" in ran.err
+    assert "there: a platform with 2T cannot be there: it is 400 mm away from here in y" in ran.err
     for verb in ("inverse", "contact"):
-        assert "400 mm along y" in robocal("cable", verb, folder / "robot.yaml", folder / "flat.csv").said
+        assert "400 mm away from here in y" in robocal("cable", verb, folder / "robot.yaml", folder / "flat.csv").said
     (folder / "flat.csv").write_text(POSES.splitlines()[0] + "\nhere,0,0,-300,0,0,0\nthere,0,0,-300,0,0,20\n")
-    assert "20 deg about z" in robocal("cable", "inverse", folder / "robot.yaml", folder / "flat.csv").said
+    assert "20 deg away from here in rz" in robocal("cable", "inverse", folder / "robot.yaml", folder / "flat.csv").said
 
 
 def test_what_is_not_balanced_of_a_wrench_is_said(folder):
     (folder / "robot.yaml").write_text(describe_cable(planar("xz", "2T")))
     (folder / "flat.csv").write_text(POSES.splitlines()[0] + "\nhere,0,0,-300,0,0,0\n")
-    said = "fy, my of the wrench are left out: a platform with 2T does not balance them"
+    said = "left out of the wrench: fy, my, which a platform with 2T does not balance"
     for verb, *rest in (("tension", folder / "flat.csv"), ("workspace", "--cells", 5, "--rays", 50)):
         found = robocal("cable", verb, folder / "robot.yaml", *rest, "--wrench", "1,5,0,0,1,0", "--json")
         assert said in found.err, found.err

@@ -274,6 +274,7 @@ def test_new_cable_works_as_it_stands(tmp_path):
     assert robocal("new", "cable", "-o", cell, "--force", "--json").document["convention"] is None
     robocal("new", "cables", "-o", cell).assert_refused("did you mean 'cable'?")
     robocal("new", "cable", "--kind", "pose", "-o", tmp_path / "other").assert_refused("--kind", "a cable robot")
+    robocal("new", "cable", "--tip", "hand", "-o", tmp_path / "other").assert_refused("--tip", "a cable robot")
     assert not (tmp_path / "other").exists()
 
 

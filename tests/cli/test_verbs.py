@@ -215,6 +215,7 @@ def test_new_writes_what_a_robot_with_a_file_lacks(case: Path) -> None:
     assert made.status == 0 and "robocal check arm.urdf cell/data.yaml" in made.out
     assert {p.name for p in Path("cell").iterdir()} == {"data.yaml", "measurements.csv"}
     assert robocal("check", "arm.urdf", "cell/data.yaml").status == 0
+    assert "robocal check arm.urdf 'my cell/data.yaml'" in robocal("new", "arm.urdf", "-o", "my cell").out
 
 
 def test_export_every_form(case: Path) -> None:

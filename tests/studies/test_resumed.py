@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import pickle
 import subprocess
@@ -110,6 +111,23 @@ def test_a_folder_in_the_way_is_told_before_the_first_trial(study, name):
     ran = robocal("study", study, "-o", study.parent / "out.npz", "--force", "--workers", 1)
     ran.assert_refused("folder of this name", name)
     assert not parts_of(study.parent / "out.npz").exists()
+
+
+def test_a_study_that_is_refused_leaves_no_folder(study):
+    study.write_text(TEXT.replace("robot.yaml", "none.yaml"))
+    robocal("study", study, "-o", study.parent / "new" / "within" / "out.npz", "--workers", 1).assert_refused(
+        "none.yaml"
+    )
+    assert not (study.parent / "new").exists()
+
+
+def test_a_disk_without_locks_is_no_other_process(tmp_path, monkeypatch):
+    def flock(*_):
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr("robocal.files.alone.fcntl.flock", flock)
+    with pytest.raises(FileError, match="cannot be locked: no locks available"), alone(tmp_path / "parts"):
+        pass
 
 
 def test_every_robot_of_a_sweep_is_opened_before_the_first_trial(study):

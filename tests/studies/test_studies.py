@@ -396,6 +396,10 @@ def test_a_sweep_is_drawn_beside_its_numbers(study):
     page = study.with_suffix(".html")
     assert [Path(p).name for p in ran.document["written"]] == ["study.npz", "study.json", "study.html"]
     assert json.loads(study.with_suffix(".json").read_text())["points"] == ran.document["points"]
+    read = [Path(i["file"]).name for i in ran.document["provenance"]["inputs"]]
+    assert read == ["study.yaml", "robot.yaml"] and all(
+        i["sha256"] in page.read_text() for i in ran.document["provenance"]["inputs"]
+    )
     text = page.read_text()
     assert text.count("<svg") == 2 and "anchors: rms [mm]" in text and "as linear theory foretells" in text
     robocal("study", study).assert_refused("exists", "--force")

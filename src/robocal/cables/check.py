@@ -10,10 +10,10 @@ from robocal.geometry import so3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["check"]
+__all__ = ["FAR", "check"]
 
 FEWEST, MOST = 3, 12
-FAR = 1e9  # m; lengths of anchors further away are no numbers
+FAR = 1e9  # m; lengths of anchors and poses further away are no numbers
 SAME = 1e-6  # m; anchors closer than this are one
 PRINTED = 1e-6  # of a moment of inertia: a thin plate's, printed with seven digits, is still a plate's
 LOST = 1e-9  # smallest singular value of L over the largest below which a direction of motion is not held

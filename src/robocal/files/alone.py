@@ -22,11 +22,13 @@ TRIES = 100  # of a folder that others make and do away with
 
 @contextlib.contextmanager
 def alone(folder: Path) -> Iterator[None]:
-    """Keeps a folder, which is made where it is missing, for this process until the end; one that is empty then goes.
+    """Keeps a folder, which is made where it is missing, for this process until the end; it goes then where it is empty, and with it those
+    around it that were made for it.
 
     Whatever ends the process gives the folder free: the system does. Raises FileError where another process has it, or where it cannot
     be made.
     """
+    made = [p for p in folder.parents if not p.exists()]  # the innermost first
     held = _held(folder)
     try:
         yield
@@ -34,7 +36,8 @@ def alone(folder: Path) -> Iterator[None]:
         with contextlib.suppress(OSError):
             (folder / LOCK).unlink()
         with contextlib.suppress(OSError):
-            folder.rmdir()
+            for place in (folder, *made):
+                place.rmdir()
         os.close(held)
 
 
@@ -44,7 +47,7 @@ def _held(folder: Path) -> int:
     for _ in range(TRIES):
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            held = os.open(place, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+            held = os.open(place, os.O_RDWR | os.O_CREAT, 0o666)
         except FileNotFoundError:
             continue
         except OSError as error:
@@ -57,8 +60,14 @@ def _held(folder: Path) -> int:
                 return held
         except FileNotFoundError:
             pass
-        except OSError:
+        except BlockingIOError:
             os.close(held)
             raise FileError("another process is at work here", file=folder, expected="its end, or another -o") from None
+        except OSError as error:
+            os.close(held)
+            reason = (error.strerror or str(error)).lower()
+            raise FileError(
+                f"the folder cannot be locked: {reason}", file=folder, expected="-o on another disk"
+            ) from None
         os.close(held)
     raise FileError("the folder cannot be made: others do away with it", file=folder)

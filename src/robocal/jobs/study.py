@@ -75,10 +75,11 @@ def document(found: Found, command: str) -> dict[str, Any]:
         {"varied": dict(p.varied), **{name: plain(_none(summary(found, name)[i])) for name in found.outputs}}
         for i, p in enumerate(study.points)
     ]
+    inputs = (InputFile(study.path, study.sha256), *(InputFile(Path(name), digest) for name, digest in study.read))
     return {
         "robocal": 1, "of": study.of, "trials": study.trials, "seed": study.seed, "units": found.units, "points": points,
         **told(lost(found)[0]),
-        "provenance": plain(made_by(command, (InputFile(study.path, study.sha256),))),
+        "provenance": plain(made_by(command, inputs)),
     }  # fmt: skip
 
 

@@ -76,7 +76,8 @@ MEANS: dict[str, tuple[Cell, ...]] = {
 PROFILED = Text.of(
     ("Profiled", "term"),
     ": a pose or marker met only in these measurements was fitted to them, and its degrees of freedom were subtracted, which enlarges "
-    "these errors; all shared parameters stayed as identified. What pictures call before, and the list of the largest errors, is not.",
+    "these errors; all shared parameters stayed as identified. Errors before calibration in pictures, and the list of the largest errors, "
+    "are not enlarged.",
 )  # fmt: skip
 
 

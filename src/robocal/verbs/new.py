@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 
 from robocal.report.sections import Section, Text, quiet, table
 from robocal.verbs import words as w
@@ -12,8 +13,6 @@ from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
-
-JOINTS, KIND = 6, "position"
 
 
 @dataclass(frozen=True)
@@ -32,8 +31,8 @@ class Options(Told):
 
     robot: str | None = arg(None, "ROBOT", "A catalogue name, a convention, cable, or the file of a robot.")
     output: Path = opt(Path("."), "Folder for the files", short="-o", metavar="DIR")
-    joints: int = opt(JOINTS, "How many, when ROBOT is a convention", metavar="N", least=1, most=30)
-    kind: w.Kind = KIND
+    joints: int = opt(6, "How many, when ROBOT is a convention", metavar="N", least=1, most=30)
+    kind: w.Kind = "position"
     listing: bool = opt(False, "List the catalogue and the conventions", name="--list")
     force: w.Force = False
     base: w.Base = None
@@ -51,13 +50,14 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         return Outcome(found, lambda: found)
     if o.robot is None:
         raise ModelError(
-            "which robot? give a name of the catalogue, a convention, or cable",
+            "which robot? give a name of the catalogue, a convention, cable, or the file of a robot",
             expected="robocal new --list shows them",
         )
     if o.robot == CABLE:
-        for option, given, usual in (("--joints", o.joints, JOINTS), ("--kind", o.kind, KIND)):
-            if given != usual:
-                raise ModelError("a cable robot has no such thing", key=option, found=given, expected="an arm")
+        for name in ("joints", "kind", "base", "tip"):
+            if o.departs(name):
+                found = getattr(o, name)
+                raise ModelError("a cable robot has no such thing", key=f"--{name}", found=found, expected="an arm")
         made = new_cable(o.output, o.force)
     else:
         made = new(o.robot, o.output, o.joints, o.kind, o.force, o.base, o.tip)
@@ -86,7 +86,7 @@ def sections(made: Outcome) -> Iterator[Section]:
         "",
         Text.of(head),
         *(Text.of(str(path), indent=2) for path in made.written),
-        Text.of(f"Fill them in, then: robocal {verb} {found.robot} {_second(made)}"),
+        Text.of(f"Fill them in, then: robocal {verb} {quote(str(found.robot))} {quote(_second(made))}"),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from robocal.report.sections import Detail, Section, Text, Written, ends, figure, quiet, strong, table
@@ -136,7 +137,8 @@ def sections(made: Outcome) -> Iterator[Section]:
         ready = next((p for p in made.written if p.name == "data.yaml"), None)
         words = (
             ready
-            and f"next: measure, fill in {ready.with_suffix('.csv')}, then robocal identify {made.result.opened} {ready}"
+            and f"next: measure, fill in {ready.with_suffix('.csv')}, then "
+            f"robocal identify {quote(str(made.result.opened))} {quote(str(ready))}"
         )
         yield Section.of("", Written(made.written), Text.of(words) if words else None)
 

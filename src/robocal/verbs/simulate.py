@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 
 from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
@@ -104,5 +105,5 @@ def sections(made: Outcome) -> Iterator[Section]:
         "",
         Text.of(f"Simulated {found.robot.name}: {wrong}"),
         *(Text.of(str(path), indent=2) for path in made.written),
-        Text.of(f"next: robocal identify {names['robot']} {names['data']}"),
+        Text.of(f"next: robocal identify {quote(str(names['robot']))} {quote(str(names['data']))}"),
     )

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.cables.check import FAR
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.values import CableUnits
 from robocal.files.csvtable import CsvTable, csv_text, read_csv
@@ -45,7 +46,6 @@ __all__ = [
 Array = NDArray[np.float64]
 QUATERNION = ("qx", "qy", "qz", "qw")
 AWAY = (0.01, np.radians(1.0))  # m and rad across what a platform can do: more than an instrument is off
-FAR = 1e9  # m; lengths of poses further away are no numbers
 UNIT = 2e-2  # from a length of one: what rounding to two digits leaves
 WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 # What columns of lists are called, and so no cable.
@@ -141,9 +141,8 @@ def _beyond(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:
     row, at = (int(v) for v in np.unravel_index(int(share.argmax()), share.shape))
     axis = out[at]
     off = Quantity(abs(float(way[row, axis])), "m" if axis < 3 else "rad")
-    how = f"{'along' if axis < 3 else 'about'} {'xyz'[axis % 3]}"
     names = {"pose": rows.names[row], "first": rows.names[0]}
-    return (Remark.of(Code.POSE_OUT_OF_REACH, **names, degrees=robot.degrees, off=off, how=how),)
+    return (Remark.of(Code.POSE_OUT_OF_REACH, **names, degrees=robot.degrees, off=off, column=FRAME_SYMBOLS[axis]),)
 
 
 def _columns(table: CsvTable, names: Sequence[str], si: Sequence[str]) -> Array:

@@ -13,6 +13,7 @@ from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.robot import read_cable
 from robocal.files.covariance import COVARIANCE, read_covariance
 from robocal.files.runfolder import Run, find_run
+from robocal.files.text import InputFile, read_text
 from robocal.jobs.cable.beyond import Beyond, beyond, names_beyond
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -79,6 +80,7 @@ def calibrated(place: str) -> Calibrated:
     file = replace(
         file,
         robot=file.robot.with_values({n: read.values[n] for n in seen if n in read.values and n in file.robot.table}),
+        beside=(*file.beside, InputFile(told, read_text(told).sha256)),
     )
     found = {n: read.values[n] for n in names_beyond(file.robot, seen) if n in read.values}
     more = beyond(file.robot, found, any(n.endswith(".l0") for n in seen), place)

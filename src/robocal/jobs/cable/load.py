@@ -116,8 +116,7 @@ def unbalanced(robot: CableRobot, wrenches: Array) -> tuple[Remark, ...]:
     lost = tuple(WRENCH[i] for i in np.flatnonzero(given) if i not in robot.axes)
     if not lost:
         return ()
-    verb, what = ("is", "it") if len(lost) == 1 else ("are", "them")
-    return (Remark.of(Code.WRENCH_UNBALANCED, components=lost, verb=verb, what=what, degrees=robot.degrees),)
+    return (Remark.of(Code.WRENCH_UNBALANCED, components=lost, degrees=robot.degrees),)
 
 
 @contextmanager

@@ -159,11 +159,11 @@ TABLE: dict[Code, Words] = {
         "--diameter states it.",
     ),
     Code.POSE_OUT_OF_REACH: Words(
-        "{pose}: a platform with {degrees} cannot be there: it is {off:.3g} {how} away from {first}",
+        "{pose}: a platform with {degrees} cannot be there: it is {off:.3g} away from {first} in {column}",
         "Check the columns of the list, and the degrees of the robot; what is told is that of the pose as it stands.",
     ),
     Code.WRENCH_UNBALANCED: Words(
-        "{components} of the wrench {verb} left out: a platform with {degrees} does not balance {what}",
+        "left out of the wrench: {components}, which a platform with {degrees} does not balance",
         "Something else has to hold it; or state other degrees in the robot's file.",
     ),
     Code.MOTIONS_OPEN: Words(
