@@ -58,12 +58,9 @@ def lost(found: Found) -> tuple[tuple[Remark, ...], bool]:
         none = sum(n == found.study.trials for n in gone)
         if none:
             remarks.append(Remark.of(Code.NO_TRIAL_ENDED, output=name, points=none, total=len(every)))
-        elif any(gone):
-            most, trials = max(gone), found.study.trials
-            some = sum(n > 0 for n in gone)
-            remarks.append(
-                Remark.of(Code.TRIALS_LOST, output=name, points=some, total=len(every), most=most, trials=trials)
-            )
+        if some := [n for n in gone if 0 < n < found.study.trials]:
+            said = {"output": name, "points": len(some), "total": len(every), "most": max(some)}
+            remarks.append(Remark.of(Code.TRIALS_LOST, **said, trials=found.study.trials))
         whole &= not none
     return tuple(remarks), whole
 
