@@ -59,8 +59,9 @@ def lost(found: Found) -> tuple[tuple[Remark, ...], bool]:
         if none:
             remarks.append(Remark.of(Code.NO_TRIAL_ENDED, output=name, points=none, total=len(every)))
         if some := [n for n in gone if 0 < n < found.study.trials]:
-            said = {"output": name, "points": len(some), "total": len(every), "most": max(some)}
-            remarks.append(Remark.of(Code.TRIALS_LOST, **said, trials=found.study.trials))
+            most, trials = max(some), found.study.trials
+            counts = {"points": len(some), "total": len(every), "most": most, "trials": trials}
+            remarks.append(Remark.of(Code.TRIALS_LOST, output=name, **counts))
         whole &= not none
     return tuple(remarks), whole
 
