@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from measure.rigs import recorded
 from trials import TRACKER, joints, observations
 
 from robocal.calibrate.identify import identify
@@ -50,3 +51,15 @@ def test_a_right_one_is_not_spoken_of(name):
 def test_one_wrong_length_is_not_a_change_of_all(name, length, off):
     _, codes = run(name, moved={length: off})
     assert not codes & SCALE
+
+
+@pytest.mark.parametrize("medium", [True, False])
+def test_ranges_through_a_medium_take_their_scale_from_its_speed(medium):
+    """A time is as long as its speed says; a range that nothing was multiplied by is a length."""
+    model, rng = open_robot("ur10").chain, np.random.default_rng(0)
+    model = replace(model, table=model.table.with_free([n for n in model.usual if not n.startswith("tool.")]))
+    data = recorded("range", model, rng, 60, 60)
+    name = {"medium": "air"} if medium else {"medium": "", "values": {}}
+    held = tuple(replace(o, options={**o.options, **name, "free": ()}) for o in data.observations)
+    found = identify(model, DataSet(data.configurations, held), Options(leave_one_out=False))
+    assert found.scale.stated is medium

@@ -27,6 +27,7 @@ from robocal.calibrate.evidence import Verdict
 from robocal.calibrate.fit import Fit, fit, posed_again
 from robocal.calibrate.gross import set_aside
 from robocal.calibrate.judge import unseen_of, verdict
+from robocal.calibrate.late import Late, late, punctual
 from robocal.calibrate.motions import lacking
 from robocal.calibrate.numbers import Held, held_number, questioned
 from robocal.calibrate.options import Options
@@ -89,6 +90,11 @@ class Decision(Generic[M]):
         return held_number(self.model, self.whole)
 
     @cached_property
+    def late(self) -> Late | None:
+        """Readings of a moving arm that belong to another moment than its joint values."""
+        return late(self.model, self.whole)
+
+    @cached_property
     def moved(self) -> tuple[Segment, ...]:
         """What stood elsewhere for a part of the file."""
         return find_segments(self.model, self.data, self.values)
@@ -111,7 +117,7 @@ class Decision(Generic[M]):
 
     def verdict(self, holds: Holds | None = None) -> Verdict:
         """Whether the model improved; where the correction `holds` is said of an improvement, and changes no status."""
-        found = questioned(scaled(self._judged, self.scale), self.held_number)
+        found = punctual(questioned(scaled(self._judged, self.scale), self.held_number), self.late)
         return refused_by(self.moved, qualified(found, holds))
 
     def unseen(self, unit: str) -> tuple[Statistic, Statistic] | None:

@@ -35,6 +35,8 @@ Ints = NDArray[np.int64]
 Number = TypeVar("Number", bound=np.generic)
 # Far outside the stated noise, in standard deviations.
 FAR = 3.0
+# Of the variance, that no arm's making leaves: a tenth of what the positions scatter by.
+LEFT = 0.01
 # A bootstrap of n gains that all have one sign never doubts them; by chance that happens once in 2^n.
 PROOF = 5
 DRAWN = 1 << 17  # numbers of a bootstrap at once: more would leave the cache
@@ -190,10 +192,12 @@ def judge(
             return Verdict("refused", (Remark.of(Code.NO_BETTER_THAN_MEAN, **shown),))
         unexplained = float(np.mean(there**2) / np.mean(constant**2))
         rms = float(np.sqrt(np.mean(there**2)))
+        noise = Quantity(stated) if stated else None
+        told = Remark.of(Code.UNEXPLAINED, explained=1 - unexplained, rms=Quantity(rms), stated=noise)
         if unexplained > 0.5 and rms > FAR * (stated or 0.0):
-            noise = Quantity(stated) if stated else None
-            told = Remark.of(Code.UNEXPLAINED, explained=1 - unexplained, rms=Quantity(rms), stated=noise)
             return Verdict("refused", (told,))
+    else:
+        told, unexplained, rms = None, 0.0, 0.0
     gain, low, high = bootstrap_gain(before, after, configurations, seed)
     if np.abs(before - after).max() <= ROUNDING * max(1.0, float(np.abs(before).max())):
         # Two models that are one: what differs is how the computer rounds.
@@ -215,6 +219,9 @@ def judge(
         return Verdict("not_improved", (Remark.of(Code.FEW_UNSEEN, least=PROOF), span(Code.GAIN_ANYWAY)))
     if low > 0:
         return Verdict("improved", (span(Code.GAIN_PROVEN),))
+    if told is not None and unexplained > LEFT and rms > FAR * (stated or 0.0):
+        # Nobody should hear that the nominal model may be as good as can be.
+        return Verdict("refused", (told, span(Code.GAIN_ANYWAY)))
     return Verdict("not_improved", (span(Code.GAIN_NOT_PROVEN),))
 
 

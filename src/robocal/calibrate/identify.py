@@ -65,9 +65,9 @@ def _handed_back(made: Decision[M], watch: Watch | None) -> Identification[M]:
     known = all(obs.sigma is not None for obs in data.observations)
     seen = max(whole, part, key=lambda f: f.problem.aside)
     strange = find_outliers(model, data, seen, {u: best.errors(u)[2] for u in told} if best else None)
-    off, scale, held_at = made.off, made.scale, made.held_number
+    off, scale = made.off, made.scale
     bent = linearity(whole, made.start, u, told)
-    holds = where_it_holds(model, data, whole, off, (base, base_x), options.region, scale)
+    holds = where_it_holds(model, data, whole, off, (base, base_x), options.region, scale, best.split if best else None)
     checked = coverage_of(part, held)
     results = parameter_results(model, whole, u, off, uncertainty(stated, whole.solution.x) if known else None)
     drawn = None if options.bootstrap is None else resample(whole, u.sigma, options.bootstrap, options.seed, watch)
@@ -99,7 +99,7 @@ def _handed_back(made: Decision[M], watch: Watch | None) -> Identification[M]:
             *linearity_words(bent),
             *bootstrap_words(drawn),
             *(scale.remarks if scale and not scale.beyond else ()),
-            *((held_at.remark,) if held_at and not held_at.wrong else ()),
+            *(q.remark for q in (made.held_number, made.late) if q and not q.wrong),
             *(() if estimator(options.method).blind else coverage_remarks(part, held, checked)),
             *proven.left_out,
         ),

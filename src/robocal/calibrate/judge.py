@@ -198,6 +198,8 @@ def verdict(
         return Verdict("not_improved", (Remark.of(Code.NOTHING_HELD_OUT),))
     unit = units_of(base)[0]
     before, after, told = proof.errors(unit)
+    if not told.any() and len(np.unique(label)) < PROOF:
+        return Verdict("not_improved", (Remark.of(Code.FEW_UNSEEN, least=PROOF),))
     if not told.any():
         return Verdict("not_improved", (Remark.of(Code.NOTHING_MEASURED_THERE),))
     digits = _digits(model, data, part, before, after, told) if unit == "m" else None

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robocal.calibrate.evidence import Verdict
 from robocal.measure.base import kind_of
@@ -30,7 +31,9 @@ from robocal.remarks.remark import Quantity, Remark
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
 
-__all__ = ["Held", "held_number", "questioned"]
+__all__ = ["SURE", "Held", "Score", "held_number", "questioned", "reads", "score"]
+
+Array = NDArray[np.float64]
 
 SURE = 5.0  # sigma
 EXPLAINED = 0.3  # of the squares that are left
@@ -82,27 +85,45 @@ def held_number(model: Machine, fit: Fit) -> Held | None:
     made = made.with_free([*fit.problem.free, *held])
     seen = made.linearize(made.start)
     asked = np.isin(made.free, held)
-    # The fitted ones are held softly: otherwise all could shrink to a point with the number, and nothing would be left.
-    soft = np.diag(1 / (HOLD * made.scales))[~asked]
-    j, r = np.vstack([seen.j, soft]), np.concatenate([seen.r, np.zeros(len(soft))])
-    q, _ = np.linalg.qr(j[:, ~asked])
     some = [*((n,) for n in held), *_shared(own, held)]
-    c = np.stack([j[:, [made.free.index(n) for n in names]].sum(axis=1) for names in some], axis=1)
+    c = np.stack([seen.j[:, [made.free.index(n) for n in names]].sum(axis=1) for names in some], axis=1)
+    found = score(seen.j[:, ~asked], seen.r, made.scales[~asked], c)
+    if found is None or found.t < SURE:
+        return None
+    i = found.column
+    obs, p = own[some[i][0]]
+    return Held(", ".join(some[i]), p.value, p.value + found.change, p.unit, found.t, found.share, _line(obs, p))
+
+
+@dataclass(frozen=True)
+class Score:
+    """Of several numbers that were held, each with its column: the one that lowers the squares most, by how much it changes, how
+    many sigma that is, and which share of the squares it explains."""
+
+    column: int
+    change: float
+    t: float
+    share: float
+
+
+def score(j: Array, r: Array, scales: Array, c: Array) -> Score | None:
+    """What residuals r (N,) say of further columns c (N, k) beside those that were fitted, j (N, n), of numbers of these `scales`
+    (n,); None where nothing is left, or nothing can be told."""
+    # The fitted ones are held softly: otherwise all could shrink to a point with the number, and nothing would be left.
+    soft = np.diag(1 / (HOLD * scales))
+    q, _ = np.linalg.qr(np.vstack([j, soft]))
+    r, c = (np.concatenate([a, np.zeros((len(soft), *a.shape[1:]))]) for a in (r, c))
     over = c - q @ (q.T @ c)
     size, whole = (np.linalg.norm(a, axis=0) for a in (over, c))
     size = np.where(size > HIDDEN * whole, size, np.inf)
     along = np.where(np.isfinite(size), -(over.T @ r) / size, 0.0)
-    left, dof = float(seen.r @ seen.r), len(seen.r) - q.shape[1] - 1
+    left, dof = float(r @ r), len(j) - q.shape[1] - 1
     if not left > 0 or dof < 1:
         return None
     share = along**2 / left
     t = np.sqrt(dof * share / np.maximum(1 - share, 1e-12))
     i = int(np.argmax(t))
-    if t[i] < SURE:
-        return None
-    obs, p = own[some[i][0]]
-    there = p.value + float(along[i] / size[i])
-    return Held(", ".join(some[i]), p.value, there, p.unit, float(t[i]), float(share[i]), _line(obs, p))
+    return Score(i, float(along[i] / size[i]), float(t[i]), float(share[i]))
 
 
 def questioned(found: Verdict, held: Held | None) -> Verdict:
@@ -129,11 +150,12 @@ def _named(obs: Observations) -> Observations:
 
 def _own(data: DataSet) -> Mapping[str, tuple[Observations, Parameter]]:
     """The numbers of all instruments that read the machine."""
-    return {p.name: (o, p) for o in data.observations if _reads(o) for p in kind_of(o).parameters(o)}
+    return {p.name: (o, p) for o in data.observations if reads(o) for p in kind_of(o).parameters(o)}
 
 
-def _reads(obs: Observations) -> bool:
-    """A distance between two things that both stand still gives the scale: nothing can question it."""
+def reads(obs: Observations) -> bool:
+    """Whether something is read of the machine: a distance between two things that both stand still gives the scale, and nothing can
+    question it."""
     ends = obs.options.get("ends", ())
     return not (isinstance(ends, tuple) and ends and all(e.mount == "base" for e in ends))
 

@@ -13,7 +13,8 @@ mean |e - d|^2 < mean |e|^2:
 
 Where band exceeds moved, the correction is proven near the measurements alone; in a range that somebody named it must also be
 the better one with as much confidence as the gain itself. Where nobody named one, it is what the measured joints span, and
-held-out measurements have told already.
+held-out measurements have told already; unless each stood beside one that was fitted, as where all poses lie in a few
+clusters: then they told nothing of the way between these.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy import special
 
@@ -39,11 +41,13 @@ from robocal.remarks.remark import Quantity, Remark
 if TYPE_CHECKING:
     from robocal.calibrate.fit import Fit
     from robocal.calibrate.scale import Scale
+    from robocal.calibrate.split import Split
 
-__all__ = ["Holds", "limited", "qualified", "spanned", "where_it_holds"]
+__all__ = ["Holds", "beside", "limited", "qualified", "spanned", "where_it_holds"]
 
 Array = NDArray[np.float64]
 SAMPLES = 500
+NEAR = 0.02  # a fiftieth of the way from any place to another is no other place
 DOUBT = 0.025  # the chance that the nominal model is better: more is no proof, as for the gain
 SPAN = "range that the measured joints span"
 
@@ -51,19 +55,21 @@ SPAN = "range that the measured joints span"
 @dataclass(frozen=True)
 class Holds:
     """Rms over n configurations of the working range (m): what the model may be off by, and what the correction moves; and
-    the chance that the nominal model is the better one there. `named` says that somebody named that range."""
+    the chance that the nominal model is the better one there. `asked` says that this chance decides too, `sized` that the data
+    see how long the arm is; else all are up to one factor on its lengths."""
 
     name: str
     band: float
     moved: float
     chance: float
     n: int
-    named: bool = True
+    asked: bool = True
+    sized: bool = True
 
     @property
     def region(self) -> str:
         """`working` where the correction holds in the whole range, else `measured`."""
-        sure = self.chance <= DOUBT or not self.named
+        sure = self.chance <= DOUBT or not self.asked
         return "working" if self.band <= self.moved and sure else "measured"
 
 
@@ -123,9 +129,10 @@ def where_it_holds(
     base: tuple[Problem, Array],
     region: Region | None,
     scale: Scale | None,
+    split: Split | None = None,
 ) -> Holds | None:
-    """Whether the correction holds over a working range, by default what the measured joints span; None where nothing
-    was fitted or no joints were recorded."""
+    """Whether the correction holds over a working range, by default what the measured joints span; `split` held out what proved
+    it. None where nothing was fitted or no joints were recorded."""
     if data.configurations.joints is None or not whole.identifiability.names:
         return None
     named, region = region is not None, region or spanned(model, data)
@@ -136,7 +143,21 @@ def where_it_holds(
     spread = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0)))
     chance = float(special.stdtr(min(off.dof, 1e9), -square / spread)) if spread > 0 else 0.0
     found = (float(np.sqrt(far)), float(np.sqrt(square)), chance)
-    return Holds(region.name, *found, len(region.joints), named) if np.isfinite(found).all() else None
+    if not np.isfinite(found).all():
+        return None
+    asked = named or (chance > DOUBT and split is not None and beside(data.configurations.joints, split))
+    return Holds(region.name, *found, len(region.joints), asked, scaled)
+
+
+def beside(joints: Array, split: Split) -> bool:
+    """Whether most configurations that were held out stood beside a fitted one: nearer than NEAR of the distance of any two."""
+    place = np.nan_to_num(joints / np.where((spread := np.nanstd(joints, axis=0)) > 0, spread, 1.0))
+    near = NEAR * float(np.sqrt(2 * (spread > 0).sum()))
+    found = []
+    for held, fit in zip(split.held, split.fit, strict=True):
+        if fit.any():
+            found.append(scipy.spatial.cKDTree(place[fit]).query(place[held])[0] < near)
+    return bool(found) and float(np.mean(np.concatenate(found))) > 0.5
 
 
 def qualified(found: Verdict, holds: Holds | None) -> Verdict:

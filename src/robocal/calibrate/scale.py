@@ -1,13 +1,16 @@
 """The scale of an arm: one factor on all free lengths, which contacts and cameras see only through a stated length.
 
     delta = s a + noise + R m,    R = I + B (rows of what was fitted),    a = R n
-    s = (a^T V^-1 delta) / (a^T V^-1 a),    V = C + R S^2 R^T,    sigma^2 = 1 / (a^T V^-1 a) = fit^2 + making^2
+    s = (a^T V^-1 delta) / (a^T V^-1 a),    V = C + R S^2 R^T,    sigma^2 = b^2 / (a^T V^-1 a) = fit^2 + making^2
+    b^2 = max(1, chi^2 / (k - 1)),    chi^2 = (delta - s a)^T V^-1 (delta - s a)
 
 delta are the changes of the fitted lengths, n the nominal lengths, C the noise of the fit (that of a stated bar included),
 B the estimate's answer to the truth (`Total`: a length that was not fitted shows in its partners), S the errors that
 making leaves. An arm errs in each of its lengths on its own; all of them together by a factor that making does not leave
 is the length that was stated, or the instrument, not the arm. Where one length alone (column i of R instead of a) explains
-delta better, and leaves nothing for a factor beside it, it is that length. Generalised least squares: Aitken (1935).
+delta better, and leaves nothing for a factor beside it, it is that length. Lengths that err by more than S lets them, as where a
+prior was stated too tight, say as much less of a factor (b, where chi^2 is no chance). Generalised least squares: Aitken (1935);
+the ratio b: Birge (1932).
 """
 
 from __future__ import annotations
@@ -17,10 +20,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from robocal.calibrate.evidence import Verdict
 from robocal.estimate.uncertainty import Total
-from robocal.measure.base import KINDS, Rows
+from robocal.measure.base import Rows
 from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -33,6 +37,8 @@ __all__ = ["Scale", "scale_of", "scaled"]
 Array = NDArray[np.float64]
 REFUSED, REMARKED = 3.0, 2.0  # of its own sigma
 READ = 5.0  # the same where readings are lengths themselves: trackers have a scale that was calibrated
+CHANCE = 1e-3  # of changes that are larger than expected and mean nothing
+LEAST = 1e-6  # a micron in a metre: less is nobody's mistake, and rounding
 OPEN = 0.1  # a scale that is known no better is that of the nominal model
 
 
@@ -55,9 +61,13 @@ class Scale:
         return self.sigma <= OPEN
 
     @property
+    def _told(self) -> bool:
+        return self.common and abs(self.factor) > LEAST
+
+    @property
     def beyond(self) -> bool:
         """Whether no arm's making leaves that."""
-        return self.common and abs(self.factor) > (REFUSED if self.stated else READ) * self.sigma
+        return self._told and abs(self.factor) > (REFUSED if self.stated else READ) * self.sigma
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
@@ -65,7 +75,7 @@ class Scale:
         numbers = {"factor": self.factor, "sigma": self.sigma}
         if self.stated and not self.seen and not self.beyond:
             return (Remark.of(Code.SCALE_OPEN, sigma=self.sigma),)
-        if abs(self.factor) <= REMARKED * self.sigma or not self.common:
+        if abs(self.factor) <= REMARKED * self.sigma or not self._told:
             return ()
         if self.beyond:
             return (Remark.of(Code.SCALE_WRONG, **numbers),)
@@ -90,15 +100,22 @@ def scale_of(model: Machine, fit: Fit, off: Total) -> Scale | None:
     values, vectors = np.linalg.eigh(making + noise)
     known = values > 1e-12 * values[-1]
     root = vectors[:, known] / np.sqrt(values[known])
-    along = root.T @ a
+    along, white = root.T @ a, root.T @ delta
     information = float(along @ along)
     if not information > 0:
         return None
     weight = root @ along / information
-    common = _common(along, root.T @ each, root.T @ delta)
-    fitted_part, making_part = (float(np.sqrt(max(weight @ c @ weight, 0.0))) for c in (noise, making))
-    stated = not any(KINDS[t.kind].metric for t in fit.problem.terms if isinstance(t, Rows))
-    return Scale(float(weight @ delta), information**-0.5, fitted_part, making_part, stated, common)
+    common = _common(along, root.T @ each, white)
+    wider = _wider(white - along * float(weight @ delta))
+    fitted_part, making_part = (wider * float(np.sqrt(max(weight @ c @ weight, 0.0))) for c in (noise, making))
+    stated = not any(t.metric for t in fit.problem.terms if isinstance(t, Rows))
+    return Scale(float(weight @ delta), wider * information**-0.5, fitted_part, making_part, stated, common)
+
+
+def _wider(left: Array) -> float:
+    """How many times as large as expected are the changes (k,) that a factor leaves; 1 where that may be chance."""
+    dof, chi2 = len(left) - 1, float(left @ left)
+    return float(np.sqrt(chi2 / dof)) if dof > 0 and chi2 > special.chdtri(dof, CHANCE) else 1.0
 
 
 def _common(factor: Array, each: Array, change: Array) -> bool:

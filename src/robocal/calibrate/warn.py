@@ -17,11 +17,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from robocal.calibrate.bands import total_of
 from robocal.calibrate.estimators import estimator
 from robocal.calibrate.fit import Fit
 from robocal.calibrate.motions import open_remarks
+from robocal.calibrate.numbers import reads
 from robocal.calibrate.outliers import Outlier
 from robocal.geometry import fits
 from robocal.measure.data import DataSet
@@ -41,6 +43,7 @@ SURE = 5.0  # standard deviations: a change that is none of the fit's own uncert
 ABSOLUTE = ("position", "pose")  # kinds that read coordinates
 COMPUTED = 1e-6  # m: no arm repeats and no instrument reads so well
 DRIFT, SHARE = 4.0, 0.2  # standard deviations, and what share of the squares: less is of no consequence
+BELOW, RARE = 3.0, 1e-3  # times: a sigma that is so far too large, and the chance that it is not
 FLAT = 0.02  # thickness of the measured points against their extent
 
 
@@ -54,11 +57,22 @@ def data_warnings(
 ) -> tuple[Remark, ...]:
     """What the inputs show before a fit, too few numbers, restarts, model error far above the stated noise."""
     out = [*input_remarks(model, data), *few_numbers(int(fit.problem.numbers.sum()), fit.problem.n)]
+    bent = implausible(model, fit)
+    # A known distance between sockets is no reading; and of an arm that was bent to a point everything is exact.
+    arms = {o.label for o in data.observations if reads(o)} if not bent else set()
     for g in fit.groups:
         if g.stated is not None and g.tau > 3 * g.stated:
             left, stated = Quantity(g.rms, g.unit), Quantity(g.stated, g.unit)
             out.append(Remark.of(Code.ABOVE_STATED_NOISE, group=g.name, left=left, stated=stated))
-        if g.unit == "m" and g.rms < COMPUTED and g.dof > 0.5:
+        if (
+            g.name in arms
+            and g.stated is not None
+            and g.chi2 is not None
+            and special.chdtr(g.dof, BELOW**2 * g.chi2) < RARE
+        ):
+            left, stated = Quantity(g.rms, g.unit), Quantity(g.stated, g.unit)
+            out.append(Remark.of(Code.BELOW_STATED_NOISE, group=g.name, left=left, stated=stated))
+        if g.name in arms and g.unit == "m" and g.rms < COMPUTED and g.dof > 0.5:
             out.append(Remark.of(Code.COMPUTED, group=g.name, left=Quantity(g.rms)))
     # A machine that stands where its own sensors say has coordinates only as far as something sees them.
     if model.freedom and not any(o.frame or o.targets or o.kind in ABSOLUTE for o in data.observations):
@@ -68,7 +82,7 @@ def data_warnings(
     if estimator(method).blind and any(p.prior or np.isfinite([p.lower, p.upper]).any() for p in rows_of):
         out.append(Remark.of(Code.PRIORS_IGNORED, method=method))
     out.extend(fit.notes)
-    out.extend(implausible(model, fit))
+    out.extend(bent)
     out.extend(_outliers(strange, fit))
     out.extend(_drift(data, fit))
     if fit.restarted:
@@ -99,7 +113,9 @@ def input_remarks(model: Machine, data: DataSet | None = None) -> tuple[Remark, 
     spatial = model.freedom is None or {0, 1, 2} <= set(model.freedom)
     for obs in data.observations:
         if spatial and obs.kind in ("position", "pose") and len(obs) > 3 and obs.value.ndim == 2:
-            points = obs.value[:, :3]
+            points = obs.value[:, :3] if obs.used is None else obs.value[obs.used, :3]
+            if len(points) < 4:
+                continue
             extent = float(np.linalg.norm(np.ptp(points, axis=0)))
             off = float(np.abs(fits.plane(points)[2]).max())
             if extent > 0 and off < FLAT * extent:

@@ -27,6 +27,7 @@ __all__ = ["Suspicion", "alternatives", "limit_warning", "repeat_warnings", "sus
 Array = NDArray[np.float64]
 TURN = 2 * math.pi
 CHANCE = 1e-3  # of taking honest repeats for copies
+BULK = (10, 90)  # per cent of the values that are there in any case
 QUIET = {"m": 5e-6, "rad": 5e-6, "px": 0.02}  # no robot and instrument repeat themselves better
 
 
@@ -103,6 +104,8 @@ def suspicions(
         )
     if length is not None and len(obs) > 3:
         spread = float(np.linalg.norm(np.ptp(obs.value[:, :3], axis=0)))
+        # One number that was mistyped makes no unit: what most of them spread over decides on one that is too large.
+        bulk = float(np.linalg.norm(np.ptp(np.percentile(obs.value[:, :3], BULK, axis=0), axis=0)))
         geometry = sum(
             abs(p.value) for p in chain.table.rows if p.unit == "m" and p.name.rpartition(".")[0] not in ("base",)
         )
@@ -110,7 +113,7 @@ def suspicions(
         moved = float(np.ptp(joints, axis=0).max(initial=0.0)) > 0.2
         reason = Remark.of(Code.SPREAD_UNLIKE, spread=spread, reach=geometry)
         other_unit = None
-        if geometry > 0 and spread > 10 * geometry:
+        if geometry > 0 and bulk > 10 * geometry:
             other_unit = {"m": "mm", "inch": "mm", "cm": "mm", "mm": "um"}.get(length.name)
         elif 0 < spread < geometry / 100 and moved:
             other_unit = {"mm": "m", "um": "mm", "cm": "m"}.get(length.name)
@@ -227,7 +230,7 @@ def _twice(obs: Observations, order: NDArray[np.int64], first: NDArray[np.int64]
     pairs = float((size * (size - 1) / 2).sum())
     if special.pdtrc(len(found) - 1, pairs * _agreeing(obs, order[honest], first[honest])) > CHANCE:
         return ()
-    a, b = sorted(int(obs.rows[order[i]]) for i in (original[found[0]], found[0]))
+    a, b = min(sorted(int(obs.rows[order[i]]) for i in (original[k], k)) for k in found)
     return (Remark.of(Code.COPIED, file=str(file), count=len(found), first=a, second=b),)
 
 

@@ -53,7 +53,12 @@ def range_part(found: Identification[Machine]) -> files.WorkingRange | None:
     if h is None or (h.moved < NOTHING and found.verdict.status != "improved"):
         return None
     said = Remark.of(
-        Code.OVER_THE_RANGE, region=h.name, band=Quantity(h.band), moved=Quantity(h.moved), chance=h.chance
+        Code.OVER_THE_RANGE,
+        region=h.name,
+        band=Quantity(h.band),
+        moved=Quantity(h.moved),
+        chance=h.chance,
+        scale=None if h.sized else "scale",
     )
     return shown(files.WorkingRange, h, text=said.sentence)
 

@@ -50,6 +50,8 @@ class RangeRows(Between):
         own = builder.rows(number_names(obs, known(obs)))
         super().__init__(builder.between(place_of(obs), obs, target, index), obs, index, UNSTATED, own)
         self.speed = nominal_speed(obs)
+        # Through a medium times are measured: its speed says how long they are, as a stated length does.
+        self.metric = not len(self.numbers)
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         length, j, jl = self.length(x, first, rows)

@@ -69,6 +69,7 @@ class Rows(ABC):
         self.scale = np.ascontiguousarray(self.used[:, None] / sigma)
         self.rounding = None if obs.rounding is None else obs.rounding[index]
         self.numbers = numbers
+        self.metric = KINDS[obs.kind].metric
         self.own, self.own_columns = NONE, NONE  # which numbers are free, and their columns
         self._bound: dict[
             bytes, dict[str, Any]

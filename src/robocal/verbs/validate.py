@@ -160,8 +160,9 @@ def _told(found: Validation) -> Iterator[Block]:
         yield from quiet(f"of the robot compared with, {', '.join(tool)} were fitted to these data too")
     if found.gain is not None:
         mean, low, high = found.gain
-        span = f"{figure(low)} to {figure(high)} mm"
-        yield Text.of(f"mean error smaller by {figure(mean)} mm, 95 % interval {span}")
+        word, ends = ("smaller", (low, high)) if mean >= 0 else ("larger", (-high, -low))
+        span = f"{figure(ends[0])} to {figure(ends[1])} mm"
+        yield Text.of(f"mean error {word} by {figure(abs(mean))} mm, 95 % interval {span}")
 
 
 def _standard(iso: Mapping[str, Any]) -> Iterator[Block]:

@@ -110,6 +110,12 @@ TABLE: dict[Code, Words] = {
         "held at {stated:.4g}, {name} should by these data be {there:.4g} ({z:.0f} sigma): that explains {share:.0%} of what is left",
         "Put it right in the data file, or let it be identified ({line}).",
     ),
+    Code.LATE: Words(
+        "{group}: the readings look as if taken[ {before:.3g} before][ {after:.3g} after] their joint values ({z:.0f} sigma): that "
+        "explains {share:.0%} of what is left",
+        "Measure at rest, or bring both clocks together: the readings, or their times, moved by that. Joint values that were "
+        "commanded and not read look like this too, and so may play that every path takes up one way (--groups backlash).",
+    ),
     Code.HOLDS_WHERE_MEASURED: Words(
         "it holds where it was measured, not in the whole {region}: there the model may be off by {band:.3g} rms where it differs "
         "from the nominal one by {moved:.3g}, and is the worse of the two with a chance of {chance:.0%}",
@@ -169,6 +175,10 @@ TABLE: dict[Code, Words] = {
         "{group}: the model leaves {left:.3g} per axis where {stated:.3g} of noise was stated; uncertainties are those of the fit",
         "What geometry does not explain may be found beyond it (identify --groups), or the stated sigma is too small.",
     ),
+    Code.BELOW_STATED_NOISE: Words(
+        "{group}: the model leaves {left:.3g} per axis where {stated:.3g} of noise was stated: so much noise is not in these data",
+        "Check the stated sigma and its unit, or leave it out: what lies below it was neither sought nor found.",
+    ),
     Code.PRIORS_IGNORED: Words("{method} takes no notice of priors and bounds", "Use lm where priors are stated."),
     Code.RESTARTED: Words("the first fit was not acceptable; {starts} further starts were tried"),
     Code.OUTLIERS: Words(
@@ -206,6 +216,11 @@ TABLE: dict[Code, Words] = {
     Code.NUMBER_DOUBTED: Words(
         "held at {stated:.4g}, {name} should by these data be {there:.4g} ({z:.0f} sigma): that explains {share:.1%} of what is left",
         "Check it, or let it be identified ({line} in the data file).",
+    ),
+    Code.LATE_DOUBTED: Words(
+        "{group}: the readings look as if taken[ {before:.3g} before][ {after:.3g} after] their joint values ({z:.0f} sigma): that "
+        "explains {share:.0%} of what is left",
+        "Check the clocks, whether joint values were read or commanded, and filters of the instrument; or measure at rest.",
     ),
     Code.SCALE_DOUBTED: Words(
         "the free lengths all change by {factor:+.2%} (sigma {sigma:.2%}), more than making mostly leaves",
@@ -291,7 +306,8 @@ TABLE: dict[Code, Words] = {
     ),
     Code.OVER_THE_RANGE: Words(
         "over the {region}, the model may be off by {band:.3g} rms and differs from the nominal one by {moved:.3g}; the nominal "
-        "one is the better of the two there with a chance of {chance:.2%}"
+        "one is the better of the two there with a chance of {chance:.2%}[ (all of this apart from the {scale}, which these data do "
+        "not see)]"
     ),
     Code.SCALE_SEEN: Words(
         "against the stated length, the free lengths all together change by {factor:+.3%} (sigma {sigma:.3%})"
