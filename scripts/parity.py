@@ -51,6 +51,8 @@ INTENDED: dict[str, str] = {
     r"cable inverse.*remarks": "lengths that nobody stretched are called geometric, and it is said",
     r"cable workspace.*(closure|tension.factor|condition|closed_share)": "new: wrench closure, tension factor, condition number",
     r"cable tension.*tensions_N": "new: what every cable bears",
+    r"rx-90.*remarks": "new: a stated sigma far above what is left is named",
+    r"range/robot.*scale\.stated": "ranges through a medium take their scale from its stated speed",
     r"(again|spherical)/data\.yaml.*(nominal_error|before|linearity|AD_against)": "problems are built once: ends move by 1e-8",
     r"demo camera": "the search for the noise ends after twenty steps along a valley: 1e-8 of everything behind it",
 }
