@@ -9,7 +9,8 @@ B the estimate's answer to the truth (`Total`: a length that was not fitted show
 making leaves. An arm errs in each of its lengths on its own; all of them together by a factor that making does not leave
 is the length that was stated, or the instrument, not the arm. Where one length alone (column i of R instead of a) explains
 delta better, and leaves nothing for a factor beside it, it is that length. Lengths that err by more than S lets them, as where a
-prior was stated too tight, say as much less of a factor (b, where chi^2 is no chance). Generalised least squares: Aitken (1935);
+prior was stated too tight, say as much less of a factor (b, where chi^2 is no chance; no further than to a sigma of WIDEST, or an
+arm that was bent to nothing would be as uncertain as it is bent). Generalised least squares: Aitken (1935);
 the ratio b: Birge (1932).
 """
 
@@ -39,6 +40,7 @@ REFUSED, REMARKED = 3.0, 2.0  # of its own sigma
 READ = 5.0  # the same where readings are lengths themselves: trackers have a scale that was calibrated
 CHANCE = 1e-3  # of changes that are larger than expected and mean nothing
 LEAST = 1e-6  # a micron in a metre: less is nobody's mistake, and rounding
+WIDEST = 2e-3  # no more is taken for errors of an arm's lengths
 OPEN = 0.1  # a scale that is known no better is that of the nominal model
 
 
@@ -106,10 +108,11 @@ def scale_of(model: Machine, fit: Fit, off: Total) -> Scale | None:
         return None
     weight = root @ along / information
     common = _common(along, root.T @ each, white)
-    wider = _wider(white - along * float(weight @ delta))
+    narrow = information**-0.5
+    wider = min(_wider(white - along * float(weight @ delta)), max(1.0, WIDEST / narrow))
     fitted_part, making_part = (wider * float(np.sqrt(max(weight @ c @ weight, 0.0))) for c in (noise, making))
     stated = not any(t.metric for t in fit.problem.terms if isinstance(t, Rows))
-    return Scale(float(weight @ delta), wider * information**-0.5, fitted_part, making_part, stated, common)
+    return Scale(float(weight @ delta), wider * narrow, fitted_part, making_part, stated, common)
 
 
 def _wider(left: Array) -> float:

@@ -45,7 +45,7 @@ TABLE: dict[Code, Words] = {
         "Look at these rows: a target may have moved, or the stated sigma is too small.",
     ),
     Code.COPIED: Words(
-        "{file}: {count} measurements equal another to the last digit: copied, they count more than once, first rows {first} "
+        "{file}: {count} measurements equal another to the last digit: copied, they count twice or more often, first rows {first} "
         "and {second}",
         "Look at these rows, and leave copies out.",
     ),
