@@ -220,13 +220,14 @@ class _Sums:
         return np.einsum("pq,pq->p", score, step), step
 
     def _answered(self, a: Ints, b: Ints) -> Array:
-        """What the model answers of segments, C C^T with C = cross[b] - cross[a], (p, q, q); of all pairs of a few ends, from the
+        """What the model answers of segments, C C^T with C = cross[b] - cross[a], (p, q, q); of many pairs of few ends, from the
         products of the ends."""
         q, n = self.cross.shape[1:]
-        if len(a) <= 2 * GRID:
+        ends, at = np.unique(np.concatenate([a, b]), return_inverse=True)
+        # Where one end of all pairs is the same, the ends outnumber the pairs: their products would fill the memory.
+        if len(ends) ** 2 > 4 * len(a):
             cross = self.cross[b] - self.cross[a]
             return np.asarray(cross @ cross.transpose(0, 2, 1))
-        ends, at = np.unique(np.concatenate([a, b]), return_inverse=True)
         flat = self.cross[ends].reshape(-1, n)
         products = (flat @ flat.T).reshape(len(ends), q, len(ends), q).transpose(0, 2, 1, 3)
         first, last = at[: len(a)], at[len(a) :]
