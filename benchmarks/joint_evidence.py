@@ -18,13 +18,13 @@ from joint_worker import problem_of
 from protocol import load
 
 from robocal.cables.geometry import cable_robot
-from robocal.calibrate.folds import leave_one_out
 from robocal.estimate.generalised.solver import generalised, generalised_least_squares
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import uncertainty
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.prove.folds import leave_one_out
 
 BATCH, ALONE = 200, 5
 PRIOR = [0.02] * 3 + [0.01] * 3  # of a pose: what the job draws its starts from

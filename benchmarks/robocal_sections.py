@@ -17,12 +17,12 @@ import numpy as np
 from robocal_worker import arm_of, problem_of
 
 from robocal.arms.conventions import chain
-from robocal.calibrate.folds import unseen
-from robocal.calibrate.split import leave_one_out_rounds
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.prove.folds import unseen
+from robocal.prove.split import leave_one_out_rounds
 
 BATCH = 10_000
 SIZES = (100, 1_000, 10_000, 100_000, 1_000_000)

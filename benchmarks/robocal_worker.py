@@ -11,13 +11,13 @@ import numpy as np
 from protocol import full_vector, serve
 
 from robocal.arms.conventions import chain
-from robocal.calibrate.folds import unseen
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
-from robocal.calibrate.split import Split
 from robocal.estimate.least_squares import least_squares
+from robocal.fit.options import Options
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.prove.folds import unseen
+from robocal.prove.identify import identify
+from robocal.prove.split import Split
 
 FOLDS = 5
 

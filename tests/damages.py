@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robocal.calibrate.hypotheses.changes import Change, What, changes
+from robocal.diagnose.hypotheses.changes import Change, What, changes
 
 RIGHT = np.pi / 180
 

@@ -17,12 +17,12 @@ import numpy as np
 
 from robocal.arms import catalog
 from robocal.arms.chain import Chain
-from robocal.calibrate.identification import Options
-from robocal.calibrate.identify import identify
 from robocal.errors import InputError
 from robocal.files.kinds.registry import READERS
 from robocal.geometry import fits
-from robocal.jobs.simulate import Errors, sample_joints, true_chain
+from robocal.prove.identification import Options
+from robocal.prove.identify import identify
+from robocal.session.simulate import Errors, sample_joints, true_chain
 from robocal.simulation.hiding import hidden
 from robocal.simulation.rigs import FINE, Instrument, measure
 

@@ -18,7 +18,7 @@ import numpy as np
 from robocal.cli.main import main
 from robocal.files.robot import parse_robot
 from robocal.files.text import Source
-from robocal.jobs.simulate import Errors, Instrument, measure, simulated_files, true_chain
+from robocal.session.simulate import Errors, Instrument, measure, simulated_files, true_chain
 
 ROBOT = """robocal: 1
 name: three axes

@@ -42,8 +42,8 @@ from robocal.errors import CONTROL, MESSAGE_LIMIT
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
 from robocal.geometry import fits
-from robocal.jobs.validate import model_errors
 from robocal.measure.data import DataSet
+from robocal.verbs.validate.result import model_errors
 
 TOTAL = int(os.environ.get("ROBOCAL_MUTATIONS", "4000"))
 LOG = os.environ.get("ROBOCAL_MUTATIONS_LOG")

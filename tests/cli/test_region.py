@@ -9,8 +9,8 @@ import pytest
 from cli.runs import robocal
 
 from robocal.files.robot import open_robot, read_robot
-from robocal.jobs.identify import working_range
 from robocal.measure.data import Configurations, DataSet
+from robocal.verbs.identify.result import working_range
 
 RANGES = "robocal: 1\nkind: region\nunits: {length: mm, angle: deg}\njoints: {j1: [-20, 20], j2: [0, 30]}\n"
 POSES = "j1 [deg],j2 [deg],j3 [deg]\n0,10,20\n10,20,30\n"

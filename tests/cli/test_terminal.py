@@ -18,7 +18,7 @@ from cli.runs import Ran, files, finished, process, robocal
 
 SLOW = """
 import sys, time
-import robocal.calibrate.identify as job
+import robocal.prove.identify as job
 from robocal.cli.main import main
 found = job.identify
 def slow(chain, data, options, watch=None):
@@ -116,7 +116,7 @@ def test_stopping_while_it_still_starts(case: Path) -> None:
 
 
 def test_a_swallowed_interrupt_still_stops(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import robocal.calibrate.identify as job
+    import robocal.prove.identify as job
 
     found = job.identify
 
@@ -254,7 +254,7 @@ def test_compiling_is_said_once(case: Path, tmp_path: Path) -> None:
 
 
 def test_a_fault_of_ours_is_one_line(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import robocal.calibrate.identify as job
+    import robocal.prove.identify as job
 
     def broken(*_: object, **__: object) -> None:
         raise RuntimeError("the second law\nwas broken")

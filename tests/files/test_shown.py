@@ -9,12 +9,12 @@ from typing import get_args, get_type_hints
 import numpy as np
 import pytest
 
-from robocal.calibrate.offsets import JointOffset as Found
-from robocal.calibrate.statistics import Fold, Stages, Statistic
 from robocal.files.evidence import GroupTried, JointOffset
 from robocal.files.result import AngleResiduals, Residuals, Result
 from robocal.files.shown import shown
 from robocal.files.units import UNITS, Units
+from robocal.prove.offsets import JointOffset as Found
+from robocal.prove.statistics import Fold, Stages, Statistic
 from robocal.quantities import AMOUNT, MEAN, OWN, SHOWN, VALUE
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark

@@ -22,9 +22,9 @@ from robocal.files.cable.robot import read_cable
 from robocal.files.dataset import read_datasets
 from robocal.files.robot import describe, open_robot, parse_robot, render_robot
 from robocal.files.text import Source
-from robocal.jobs.inputs import read_inputs
 from robocal.measure.data import Frame
 from robocal.remarks.code import Code
+from robocal.session.inputs import read_inputs
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

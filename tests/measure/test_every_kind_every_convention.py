@@ -19,12 +19,12 @@ from measure.rigs import RIGS, recorded, stated
 
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS
-from robocal.calibrate.baseline import baseline
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.estimate.least_squares import least_squares
+from robocal.fit.baseline import baseline
+from robocal.fit.options import Options
 from robocal.measure.base import kind_of, problem, synthesise
 from robocal.measure.data import DataSet
+from robocal.prove.identify import identify
 from robocal.remarks.code import Code
 
 # Configurations; a kind with one number for each and many unknowns needs more.

@@ -26,10 +26,10 @@ from measure.rigs import (
     watched,
 )
 
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
+from robocal.fit.options import Options
 from robocal.geometry import se3
 from robocal.measure.data import DataSet
+from robocal.prove.identify import identify
 
 POSES = 120
 

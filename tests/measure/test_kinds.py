@@ -11,15 +11,15 @@ from measure.scenarios import arm, observations, platform
 from unit.arm_data import arm as five
 from unit.arm_data import true_arm
 
-from robocal.calibrate.evidence import errors
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.estimate.rows import Residuals
+from robocal.fit.misfit import errors
+from robocal.fit.options import Options
 from robocal.geometry import se3, so3
 from robocal.measure.base import kind_of, problem, synthesise
 from robocal.measure.bearing import angles, wrap
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.swivel import across
+from robocal.prove.identify import identify
 
 M = 6
 EYE = Frame("eye", (1.0, 2.0, 0.3, 0.2, -0.4, 1.1))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from robocal.calibrate.identify import baseline, identify
-from robocal.calibrate.options import Options
+from robocal.fit.options import Options
 from robocal.measure.base import problem
+from robocal.prove.identify import baseline, identify
 
 
 def mean_errors(model, data, values):

@@ -7,9 +7,9 @@ import pytest
 from real.test_franka import load as franka  # noqa: F401  (a fixture)
 from real.test_ur10 import load as ur10  # noqa: F401
 
-from robocal.calibrate.bands import coverage, measured_bands
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
+from robocal.fit.options import Options
+from robocal.prove.bands import coverage, measured_bands
+from robocal.prove.identify import identify
 
 
 def shares(model, data, fitted, held, seeds):

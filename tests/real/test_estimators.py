@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from real.test_franka import load
 
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import open_robot
+from robocal.fit.options import Options
+from robocal.prove.identify import identify
 
 __all__ = ["load"]
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ur10-tracker"

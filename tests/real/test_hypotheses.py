@@ -10,10 +10,10 @@ from damages import every, same, tried, undone, units, words
 from real.test_franka import load as franka  # noqa: F401
 from real.test_ur10 import load as ur10  # noqa: F401
 
-from robocal.calibrate.hypotheses.changes import changes
-from robocal.calibrate.hypotheses.explain import MAKING, explain
-from robocal.calibrate.hypotheses.lockstep import fitted, reach_of
-from robocal.calibrate.hypotheses.sights import sights
+from robocal.diagnose.hypotheses.changes import changes
+from robocal.diagnose.hypotheses.explain import MAKING, explain
+from robocal.diagnose.hypotheses.lockstep import fitted, reach_of
+from robocal.diagnose.hypotheses.sights import sights
 
 FILES = {
     "UR10 C, position": ("ur10", "C", "position"),

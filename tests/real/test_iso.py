@@ -12,12 +12,12 @@ import pytest
 from robocal.apply.iso9283 import standard
 from robocal.apply.validate import distance_figures, every_pair, next_pairs, pose_figures, visits
 from robocal.arms.joints import with_sag
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
-from robocal.jobs.validate import model_errors
+from robocal.fit.options import Options
+from robocal.prove.identify import identify
+from robocal.verbs.validate.result import model_errors
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ur10-tracker"
 FILES = {"C": "Series_C/measurements_random_poses.csv", "D": "Series_D/measurements_iso_cubes.csv"}

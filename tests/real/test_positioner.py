@@ -13,13 +13,13 @@ import pytest
 from real.splits import report, splits
 from ruamel.yaml import YAML
 
-from robocal.calibrate.evidence import errors
-from robocal.calibrate.identify import baseline, identify
-from robocal.calibrate.options import Options
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
+from robocal.fit.misfit import errors
+from robocal.fit.options import Options
 from robocal.geometry import se3
 from robocal.measure.data import DataSet
+from robocal.prove.identify import baseline, identify
 
 ROBOT = """robocal: 1
 name: two-axis positioner

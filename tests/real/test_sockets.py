@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from cli.runs import robocal
 
-from robocal.calibrate.identify import baseline, identify
-from robocal.calibrate.options import Options
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import open_robot
+from robocal.fit.options import Options
+from robocal.prove.identify import baseline, identify
 
 ARMS = {
     "panda": ("panda_1", ("front", "right", "back-high")),

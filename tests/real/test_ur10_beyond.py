@@ -7,15 +7,16 @@ import pytest
 from real.test_ur10 import load  # noqa: F401  (a fixture)
 from sizes import size
 
-from robocal.calibrate.baseline import baseline
-from robocal.calibrate.evidence import bootstrap_gain, errors
-from robocal.calibrate.fit import fit
-from robocal.calibrate.nongeometric.groups import choose_groups
-from robocal.calibrate.nongeometric.layered import layer_rows, layered_errors, try_layer
-from robocal.calibrate.options import Options
-from robocal.calibrate.split import make_split
-from robocal.jobs.validate import model_errors
+from robocal.fit.baseline import baseline
+from robocal.fit.fit import fit
+from robocal.fit.misfit import errors
+from robocal.fit.options import Options
 from robocal.measure.base import problem
+from robocal.prove.evidence import bootstrap_gain
+from robocal.prove.nongeometric.groups import choose_groups
+from robocal.prove.nongeometric.layered import layer_rows, layered_errors, try_layer
+from robocal.prove.split import make_split
+from robocal.verbs.validate.result import model_errors
 
 GROUPS = {name: {} for name in ("gain", "eccentricity", "ripple", "compliance", "bending", "expansion")}
 

@@ -11,10 +11,10 @@ import pytest
 from seeds import test_lse_trials as trials
 from seeds.test_lse_trials import CM, DECODED, arm, data, found, residual, tables, units
 
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.estimate.kalman import stacked
+from robocal.fit.options import Options
 from robocal.measure.base import problem
+from robocal.prove.identify import identify
 
 __all__ = ["tables"]
 TRIALS = {

@@ -15,12 +15,12 @@ import pytest
 from ruamel.yaml import YAML
 
 from robocal.arms import catalog
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
+from robocal.fit.options import Options
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.prove.identify import identify
 
 CM = 0.01
 DECODED = "essai2_decoded_used_by_6_36_6_37_6_38"

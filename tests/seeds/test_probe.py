@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robocal.calibrate.compare import compare
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
+from robocal.fit.options import Options
+from robocal.prove.compare import compare
+from robocal.prove.identify import identify
 from robocal.remarks.code import Code
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from robocal.arms import catalog
-from robocal.calibrate.identify import identify
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import problem
+from robocal.prove.identify import identify
 from robocal.remarks.code import Code
 
 FILE = Path(__file__).parents[2] / "examples" / "rv-2aj" / "make_data.py"

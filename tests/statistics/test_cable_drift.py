@@ -10,7 +10,7 @@ from sizes import size
 
 from robocal.cables.calibration.drift import Known, compared
 from robocal.cables.geometry import cable_robot
-from robocal.calibrate.identify import identify
+from robocal.prove.identify import identify
 
 DRIFT = 5e-3
 

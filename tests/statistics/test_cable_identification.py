@@ -12,9 +12,9 @@ from scipy.optimize import least_squares as solve
 from sizes import size
 
 from robocal.cables.geometry import cable_robot
-from robocal.calibrate.identify import identify
 from robocal.geometry import se3, so3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.prove.identify import identify
 
 LENGTH = 3e-3
 POSE = np.array([2e-3] * 3 + [np.radians(1.0)] * 3)  # one sigma: with it, the noises of figure 3.8

@@ -14,14 +14,14 @@ from trials import TRACKER, joints, observations, perturbed
 
 from robocal.apply.drift import compare
 from robocal.arms.groups import add
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
-from robocal.calibrate.workspace import base_motion, parameters_of, predict, sample_joints
 from robocal.estimate.uncertainty import radius
 from robocal.files.robot import open_robot
+from robocal.fit.options import Options
 from robocal.geometry import fits
 from robocal.measure.base import synthesise
 from robocal.measure.data import DataSet
+from robocal.prove.identify import identify
+from robocal.prove.workspace import base_motion, parameters_of, predict, sample_joints
 
 pytestmark = pytest.mark.slow
 FAST = Options(hold_out=0.0, leave_one_out=False)

@@ -11,10 +11,10 @@ from cables.four import measured, robots
 from scipy.optimize import least_squares as solve
 from sizes import size
 
-from robocal.calibrate.identify import identify
-from robocal.calibrate.poses import own_poses
+from robocal.fit.poses import own_poses
 from robocal.geometry import se3, so3
 from robocal.measure.base import problem
+from robocal.prove.identify import identify
 
 OPEN = ("the base along x", "the base along y", "the base along z", "the base about z")
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from trials import ROBOTS, TRACKER, joints, observations
 
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.files.robot import open_robot
+from robocal.fit.options import Options
 from robocal.measure.base import synthesise
 from robocal.measure.data import DataSet
+from robocal.prove.identify import identify
 
 pytestmark = pytest.mark.slow
 TRIALS = int(os.environ.get("ROBOCAL_TRIALS", "3"))  # of every robot and number of poses

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from damages import every, same, tried, undone, units, words
 
-from robocal.calibrate.hypotheses.changes import changes
-from robocal.calibrate.hypotheses.explain import ALIKE, ASKS, MAKING, explain
-from robocal.calibrate.hypotheses.lockstep import fitted, reach_of
-from robocal.calibrate.hypotheses.sights import sights
+from robocal.diagnose.hypotheses.changes import changes
+from robocal.diagnose.hypotheses.explain import ALIKE, ASKS, MAKING, explain
+from robocal.diagnose.hypotheses.lockstep import fitted, reach_of
+from robocal.diagnose.hypotheses.sights import sights
 from robocal.files.robot import open_robot
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations

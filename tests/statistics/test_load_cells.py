@@ -18,11 +18,11 @@ from sizes import size
 from robocal.cables.geometry import cable_robot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
-from robocal.calibrate.identify import identify
 from robocal.files.cable.show import describe_cable
 from robocal.geometry import se3
-from robocal.jobs.cable.weighed import weighed
 from robocal.measure.data import Observations
+from robocal.prove.identify import identify
+from robocal.session.cable.weighed import weighed
 
 CELL = 0.5  # N
 COM = np.array([0.01, -0.02, 0.03])

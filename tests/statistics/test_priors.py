@@ -9,11 +9,11 @@ import pytest
 from cables.thesis_rig import ANCHORS, TAPE, specification, thesis_rig, with_wider_priors, without_priors
 from sizes import size
 
-from robocal.calibrate.fit import softly
-from robocal.calibrate.noise import apply_noise, assess
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import effective_columns, uncertainty
+from robocal.fit.fit import softly
+from robocal.fit.noise import apply_noise, assess
 from robocal.measure.base import problem
 
 SEEDS = range(5)

@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 from trials import SIGMA, TRACKER
 
-from robocal.calibrate.bands import measured_range
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
-from robocal.calibrate.region import limited
-from robocal.calibrate.workspace import Region, between
 from robocal.files.robot import open_robot
+from robocal.fit.options import Options
+from robocal.fit.working_range import Region
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.prove.bands import measured_range
+from robocal.prove.identify import identify
+from robocal.prove.region import limited
+from robocal.prove.workspace import between
 
 pytestmark = pytest.mark.slow
 ARMS = ("rv-2aj", "ur10", "panda", "irb-120")

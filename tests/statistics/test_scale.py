@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from trials import joints
 
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.files.robot import open_robot
+from robocal.fit.options import Options
 from robocal.measure.data import DataSet
+from robocal.prove.identify import identify
 from robocal.simulation.rigs import STANDS, Instrument, measure
 
 pytestmark = pytest.mark.slow

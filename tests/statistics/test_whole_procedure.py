@@ -10,12 +10,12 @@ import pytest
 from sizes import size
 from trials import TRACKER, joints, observations, perturbed
 
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.files.robot import open_robot
+from robocal.fit.options import Options
 from robocal.geometry import fits
 from robocal.measure.base import synthesise
 from robocal.measure.data import DataSet
+from robocal.prove.identify import identify
 
 pytestmark = pytest.mark.slow
 TRIALS = size(200, 60)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robocal.calibrate.identify import identify
 from robocal.files.studyfile import read_study
+from robocal.prove.identify import identify
 from robocal.studies.arms import ArmTrials
 
 STUDIES = Path(__file__).parents[2] / "examples" / "studies"

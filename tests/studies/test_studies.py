@@ -21,12 +21,12 @@ import pytest
 from cli.runs import robocal
 from studies.specs import EXAMPLES, TEXT, conducted, of
 
-from robocal.calibrate.identify import identify
 from robocal.files.poses import read_poses
 from robocal.files.robot import open_robot
 from robocal.files.studyfile import read_study
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.planning.poses import PlanOptions, plan
+from robocal.prove.identify import identify
 from robocal.studies.run import parts_of
 from robocal.studies.truth import coverage
 from robocal.studies.work import chunks, do, trials_of

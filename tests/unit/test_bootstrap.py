@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from unit.arm_data import FREE, TOOL, arm, measured
 
-from robocal.calibrate.bootstrap import bootstrap_words
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.errors import ModelError
+from robocal.fit.options import Options
+from robocal.prove.bootstrap import bootstrap_words
+from robocal.prove.identify import identify
 
 
 def drawn(data, robot, **more):

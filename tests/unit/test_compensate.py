@@ -12,14 +12,14 @@ from robocal.apply.compensate import STATUS, Targets, compensate, generic_rank
 from robocal.arms import catalog
 from robocal.arms.conventions import chain
 from robocal.arms.joints import with_eccentricity, with_sag
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 from robocal.files.robot import open_robot
+from robocal.fit.options import Options
 from robocal.geometry import so3
 from robocal.geometry.path.program import Element, Term
-from robocal.jobs.simulate import Errors, Instrument, measure, sample_joints, true_chain
 from robocal.parameters import Parameter, Table
+from robocal.prove.identify import identify
+from robocal.session.simulate import Errors, Instrument, measure, sample_joints, true_chain
 
 # The defaults of `robocal simulate`: lengths 0.3 mm, angles 1 mrad; a laser tracker with an orientation sensor.
 TRACKER = Instrument("pose", 2e-5, 5e-5, None)

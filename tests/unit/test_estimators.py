@@ -10,15 +10,15 @@ import pytest
 from unit.arm_data import arm, measured
 
 from robocal.arms import catalog
-from robocal.calibrate.compare import compare
-from robocal.calibrate.estimators import ESTIMATORS, batched, estimator
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.cli.guard import complete
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import Reason
+from robocal.fit.estimators import ESTIMATORS, batched, estimator
+from robocal.fit.options import Options
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.prove.compare import compare
+from robocal.prove.identify import identify
 from robocal.remarks.code import Code
 from robocal.verbs.identify import METHODS
 

@@ -9,13 +9,14 @@ from unit.arm_data import arm as five
 from unit.arm_data import measured
 from unit.plain_terms import Plain, linear, plain_problem
 
-from robocal.calibrate.evidence import bootstrap_gain, constant_errors, errors, judge
-from robocal.calibrate.folds import leave_one_out
-from robocal.calibrate.split import Split
-from robocal.calibrate.statistics import Statistic
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.rows import Residuals
+from robocal.fit.misfit import errors
 from robocal.measure.base import problem
+from robocal.prove.evidence import bootstrap_gain, constant_errors, judge
+from robocal.prove.folds import leave_one_out
+from robocal.prove.split import Split
+from robocal.prove.statistics import Statistic
 from robocal.remarks.code import Code
 
 
@@ -64,7 +65,7 @@ def test_leave_one_out_is_refitting_without(rng, chunk, monkeypatch):
     p = plain_problem(term_in_metres(a, y, unit), np.zeros(4))
     units = np.array([0, 1, 2, 4, 5, 6, 7, 9])  # 3 and 8 belong to neither side
     x = least_squares(p).x
-    monkeypatch.setattr("robocal.calibrate.folds.CHUNK", chunk)
+    monkeypatch.setattr("robocal.prove.folds.CHUNK", chunk)
     found = leave_one_out(p, x, units)
     assert np.isnan(found[np.isin(unit, [3, 8])]).all()
     for u in units:

@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 from unit.arm_data import TOOL, arm, measured, true_arm
 
-from robocal.calibrate.evidence import bootstrap_gain, errors
-from robocal.calibrate.folds import leave_one_out, unseen
-from robocal.calibrate.identify import identify
-from robocal.calibrate.judge import drawn
-from robocal.calibrate.options import Options
-from robocal.calibrate.split import leave_one_out_rounds, make_split
 from robocal.estimate.least_squares import least_squares
+from robocal.fit.misfit import errors
+from robocal.fit.options import Options
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.prove.evidence import bootstrap_gain
+from robocal.prove.folds import leave_one_out, unseen
+from robocal.prove.identify import identify
+from robocal.prove.judge import drawn
+from robocal.prove.split import leave_one_out_rounds, make_split
 
 DAYS = ("monday", "tuesday", "friday")
 
@@ -154,7 +155,7 @@ def test_leave_one_out_of_a_chunk_boundary(monkeypatch):
     p = problem(arm(free=("j2.d", "j3.d")), data)
     x = least_squares(p).x
     whole = leave_one_out(p, x, np.arange(20))
-    monkeypatch.setattr("robocal.calibrate.folds.CHUNK", 7)
+    monkeypatch.setattr("robocal.prove.folds.CHUNK", 7)
     np.testing.assert_allclose(leave_one_out(p, x, np.arange(20)), whole, rtol=1e-9)
 
 

@@ -9,13 +9,13 @@ import pytest
 from unit.arm_data import arm, measured
 from unit.test_outliers import FAST, spoiled
 
-from robocal.calibrate.gross import set_aside, share
-from robocal.calibrate.identify import identify
-from robocal.calibrate.judge import _unfinished
-from robocal.calibrate.options import Options
+from robocal.diagnose.gross import set_aside, share
 from robocal.estimate.least_squares import Reason
+from robocal.fit.options import Options
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.prove.identify import identify
+from robocal.prove.judge import _unfinished
 from robocal.remarks.code import Code
 
 FAR = {3: [0.2, 0, 0], 11: [0, 0.05, 0], 40: [0, 0, 0.5]}

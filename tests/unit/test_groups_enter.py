@@ -10,11 +10,11 @@ from unit.arm_data import arm, measured
 
 from robocal.arms.gravity import Load
 from robocal.arms.groups import add
-from robocal.calibrate.identify import identify
-from robocal.calibrate.nongeometric.groups import choose_groups
-from robocal.calibrate.options import Options
 from robocal.errors import ModelError
+from robocal.fit.options import Options
 from robocal.measure.base import synthesise
+from robocal.prove.identify import identify
+from robocal.prove.nongeometric.groups import choose_groups
 from robocal.remarks.code import Code
 
 LINKS = (Load("j2", 8.0, (0.1, 0.0, 0.0)), Load("j3", 5.0, (0.1, 0.0, 0.0)), Load("j5", 2.0))

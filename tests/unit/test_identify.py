@@ -10,13 +10,13 @@ from sizes import size
 from unit.arm_data import TOOL, TRACKER, arm, away, measured, true_arm
 
 from robocal.arms.conventions import chain
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import METHODS
+from robocal.fit.options import Options
 from robocal.geometry import so3
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.prove.identify import identify
 from robocal.remarks.code import Code
 
 

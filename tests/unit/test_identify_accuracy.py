@@ -9,8 +9,8 @@ import pytest
 from sizes import size
 from unit.arm_data import SIX, TOOL, TRACKER, arm, measured, true_arm
 
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
+from robocal.fit.options import Options
+from robocal.prove.identify import identify
 
 
 def band_ratio(count, m=40):

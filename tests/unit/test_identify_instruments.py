@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from unit.arm_data import FREE, TRACKER, arm, away, blank, measured, observe, true_arm
 
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.errors import Cancelled, ModelError
+from robocal.fit.options import Options
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.prove.identify import identify
 
 TRUTH = true_arm()
 

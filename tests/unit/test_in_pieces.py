@@ -14,19 +14,21 @@ from unit.test_outliers import spoiled
 
 from robocal.arms import chain as chains
 from robocal.arms.gravity import Gravity, drive, link_end
-from robocal.calibrate import evidence, gross
-from robocal.calibrate.fit import EXACT, NEAR
-from robocal.calibrate.noise import apply_noise, under
-from robocal.calibrate.segments.model import _inverse_root, _Sums
-from robocal.calibrate.split import NEAR as PLACE
-from robocal.calibrate.split import _cells, places
+from robocal.diagnose import gross
+from robocal.diagnose.segments.model import _inverse_root, _Sums
 from robocal.estimate.priors._kernels import held_by
 from robocal.estimate.rows import spread
+from robocal.fit.fit import EXACT, NEAR
+from robocal.fit.noise import apply_noise, under
+from robocal.fit.repeats import NEAR as PLACE
+from robocal.fit.repeats import places
 from robocal.geometry.path.program import Element, Term, compile_path
 from robocal.measure import reach as reaching
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet
 from robocal.parameters import Parameter, Table
+from robocal.prove import evidence
+from robocal.prove.split import _cells
 
 
 def test_columns_of_one_element_are_its_screw_times_each():

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from unit.arm_data import arm, measured, true_arm
 
-from robocal.calibrate.baseline import baseline
-from robocal.calibrate.fit import fit
-from robocal.calibrate.nongeometric.layer import learn
-from robocal.calibrate.nongeometric.layered import LayerRows, layer_rows, layered_errors, try_layer
-from robocal.calibrate.options import Options
 from robocal.errors import FormatError
 from robocal.files.layerfile import layer_text, read_layer
+from robocal.fit.baseline import baseline
+from robocal.fit.fit import fit
+from robocal.fit.options import Options
+from robocal.prove.nongeometric.layer import learn
+from robocal.prove.nongeometric.layered import LayerRows, layer_rows, layered_errors, try_layer
 from robocal.remarks.code import Code
 
 NAMES = ("a", "b", "c")

@@ -7,11 +7,11 @@ import pytest
 from unit.arm_data import arm, measured, true_arm
 from unit.plain_terms import Plain, linear, plain_problem
 
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.linearity import curvature, one_step
 from robocal.estimate.uncertainty import uncertainty
+from robocal.fit.options import Options
+from robocal.prove.identify import identify
 from robocal.remarks.code import Code
 
 

@@ -9,18 +9,19 @@ import pytest
 from unit.arm_data import TRACKER, arm, measured
 from unit.test_outliers import spoiled
 
-from robocal.calibrate import digits, thin
-from robocal.calibrate.baseline import known_baseline, renoised
-from robocal.calibrate.evidence import _drawn, _expanded
-from robocal.calibrate.fit import softly
-from robocal.calibrate.gross import sift
-from robocal.calibrate.noise import apply_noise
-from robocal.calibrate.thin import ENOUGH, MANY, thinned
+from robocal.diagnose import digits
+from robocal.diagnose.gross import sift
 from robocal.estimate import uncertainty as bars
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import effective_columns, uncertainty
+from robocal.fit import thin
+from robocal.fit.baseline import known_baseline, renoised
+from robocal.fit.fit import softly
+from robocal.fit.noise import apply_noise
+from robocal.fit.thin import ENOUGH, MANY, thinned
 from robocal.measure.base import problem
 from robocal.measure.data import DataSet, Frame
+from robocal.prove.evidence import _drawn, _expanded
 
 M = 3000
 

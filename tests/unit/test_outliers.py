@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from unit.arm_data import FREE, arm, measured
 
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
+from robocal.fit.options import Options
 from robocal.measure.data import DataSet, Frame
+from robocal.prove.identify import identify
 from robocal.remarks.code import Code
 
 FAST = Options(hold_out=0.0, leave_one_out=False)

@@ -13,12 +13,12 @@ from robocal.estimate.criteria import criterion_of
 from robocal.estimate.identifiability import analyse
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.selection import limit, select
-from robocal.jobs.simulate import Errors, true_chain
 from robocal.measure.base import problem, synthesise
 from robocal.measure.data import Frame, Observations
 from robocal.planning.candidates import Region, draw, joint_range, observed
 from robocal.planning.design import blocks, gathered, predicted
 from robocal.planning.poses import PlanOptions, plan
+from robocal.session.simulate import Errors, true_chain
 
 TRACKER = Frame("tracker", (1.6, -1.1, 0.4, 0.02, -0.03, 2.1), (True,) * 6, expected=(10.0, 3.0))
 REPEATS = 50

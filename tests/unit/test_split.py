@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robocal.calibrate.split import groups_of, leave_one_out_rounds, make_split, places
 from robocal.errors import ModelError
+from robocal.fit.repeats import places
 from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.prove.split import groups_of, leave_one_out_rounds, make_split
 
 
 def points(q, *, second=None, configuration=None, groups=None, columns=None, source=""):

@@ -10,14 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from unit.arm_data import arm, measured, true_arm
 
-from robocal.calibrate.fit import fit
-from robocal.calibrate.identify import baseline
-from robocal.calibrate.noise import apply_noise, assess
-from robocal.calibrate.options import Options
-from robocal.calibrate.split import stratified
 from robocal.errors import ModelError
+from robocal.fit.fit import fit
+from robocal.fit.noise import apply_noise, assess
+from robocal.fit.options import Options
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet
+from robocal.prove.identify import baseline
+from robocal.prove.split import stratified
 
 
 def joints(rng, m, n=3):

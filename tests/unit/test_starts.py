@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from unit.arm_data import SIX, TRACKER, arm, blank, measured, true_arm
 
-from robocal.calibrate.identify import baseline
-from robocal.calibrate.starts.frames import hand_eye, point_start
-from robocal.calibrate.starts.search import closed_form, frames_of, refine
+from robocal.fit.starts.frames import hand_eye, point_start
+from robocal.fit.starts.search import closed_form, frames_of, refine
 from robocal.geometry import se3, so3
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.prove.identify import baseline
 
 FREE6 = (True,) * 6
 T = se3.from_vector(TRACKER.value)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robocal.calibrate.starts.cameras import resect
-from robocal.calibrate.starts.frames import relative_hand
-from robocal.calibrate.starts.places import cube, pivot, reach
+from robocal.fit.starts.cameras import resect
+from robocal.fit.starts.frames import relative_hand
+from robocal.fit.starts.places import cube, pivot, reach
 from robocal.geometry import se3, so3
 
 SEEDS = range(20)

@@ -10,13 +10,13 @@ from scipy import stats
 from unit.arm_data import FREE, arm, measured
 from unit.plain_terms import linear, plain_problem
 
-from robocal.calibrate.bands import coverage, measured_bands
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
-from robocal.calibrate.workspace import base_motion, motion_field, sample_joints
 from robocal.estimate.uncertainty import quantile, radius, total, uneven
+from robocal.fit.options import Options
 from robocal.measure.data import Frame
 from robocal.parameters import Table
+from robocal.prove.bands import coverage, measured_bands
+from robocal.prove.identify import identify
+from robocal.prove.workspace import base_motion, motion_field, sample_joints
 
 
 @pytest.mark.parametrize("prior", [None, 0.3])

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.calibrate.workspace import base_motion, parameters_of, predict, sample_joints
 from robocal.estimate.uncertainty import Total, radius
 from robocal.geometry import fits
 from robocal.measure.machine import Machine
 from robocal.measure.reach import places_by_joints, reach
+from robocal.prove.workspace import base_motion, parameters_of, predict, sample_joints
 
 __all__ = ["AccuracyMap", "Slice", "accuracy_map"]
 

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.workspace import motion_field
 from robocal.estimate.uncertainty import LEVEL
 from robocal.geometry import fits
+from robocal.prove.workspace import motion_field
 from robocal.quantities import Amount
 
 __all__ = ["Apart", "Shows", "apart", "shows"]

@@ -26,7 +26,7 @@ from scipy import special
 
 from robocal.apply.apart import Apart, apart, shows
 from robocal.arms.chain import Chain
-from robocal.calibrate.scatter import Kept, Scatter, scatter
+from robocal.diagnose.scatter import Kept, Scatter, scatter
 from robocal.estimate.uncertainty import Total
 from robocal.geometry import so3
 from robocal.quantities import Amount, OwnUnit, Value

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.split import places
+from robocal.fit.repeats import places
 from robocal.geometry import se3, so3
 from robocal.measure.data import DataSet, Observations
 from robocal.parameters import FRAME_SYMBOLS

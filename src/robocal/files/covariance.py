@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import FiniteFloat
 
-from robocal.calibrate.scatter import Kept
+from robocal.diagnose.scatter import Kept
 from robocal.errors import FormatError
 from robocal.estimate.uncertainty import Total
 from robocal.files.plain import plain

@@ -6,8 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from robocal.calibrate.statistics import Coverage
 from robocal.files.parts import Number, Remark
+from robocal.prove.statistics import Coverage
 from robocal.quantities import Amount, Mean, OwnUnit, ShownUnit
 
 __all__ = [

@@ -21,7 +21,7 @@ from robocal.files.text import read_json
 from robocal.files.yamlio import Document
 
 if TYPE_CHECKING:
-    from robocal.calibrate.nongeometric.layer import Layer
+    from robocal.prove.nongeometric.layer import Layer
 
 __all__ = ["LAYER", "layer_text", "read_layer"]
 
@@ -50,7 +50,7 @@ def layer_text(layer: Layer) -> str:
 
 def read_layer(path: str | os.PathLike[str]) -> Layer:
     """Reads a layer.json. Raises FileError or FormatError."""
-    from robocal.calibrate.nongeometric.layer import Layer
+    from robocal.prove.nongeometric.layer import Layer
 
     source, data = read_json(path, "this is not a residual layer", "an object with the key robocal")
     if (strange := strange_part(data)) is not None:

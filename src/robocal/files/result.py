@@ -11,7 +11,6 @@ import os
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
-from robocal.calibrate.statistics import Coverage, Stages, Statistic
 from robocal.errors import FormatError
 from robocal.files.evidence import (
     Beyond,
@@ -29,6 +28,7 @@ from robocal.files.names import SAID, strange_part
 from robocal.files.parts import InputHash, Number, Remark, RowsLeftOut
 from robocal.files.plain import json_text, plain
 from robocal.files.text import read_json
+from robocal.prove.statistics import Coverage, Stages, Statistic
 from robocal.quantities import Amount, OwnUnit, ShownUnit, Value
 
 __all__ = [

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.hypotheses.explain import Doubt, alike, left_of
-from robocal.calibrate.hypotheses.sights import sights
+from robocal.diagnose.hypotheses.explain import Doubt, alike, left_of
+from robocal.diagnose.hypotheses.sights import sights
 from robocal.errors import FormatError, InputError
 from robocal.files.robot import Robot
 from robocal.files.text import Source

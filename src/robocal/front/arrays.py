@@ -19,7 +19,7 @@ from robocal.errors import FileError, FormatError, ModelError, nearest
 from robocal.files.robot import Robot
 from robocal.files.text import Held
 from robocal.files.units import UNITS
-from robocal.jobs.inputs import open_arm
+from robocal.session.inputs import open_arm
 
 __all__ = ["Arm", "Measurements", "measurements", "robot", "table"]
 

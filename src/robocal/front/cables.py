@@ -21,7 +21,7 @@ from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.robot import read_cable
 from robocal.front.arrays import path as text_of
 from robocal.front.calls import call
-from robocal.jobs.cable.load import held_robot, mass_of
+from robocal.session.cable.load import held_robot, mass_of
 
 __all__ = ["CableArm", "robot"]
 

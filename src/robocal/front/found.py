@@ -18,13 +18,13 @@ from robocal.files.plain import plain
 from robocal.files.result import Result
 from robocal.files.runfolder import obstacle
 from robocal.files.writing import write_text
-from robocal.jobs.knowledge import map_columns
-from robocal.jobs.outcome import save
 from robocal.measure.reach import reach
 from robocal.remarks.remark import Said
 from robocal.report.page import embedded
 from robocal.report.plain import text
 from robocal.report.sections import Section, Text, ends
+from robocal.session.knowledge import map_columns
+from robocal.session.outcome import save
 from robocal.verbs.outcome import Outcome
 
 __all__ = ["Found", "Identified"]

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.decide import decide
-from robocal.calibrate.identify import identify
-from robocal.calibrate.options import Options
 from robocal.files.robot import open_robot
 from robocal.files.studyfile import Point
+from robocal.fit.options import Options
 from robocal.measure.data import DataSet, Frame
 from robocal.planning.candidates import joint_range
+from robocal.prove.decide import decide
+from robocal.prove.identify import identify
 from robocal.simulation.hiding import hidden
 from robocal.simulation.rigs import STANDS, Instrument, measure
 from robocal.studies.poses import ArmPoses

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.decide import Decision
-from robocal.calibrate.identification import Identification
 from robocal.measure.base import problem
 from robocal.measure.data import Frame
 from robocal.parameters import FRAME_SYMBOLS
+from robocal.prove.decide import Decision
+from robocal.prove.identification import Identification
 from robocal.simulation.rigs import Instrument, measure
 
 __all__ = ["coverage", "elsewhere"]

@@ -1,5 +1,5 @@
-"""One verb, one module: `Options` (told once), `run(options, watch, command) -> Outcome`, `sections(outcome)`.
+"""One verb, one module or folder: `Options` (stated once), `run(options, watch, command) -> Outcome`, `sections(outcome)`.
 
-Importing a verb is cheap: what it needs is imported when it runs, so that help answers at once. A verb imports no other verb, but
-`demo`, whose `stories` are made of them.
+Of a folder, `__init__` is the verb, `result` what it finds, `page` its report. Importing a verb is cheap: what it needs is imported
+when it runs, so that help answers at once. A verb imports no other verb, but `demo`, whose cases are made of them.
 """

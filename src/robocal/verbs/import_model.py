@@ -44,7 +44,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.cable.show import describe_cable
     from robocal.files.text import ROBOT_LIMIT, read_text
     from robocal.files.writing import refuse_existing
-    from robocal.jobs.cable.load import framed, robot_inputs
+    from robocal.session.cable.load import framed, robot_inputs
 
     refuse_existing(o.output, (), o.force)
     made = open_caspr(read_text(o.model, limit=ROBOT_LIMIT), o.cables)
@@ -67,7 +67,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 
 def sections(made: Outcome) -> Iterator[Section]:
     """Robot and cable set, every cable as CASPR and as robot.yaml call it, and where the file is."""
-    from robocal.jobs.cable.summed import summed
+    from robocal.session.cable.summed import summed
 
     found: Caspr = made.result
     robot = found.file.robot

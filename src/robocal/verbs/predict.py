@@ -39,7 +39,7 @@ class Options(Told):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Predicts the tool's pose at the joint values of a CSV; `output` gets the same as a CSV. Raises InputError."""
     from robocal.files.writing import refuse_existing, write_text
-    from robocal.jobs.predict import predicted, prediction_text
+    from robocal.session.predict import predicted, prediction_text
 
     refuse_existing(o.output, (), o.force)
     found = predicted(o.folder, o.poses, o.absolute, watch)

@@ -66,7 +66,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.errors import ModelError, nearest
     from robocal.files.poses import read_poses
     from robocal.files.writing import refuse_existing, write_files
-    from robocal.jobs import simulate as s
+    from robocal.session import simulate as s
     from robocal.simulation.rigs import CONTACTS, RIGS, measure
 
     if o.kind not in RIGS:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robocal.arms.conventions import CONVENTIONS
-from robocal.calibrate.hypotheses.changes import Change, What, changes
-from robocal.calibrate.hypotheses.explain import Explanation, Trial, alike, doubted, explain
-from robocal.calibrate.hypotheses.remounted import remounted
+from robocal.diagnose.hypotheses.changes import Change, What, changes
+from robocal.diagnose.hypotheses.explain import Explanation, Trial, alike, doubted, explain
+from robocal.diagnose.hypotheses.remounted import remounted
 from robocal.errors import FormatError, ToWrite
 from robocal.files.dataset import Reading
 from robocal.files.robot import Robot

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.calibrate.evidence import errors
-from robocal.calibrate.identify import baseline, frame_names
-from robocal.calibrate.split import places
 from robocal.errors import FormatError
 from robocal.estimate.problem import Problem
 from robocal.files.dataset import Reading
 from robocal.files.doubts import Suspicion
+from robocal.fit.misfit import errors
+from robocal.fit.repeats import places
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
+from robocal.prove.identify import baseline, frame_names
 from robocal.remarks.remark import Remark
 
 __all__ = ["doubt_units", "misfit", "refuse_still"]

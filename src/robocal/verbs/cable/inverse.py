@@ -41,9 +41,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.cable.robot import read_cable
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing
-    from robocal.jobs.cable.load import fitting, framed, located, robot_inputs, stretches, tensions_of
     from robocal.remarks.code import Code
     from robocal.remarks.remark import Remark
+    from robocal.session.cable.load import fitting, framed, located, robot_inputs, stretches, tensions_of
 
     refuse_existing(o.output, (), o.force)
     file = read_cable(o.robot)

@@ -1,1 +1,0 @@
-"""Calibration: identify, judge, and keep the evidence."""

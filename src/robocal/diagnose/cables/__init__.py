@@ -1,0 +1,1 @@
+"""What is wrong with the lists of cable robots: columns exchanged, poses in other axes."""

@@ -1,0 +1,204 @@
+"""Gross rows: found before anything is judged, and set aside for baseline, noise, fit and proof alike.
+
+    1 nominal   frames, targets and tool are fitted to the nominal robot, robustly; rows beyond six robust sigma of what is left
+                do not pull at the next stage (a dropped beam, a wrong point: metres away)
+    2 free      everything free is fitted robustly (Huber, then Tukey at six sigma), softly held as where the noise is assessed;
+                every row is then compared with a fit without it (`farness`), and those that are far by the robust sigma of their sensor
+                group and unit are set aside; the fit is repeated without them until the same rows stay out
+
+Of many rows both stages begin on a part (`thin`); the last robust fit, and what is said of every row, are of all of them.
+A row that was set aside at one stage comes back at the next one where it fits. Constraints (a known distance between sockets)
+are never gross: nothing read them. Rows stay in the data, unused: they weigh nothing, and are predicted like all others.
+
+The leak, and how it is closed. A fit may set aside what does not fit it among the rows that it is fitted to; if it were asked
+which *held-out* rows are gross, it would dismiss its own failures. So each round of a proof looks for gross rows among
+the rows that it fits, and knows no others; and a held-out row is left out of the comparison only where neither the baseline nor
+the identified model, each fitted without that row and measured by its own robust scale, comes near it (`neither`). What one
+of the two explains, counts. In k-fold and leave-one-out, which keep the columns and noise of the fit to everything, the fit
+without a row is that of `farness`: by deletion where it was used, as it is where it was set aside.
+Sources: Tukey's biweight, Holland and Welsch (1977); Rousseeuw and Leroy, Robust regression and outlier detection (1987).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.diagnose.digits import rounded
+from robocal.diagnose.farness import FAR, Farness, far_from, farness
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import Problem
+from robocal.estimate.uncertainty import effective_columns
+from robocal.fit.baseline import Baseline, baseline, frame_names
+from robocal.fit.fit import NEAR, Fit, chosen_weights, posed_again, softly
+from robocal.fit.noise import assess, owners, under
+from robocal.fit.thin import thinned
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
+
+__all__ = ["MOST", "Sifted", "neither", "set_aside", "share", "sift"]
+
+Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Ints = NDArray[np.int64]
+Tau = dict[tuple[str, str], float]
+Watch = Callable[[dict[str, object]], None]
+MOST = 0.2  # a larger share set aside is no outlier any more
+ROUNDS = 8
+SETTLED = 0.05  # of a robust sigma: so well it need be known here
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Data, and the configurations whose rows are fitted."""
+
+    model: Machine
+    data: DataSet
+    configurations: Ints
+
+    def posed(self, tau: Tau, used: Sequence[Bools], loss: str, tuning: float | None = None) -> Problem:
+        noisy = under(self.made, self.data, tau)
+        aside = [~used[own][term.index] for own, term in owners(self.data, noisy)]
+        return noisy.without(aside).with_loss(loss, tuning)
+
+    @cached_property
+    def made(self) -> Problem:
+        """The problem with every row and the sigma that was stated."""
+        every = marked(self.data, [np.ones(len(o), dtype=bool) for o in self.data.observations])
+        return build(self.model, every).with_weights(chosen_weights(len(self.data.configurations), self.configurations))
+
+    def noise(self, problem: Problem, x: Array, columns: float) -> Tau:
+        """tau of every group, from medians."""
+        groups = assess(self.data, problem.with_loss("huber"), x, self.configurations, columns)
+        return {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+
+
+@dataclass(frozen=True)
+class Sifted:
+    """The data with gross rows marked, and how far every row is from a soft fit of everything free: the problem of that fit,
+    where it ended, x (1, P), and the farness of its rows."""
+
+    data: DataSet
+    problem: Problem
+    x: Array
+    away: Farness
+
+
+def set_aside(model: Machine, data: DataSet, configurations: Ints, watch: Watch | None = None) -> DataSet:
+    """The data with the gross rows among those of some configurations marked as not used."""
+    return sift(model, data, configurations, watch).data
+
+
+def sift(model: Machine, data: DataSet, configurations: Ints, watch: Watch | None = None) -> Sifted:
+    """The data with the gross rows among those of some configurations marked as not used; see the module. Rows of others
+    are not judged."""
+    if watch:
+        watch({"stage": "gross"})
+    search = _Search(model, data, configurations)
+    some, own = thinned(model, data, configurations)
+    few = search if some is data else _Search(model, some, own)
+    start, tau, near = _nominal(few)
+    x = start = posed_again(few.made, start)
+    for loss, tuning in (("huber", None), ("tukey", FAR)):
+        x, tau = _settled(few, start, x, tau, near, loss, tuning)
+    used = near
+    if few.data is not data:
+        # A part of many rows says about where the fit ends. All of them say where it does, and are judged by that.
+        used = tuple(np.ones(len(o), dtype=bool) for o in data.observations)
+        x, tau = _settled(search, start, x, tau, used, "tukey", FAR)
+    # No row is gross for being rounded more coarsely than the others.
+    known = rounded(model, data, search.posed(tau, used, "none"), x, None if few.data is data else few.data)
+    if known is not data:
+        data, search = known, replace(search, data=known)
+    for _ in range(ROUNDS):
+        soft = softly(search.posed(tau, used, "none"), start)
+        there, away = x, farness(soft, x, tau)
+        far = _by_observation(data, soft, away.far)
+        now = tuple(
+            ~(f & np.isin(o.configuration, configurations)) for f, o in zip(far, data.observations, strict=True)
+        )
+        if all((a == b).all() for a, b in zip(now, used, strict=True)):
+            break
+        used = now
+        x, tau = _settled(search, start, x, tau, used, "none", None)
+    return Sifted(marked(data, used), soft, there, away)
+
+
+def _nominal(search: _Search) -> tuple[Array, Tau, tuple[Bools, ...]]:
+    """Where frames stand when gross rows do not pull, the robust noise there, and the rows that are near."""
+    every = tuple(np.ones(len(o), dtype=bool) for o in search.data.observations)
+    made, x = baseline(search.model, search.data, search.configurations)
+    frames = frame_names(search.model, made)
+    tau: Tau = {}
+    made = search.posed(tau, every, "huber")
+    for _ in range(ROUNDS):
+        new = search.noise(made, x, float(len(frames)))
+        if tau and _close(new, tau):
+            break
+        tau, made = new, search.posed(new, every, "huber")
+        if frames:
+            x = least_squares(made.with_free(frames), x).x
+    there = search.posed(tau, every, "none").with_free(frames)
+    far = _by_observation(search.data, there, farness(there, x, tau).far)
+    return x, tau, tuple(~f for f in far)
+
+
+def _settled(
+    search: _Search, start: Array, x: Array, tau: Tau, used: tuple[Bools, ...], loss: str, tuning: float | None
+) -> tuple[Array, Tau]:
+    """A soft fit of everything free, and its robust noise, until they agree."""
+    for _ in range(ROUNDS):
+        made = search.posed(tau, used, loss, tuning)
+        soft = softly(made, start)
+        ended = least_squares(soft, x, cost_tolerance=NEAR)
+        x = ended.x
+        new = search.noise(made, x, effective_columns(soft, x, ended.normal))
+        done = _close(new, tau)
+        tau = new
+        if done:
+            break
+    return x, tau
+
+
+def _close(new: Tau, old: Tau) -> bool:
+    return set(new) == set(old) and all(abs(new[k] - old[k]) <= SETTLED * old[k] for k in new)
+
+
+def neither(model: Machine, data: DataSet, base: Baseline, found: Fit, configurations: Ints) -> tuple[Bools, ...]:
+    """Rows of every term that neither the baseline nor the identified model comes near, both fitted to some configurations."""
+    frames = frame_names(model, base.problem)
+    one = far_from(data, base.problem.with_free(frames), base.x, configurations).strange
+    if not any(a.any() for a in one):
+        return one
+    other = far_from(data, found.problem, found.solution.x, configurations)
+    return tuple(a & b for a, b in zip(one, other.far, strict=True))
+
+
+def marked(data: DataSet, used: Iterable[Bools]) -> DataSet:
+    """The data with these rows used, observation by observation."""
+    each = (replace(o, used=None if u.all() else u) for o, u in zip(data.observations, used, strict=True))
+    return DataSet(data.configurations, tuple(each))
+
+
+def share(data: DataSet) -> float:
+    """Which share of the rows is set aside."""
+    rows = sum(len(o) for o in data.observations)
+    return sum(int((~o.used).sum()) for o in data.observations if o.used is not None) / max(rows, 1)
+
+
+def _by_observation(data: DataSet, problem: Problem, values: Sequence[Bools]) -> tuple[Bools, ...]:
+    """What is known of the rows of terms, for the rows of observations."""
+    out = tuple(np.zeros(len(o), dtype=bool) for o in data.observations)
+    for own, index, value in _rows(data, problem, values):
+        out[own][index] = value
+    return out
+
+
+def _rows(data: DataSet, problem: Problem, values: Sequence[Bools]) -> Iterator[tuple[int, Ints, Bools]]:
+    for (own, term), value in zip(owners(data, problem), values, strict=True):
+        yield own, term.index, value

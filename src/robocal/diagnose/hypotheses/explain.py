@@ -1,0 +1,164 @@
+"""Which single change, if any, explains data that the nominal arm does not.
+
+    1 as stated     frames, things on the tool and, softly held, the arm itself: does the misfit ask for it?
+    2 frames alone  every change in one batch; the few best go on
+    3 softly held   these, as stated, and as stated with the joints' zeros free, for lost mastering is normal
+
+A change is named when it leaves what an arm's making leaves (a hundredth of its reach), a fifth of what is left without it
+and a fifth of what other zeros of the joints would leave. Changes that end at the same misfit are told together: with
+free frame and target they cannot be told apart. What does no harm lowers nothing and is never named.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.diagnose.hypotheses.changes import Both, Change, What, pairs
+from robocal.diagnose.hypotheses.lockstep import Held, fitted, reach_of
+from robocal.diagnose.hypotheses.sights import Sights, sights, usable
+from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
+
+__all__ = ["Doubt", "Explanation", "Trial", "alike", "doubted", "explain", "left_of", "rows_of", "taken"]
+
+Array = NDArray[np.float64]
+Trial = Change | Both
+ROWS = 40  # readings that are enough to tell
+FEWEST = 8  # different configurations: fewer are met by anything
+ASKS = 1e-3  # of the reach: less than this is no sign of anything wrong
+MAKING = 0.01  # of the reach: what an arm's making leaves
+CLEARLY = 5.0
+ALIKE = 1.5  # times the best misfit: not told apart
+BEST = 10  # how many of a batch are looked at again
+SOFT, LOST = 0.03, 1.0  # rad: how far a joint's zero may be off as a matter of course, and when its mastering is lost
+QUARTER = math.radians(4.0)  # of a right angle: a zero that is off by so nearly one is no lost mastering
+WHOLE = (What.SHIFT, What.REVERSED, What.TURNS)  # these look at neighbouring rows, or at every row
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Changes that explain the data, alike, the plainest first; what is left as stated and with them (m)."""
+
+    changes: tuple[Trial, ...]
+    stated: float
+    left: float
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Data whose misfit asks for a change: rows of every instrument, what is left as stated and with the joints' zeros
+    lost (m), the reach (m), and whether the joints stood at too few places for anything but another arm."""
+
+    rows: list[NDArray[np.int64]]
+    stated: float
+    lost: float
+    reach: float
+    few: bool
+
+    def met(self, left: float) -> bool:
+        """Whether this is little enough to explain the data."""
+        return left <= MAKING * self.reach and left * CLEARLY <= min(self.stated, self.lost)
+
+
+def doubted(chain: Machine, data: DataSet) -> Doubt | None:
+    """Whether the misfit asks for a change; None where it does not or nobody can tell."""
+    rows = rows_of(data)
+    if rows is None:
+        return None
+    stated = sights(chain, [taken(data, rows)])
+    if stated is None or not np.isfinite(stated.joints).all() or not np.isfinite(stated.place).all():
+        return None
+    reach = reach_of(chain, stated)
+    with np.errstate(all="ignore"):
+        soft = Held.softly(chain, SOFT)
+        left = float(min(fitted(chain, stated, soft).left[0], fitted(chain, stated).left[0]))
+        if left <= ASKS * reach:
+            return None
+        return Doubt(rows, left, _lost(chain, stated, left), reach, stated.places < FEWEST)
+
+
+def explain(chain: Machine, data: DataSet, changes: Sequence[Change], doubt: Doubt | None = None) -> Explanation | None:
+    """The changes that explain the data; None where nothing asks for one, or none does."""
+    doubt = doubt or doubted(chain, data)
+    if doubt is None or doubt.few:
+        return None
+    small = taken(data, doubt.rows)
+    with np.errstate(all="ignore"):
+        for trials in (list(changes), pairs(list(changes))):
+            found = _best(chain, data, small, doubt.rows, trials, Held.softly(chain, SOFT))
+            if found is None:
+                continue
+            order, left = found
+            if not order or not doubt.met(float(left[order[0]])):
+                continue
+            best = float(left[order[0]])
+            return Explanation(tuple(trials[i] for i in order if alike(left[i], best)), doubt.stated, best)
+    return None
+
+
+def alike(left: float, best: float) -> bool:
+    """Whether two misfits (m) are not told apart."""
+    return left <= ALIKE * best + 1e-9
+
+
+def left_of(chain: Machine, data: DataSet, doubt: Doubt) -> float:
+    """What another arm leaves of the same rows (m); inf where it cannot be told."""
+    seen = sights(chain, [taken(data, doubt.rows)])
+    if seen is None or not np.isfinite(seen.joints).all() or seen.places < FEWEST:
+        return math.inf
+    with np.errstate(all="ignore"):
+        return float(fitted(chain, seen, Held.softly(chain, SOFT)).left[0])
+
+
+def _lost(chain: Machine, stated: Sights, as_stated: float) -> float:
+    """What is left with the joints' zeros free; where these end near right angles, that is no lost mastering."""
+    free = fitted(chain, stated, Held.softly(chain, LOST), rounds=20)
+    turning = np.array([j.type != "prismatic" for j in chain.joints])
+    zeros = free.zeros[0][turning]
+    quarter = np.abs(zeros - np.round(zeros / (math.pi / 2)) * (math.pi / 2))
+    square = np.abs(np.round(zeros / (math.pi / 2))).sum() > 0 and quarter.max(initial=0.0) < QUARTER
+    return as_stated if square else float(free.left[0])
+
+
+def _best(
+    chain: Machine, data: DataSet, small: DataSet, rows: list[NDArray[np.int64]], trials: Sequence[Trial], soft: Held
+) -> tuple[list[int], Array] | None:
+    """The few best of a batch in order, and what each of the batch leaves; inf where it was not looked at again."""
+    if not trials:
+        return None
+    made = [taken(t.apply(data), rows) if any(p.what in WHOLE for p in t.parts) else t.apply(small) for t in trials]
+    seen = sights(chain, made)
+    assert seen is not None
+    rough = fitted(chain, seen, rounds=3).left
+    few = np.argsort(rough, kind="stable")[:BEST]
+    left = np.full(len(trials), np.inf)
+    again = fitted(chain, seen.take(few), soft)
+    # Readings made so small that anything meets them are explained by nothing.
+    left[few] = np.where(again.left <= 2 * MAKING * again.spread, again.left, np.inf)
+    return [int(i) for i in np.argsort(left, kind="stable") if np.isfinite(left[i])], left
+
+
+def rows_of(data: DataSet) -> list[NDArray[np.int64]] | None:
+    """Some rows of every instrument that can be looked at; None where they are too few to tell."""
+    seen = [i for i, o in enumerate(data.observations) if usable(o)]
+    if data.configurations.joints is None or not seen:
+        return None
+    rng = np.random.default_rng(0)
+    each = max(ROWS // len(seen), 12)
+    out = [np.zeros(0, dtype=np.int64)] * len(data.observations)
+    for i in seen:
+        size = len(data.observations[i])
+        out[i] = np.sort(rng.permutation(size)[:each])
+    return out if sum(len(r) for r in out) >= FEWEST else None
+
+
+def taken(data: DataSet, rows: list[NDArray[np.int64]]) -> DataSet:
+    return DataSet(
+        data.configurations,
+        tuple(o.take(r) for o, r in zip(data.observations, rows, strict=True) if len(r)),
+    )

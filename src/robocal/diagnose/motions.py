@@ -1,0 +1,94 @@
+"""Motions of the frames in which a machine is told that nothing measured shows: where its base lies, or which way it looks.
+
+Such a motion m of the machine's parameters, with whatever change c of the other columns (an instrument's frame, the zero of an
+encoder) goes along with it, leaves every residual where it was: R_m m + R_c c = 0 with R^T R = J^T J.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.measure.machine import Machine
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+
+if TYPE_CHECKING:
+    from robocal.fit.fit import Fit
+
+__all__ = ["lacking", "open_motions", "open_remarks"]
+
+Array = NDArray[np.float64]
+UNSEEN = 1e-5  # of what a motion does to the residuals by itself: the roots of normal equations have half the digits
+
+
+def open_motions(model: Machine, fit: Fit) -> tuple[str, ...]:
+    """The motions of a machine that a fit to its data cannot tell, by what people call them."""
+    seen = fit.identifiability
+    names = {n: i for i, n in enumerate(seen.names)}
+    table = fit.problem.table
+    there = model.with_values({n: float(seen.x[0, table.index[n]]) for n in model.table.names if n in table})
+    others = [i for n, i in names.items() if n not in model.table]
+    out = []
+    for what, rates in there.motions.items():
+        if not set(rates) <= set(names):
+            continue  # a part of it is held: the motion is not open
+        moved = seen.root[:, [names[n] for n in rates]] @ np.array(list(rates.values()))
+        left = moved
+        if others:
+            left = moved - seen.root[:, others] @ np.linalg.lstsq(seen.root[:, others], moved, rcond=1e-12)[0]
+        size = float(np.linalg.norm(seen.root[:, [names[n] for n in rates]]))
+        if np.linalg.norm(left) <= UNSEEN * size:
+            out.append(what)
+    return tuple(out)
+
+
+def open_remarks(model: Machine, fit: Fit) -> tuple[Remark, ...]:
+    """What is said of them: which, and the parameters that stay where they were for it."""
+    motions = open_motions(model, fit)
+    if not motions:
+        return ()
+    held = tuple(n for n in fit.identifiability.dropped if n in model.table)
+    out = [Remark.of(Code.MOTIONS_UNSEEN, motions=motions, count=len(motions), held=held)]
+    sigma, expected = _bare(model, fit, motions)
+    if len(sigma) and np.median(sigma) > expected and lacking(model, fit) is None:
+        told = {
+            "low": Quantity(float(sigma.min())),
+            "high": Quantity(float(sigma.max())),
+            "expected": Quantity(expected),
+        }
+        out.append(Remark.of(Code.WORSE_THAN_UNMEASURED, count=len(motions), **told))
+    return tuple(out)
+
+
+def lacking(model: Machine, fit: Fit) -> Remark | None:
+    """What refuses a fit whose configurations leave fewer numbers, beyond their own poses, than there are to be found; None where
+    they suffice or priors that were stated fill the gap."""
+    seen, problem = fit.identifiability, fit.problem
+    if not problem.families or not model.motions or problem.stated.any() or not len(seen.names):
+        return None
+    used = problem.numbers > 0
+    unknown = len(seen.names) - len(open_motions(model, fit))
+    over = problem.numbers - problem.families[0].width
+    left = int(over[used].sum())
+    if left >= unknown or not used.any():
+        return None
+    each = float(over[used].mean())
+    needed = int(np.ceil(unknown / each)) if each > 0 else None
+    return Remark.of(Code.TOO_FEW_POSES, poses=int(used.sum()), left=max(left, 0), unknown=unknown, needed=needed)
+
+
+def _bare(model: Machine, fit: Fit, motions: tuple[str, ...]) -> tuple[Array, float]:
+    """Standard deviations (m) of what the measurements alone tell of a machine's own lengths where as many numbers are held as there
+    are open motions, chosen by QR with pivoting; and the error that was expected of them before."""
+    from scipy.linalg import qr
+
+    seen, table = fit.identifiability, fit.problem.table
+    scaled = seen.root / np.maximum(np.linalg.norm(seen.root, axis=0), 1e-300)
+    chosen = qr(scaled, mode="r", pivoting=True)[1][: len(seen.names) - len(motions)]
+    sigma = np.sqrt((np.linalg.pinv(seen.root[:, chosen], rcond=1e-14) ** 2).sum(axis=1))
+    rows = [table[seen.names[i]] for i in chosen]
+    own = [k for k, p in enumerate(rows) if p.name in model.geometric and p.unit == "m" and p.expected]
+    return sigma[own], float(np.median([rows[k].expected for k in own])) if own else np.inf

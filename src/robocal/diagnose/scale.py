@@ -1,0 +1,141 @@
+"""The scale of an arm: one factor on all free lengths, which contacts and cameras see only through a stated length.
+
+    delta = s a + noise + R m,    R = I + B (rows of what was fitted),    a = R n
+    s = (a^T V^-1 delta) / (a^T V^-1 a),    V = C + R S^2 R^T,    sigma^2 = b^2 / (a^T V^-1 a) = fit^2 + making^2
+    b^2 = max(1, chi^2 / (k - 1)),    chi^2 = (delta - s a)^T V^-1 (delta - s a)
+
+delta are the changes of the fitted lengths, n the nominal lengths, C the noise of the fit (that of a stated bar included),
+B the estimate's answer to the truth (`Total`: a length that was not fitted shows in its partners), S the errors that
+making leaves. An arm errs in each of its lengths on its own; all of them together by a factor that making does not leave
+is the length that was stated, or the instrument, not the arm. Where one length alone (column i of R instead of a) explains
+delta better, and leaves nothing for a factor beside it, it is that length. Lengths that err by more than S lets them, as where a
+prior was stated too tight, say as much less of a factor (b, where chi^2 is no chance; no further than to a sigma of WIDEST, or an
+arm that was bent to nothing would be as uncertain as it is bent). Generalised least squares: Aitken (1935);
+the ratio b: Birge (1932).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from robocal.diagnose.verdict import Verdict
+from robocal.estimate.uncertainty import Total
+from robocal.measure.base import Rows
+from robocal.measure.machine import Machine
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+
+if TYPE_CHECKING:
+    from robocal.fit.fit import Fit
+
+__all__ = ["Scale", "scale_of", "scaled"]
+
+Array = NDArray[np.float64]
+REFUSED, REMARKED = 3.0, 2.0  # of its own sigma
+READ = 5.0  # the same where readings are lengths themselves: trackers have a scale that was calibrated
+CHANCE = 1e-3  # of changes that are larger than expected and mean nothing
+LEAST = 1e-6  # a micron in a metre: less is nobody's mistake, and rounding
+WIDEST = 2e-3  # no more is taken for errors of an arm's lengths
+OPEN = 0.1  # a scale that is known no better is that of the nominal model
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The lengths are 1 + `factor` times the nominal ones, within `sigma`; its parts: what the fit and a stated length leave
+    open, and what making leaves. `stated` says that the data have no other scale than a stated length, `common` that the factor
+    explains the changes better than one length does."""
+
+    factor: float
+    sigma: float
+    fit: float
+    making: float
+    stated: bool
+    common: bool
+
+    @property
+    def seen(self) -> bool:
+        """Whether the data know it at all."""
+        return self.sigma <= OPEN
+
+    @property
+    def _told(self) -> bool:
+        return self.common and abs(self.factor) > LEAST
+
+    @property
+    def beyond(self) -> bool:
+        """Whether no arm's making leaves that."""
+        return self._told and abs(self.factor) > (REFUSED if self.stated else READ) * self.sigma
+
+    @property
+    def remarks(self) -> tuple[Remark, ...]:
+        """What is said of it: nothing of a scale that is as expected."""
+        numbers = {"factor": self.factor, "sigma": self.sigma}
+        if self.stated and not self.seen and not self.beyond:
+            return (Remark.of(Code.SCALE_OPEN, sigma=self.sigma),)
+        if abs(self.factor) <= REMARKED * self.sigma or not self._told:
+            return ()
+        if self.beyond:
+            return (Remark.of(Code.SCALE_WRONG, **numbers),)
+        return (Remark.of(Code.SCALE_DOUBTED if self.stated else Code.SCALED, **numbers),)
+
+
+def scale_of(model: Machine, fit: Fit, off: Total) -> Scale | None:
+    """The common scale of the fitted lengths; None where none was fitted. `off` is what the parameters may be off by."""
+    table, x = fit.problem.table, fit.solution.x[0]
+    fitted = set(fit.problem.free)
+    long = [n for n in off.names if n in model.lengths]
+    kept = [off.names.index(n) for n in long if n in fitted]
+    if not kept:
+        return None
+    nominal = np.array([model.table[n].value if n in long else 0.0 for n in off.names])
+    change = np.array([x[table.index[off.names[i]]] for i in kept]) - nominal[kept]
+    shows = (np.eye(len(off.names)) + off.response)[kept]
+    size = off.expected[kept]
+    a, delta, each = shows @ nominal / size, change / size, shows / size[:, None]
+    made = (shows * off.expected if off.root is None else shows @ off.root) / size[:, None]
+    making, noise = made @ made.T, off.noise[np.ix_(kept, kept)] / np.outer(size, size)
+    values, vectors = np.linalg.eigh(making + noise)
+    known = values > 1e-12 * values[-1]
+    root = vectors[:, known] / np.sqrt(values[known])
+    along, white = root.T @ a, root.T @ delta
+    information = float(along @ along)
+    if not information > 0:
+        return None
+    weight = root @ along / information
+    common = _common(along, root.T @ each, white)
+    narrow = information**-0.5
+    wider = min(_wider(white - along * float(weight @ delta)), max(1.0, WIDEST / narrow))
+    fitted_part, making_part = (wider * float(np.sqrt(max(weight @ c @ weight, 0.0))) for c in (noise, making))
+    stated = not any(t.metric for t in fit.problem.terms if isinstance(t, Rows))
+    return Scale(float(weight @ delta), wider * narrow, fitted_part, making_part, stated, common)
+
+
+def _wider(left: Array) -> float:
+    """How many times as large as expected are the changes (k,) that a factor leaves; 1 where that may be chance."""
+    dof, chi2 = len(left) - 1, float(left @ left)
+    return float(np.sqrt(chi2 / dof)) if dof > 0 and chi2 > special.chdtri(dof, CHANCE) else 1.0
+
+
+def _common(factor: Array, each: Array, change: Array) -> bool:
+    """Whether one factor explains white changes better than one length does, or is needed beside the best of them."""
+    size = np.linalg.norm(each, axis=0)
+    alone = np.where(size > 0, np.abs(each.T @ change) / np.where(size > 0, size, 1.0), 0.0)
+    best = int(np.argmax(alone))
+    if abs(factor @ change) / np.linalg.norm(factor) >= alone[best]:
+        return True
+    other = each[:, best] / size[best]
+    rest = factor - other * (other @ factor)
+    left = float(np.linalg.norm(rest))
+    return left > 1e-9 * float(np.linalg.norm(factor)) and abs(float(rest @ change)) > REFUSED * left
+
+
+def scaled(found: Verdict, scale: Scale | None) -> Verdict:
+    """The verdict, unless what gives the scale is wrong: then no gain counts."""
+    if scale is None or not scale.beyond:
+        return found
+    return found.refused(*scale.remarks)

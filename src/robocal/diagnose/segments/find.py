@@ -1,0 +1,273 @@
+"""Change points: a target or an instrument that moved while a file was measured.
+
+What a robust fit of everything free leaves is searched for runs of rows that a frame standing elsewhere would explain, the
+model's own answer allowed for (a generalised likelihood ratio, see `segment_model`): all pairs of a coarse grid, the
+best sharpened row by row and taken into the model, then the next (circular binary segmentation, Olshen et al. 2004).
+Half a file 5 mm off is no outlier and no noise. But warmth is no step either, nor a pose that the model predicts
+badly. So a segment is named only where it is
+
+    sure       the gain, over the spread of serially correlated residuals (Newey and West 1987), leaves one chance in a million
+               after all that was tried
+    large      what it explains is several times what noise and model leave per axis
+    abrupt     a step explains it better than any ramp
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from robocal.diagnose.segments.model import LEAST, Found, Model, spread
+from robocal.diagnose.segments.posed import ZERO
+from robocal.diagnose.segments.rows import runs
+from robocal.diagnose.segments.run import Run
+from robocal.diagnose.verdict import Verdict
+from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Number, Quantity, Remark
+
+__all__ = ["Segment", "find_segments", "refused_by", "segment_remarks"]
+
+Array = NDArray[np.float64]
+SURE = 1e-6  # chance of naming anything in a file where nothing moved
+LARGE = 3.0  # standard deviations of what is left, per axis
+COUNTED = 1.5  # the same of one sensor's zero, which all other sensors contradict
+SEEN = 1.5  # the same after the model's own answer
+MAJORITY = 0.8  # of the rows of a segment that must have moved alike
+SMALL = {"m": 1e-5, "rad": 1e-5, "px": 0.05}  # what moved by less is nobody's concern, however exact the numbers are
+MOST = 6
+# What a data file of its own says, so that what moved has a place of its own there.
+LINES = {
+    "target": "targets: {moved: {}}",
+    "instrument": "frame: {name: moved}",
+    "target or instrument": "frame: {name: moved}, or targets: {moved: {}}",
+}
+# Causes that gain this share of the best are compared; one that leaves no more than this many times is named with it.
+ALIKE, APART = 0.5, 1.15
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Rows of a file that were measured as if `cause` had moved: `first` and `last` number the observations of the group,
+    `rows` are the same ends as the file numbers them."""
+
+    source: str
+    group: str
+    first: int
+    last: int
+    rows: tuple[int, int]
+    without: tuple[int, int]  # the same with rows beside them that were held out: what to do without
+    cause: str  # target, instrument, either, or zero
+    name: str  # of the target (or all targets) where there are several, else ""
+    shift: float | None  # m
+    turn: float | None  # rad
+    strength: float  # what it explains per axis, over what is left
+    p_value: float
+    count: int  # rows that are off
+
+
+def find_segments(
+    model: Machine, data: DataSet, start: Mapping[str, float], weights: Array | None = None
+) -> tuple[Segment, ...]:
+    """The segments of every file, the strongest first; `start` holds the parameters of a fit, `weights` (1, U) which
+    configurations count."""
+    found, info = runs(model, data, start, weights)
+    long = [r for r in found if len(r.residual) >= 2 * LEAST]
+    if not long:
+        return ()
+    state = Model(found, [r.jacobian for r in found], info)
+    tried = sum(len(r.candidates) * len(r.residual) ** 2 / 2 for r in long)
+    out: list[Segment] = []
+    while len(out) < MOST and (reset := _reset(state, long)) is not None:
+        out.append(reset[0])
+        state = reset[1]
+    while len(out) < MOST:
+        best = _best(state, long)
+        if best is None:
+            break
+        after = state.with_segment(best)
+        told = _judged(state, best, after, tried)
+        if told is None:
+            break
+        out.append(told)
+        state = after
+    return tuple(sorted(out, key=lambda s: -s.strength))
+
+
+def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
+    """One remark for every segment."""
+    out = []
+    for s in found:
+        said: dict[str, Number] = {"file": s.source or s.group, "first": s.rows[0], "last": s.rows[1], "count": s.count}
+        said["shift"] = None if s.shift is None else Quantity(s.shift)
+        said["turn"] = None if s.turn is None else Quantity(s.turn, "rad")
+        said["strength"] = s.strength
+        if s.cause == ZERO:
+            of_zero = {k: v for k, v in said.items() if k != "turn"}
+            begin, end = s.without
+            out.append(Remark.of(Code.SEGMENT_OF_ZERO, **of_zero, zero=s.name, begin=begin, end=end))
+        elif s.name and s.cause == "target":
+            out.append(Remark.of(Code.SEGMENT_OF_TARGET, **said, target=s.name))
+        else:
+            out.append(Remark.of(Code.SEGMENT, **said, moved=s.cause, line=LINES[s.cause]))
+    return tuple(out)
+
+
+def refused_by(found: tuple[Segment, ...], verdict: Verdict) -> Verdict:
+    """The verdict on data a part of which was measured with something moved: refused, with the segments first."""
+    return verdict.refused(*segment_remarks(found)) if found else verdict
+
+
+def _best(state: Model, among: list[Run]) -> Found | None:
+    """The segment that explains most. Its cause is the one that leaves least, once it is in the model."""
+    out = [f for run in among for c in run.candidates if (f := state.segment(run, c)) is not None]
+    # More columns explain more by chance.
+    first = max(out, key=lambda f: f.gain - f.cost, default=None)
+    if first is None or special.chdtrc(first.column.shape[2], first.gain) > SURE:
+        return None
+    rivals = [f for f in out if f.run is first.run and f.gain > ALIKE * first.gain]
+    after = [state.with_segment(f) for f in rivals]
+    best = int(np.argmin([m.misfit(first.run) + f.cost for f, m in zip(rivals, after, strict=True)]))
+    left = [_left_of(m, rivals[best]) for m in after]
+    causes = {f.candidate.cause for f, v in zip(rivals, left, strict=True) if v < APART * left[best]}
+    return replace(rivals[best], either=len(causes) > 1)
+
+
+def _left_of(model: Model, best: Found) -> float:
+    """What a model leaves of the rows of a segment, in units of the noise as it was fitted."""
+    i = model.number(best.run)
+    left = model.left[i][best.a : best.b]
+    return float(np.prod([model.unit[i][a] * spread(left[:, a:b]) for a, b, _ in best.run.parts]))
+
+
+def _reset(state: Model, among: list[Run]) -> tuple[Segment, Model] | None:
+    """A zero that is another one in a whole file, as after sensors were switched on again: with its rows given it need only be sure.
+    The segment, and the model with it; None where there is none."""
+    tried = [
+        (run, c, ends)
+        for run in among
+        for c in run.candidates
+        if c.cause == ZERO
+        for ends in run.files
+        if ends[1] - ends[0] >= LEAST
+    ]
+    best = max((state.whole_file(run, c, *ends) for run, c, ends in tried), key=lambda f: f.gain, default=None)
+    if best is None or special.chdtrc(1, best.gain) * len(tried) > SURE:
+        return None
+    after = state.with_segment(best)
+    told = _judged(state, best, after, len(tried), whole=True)
+    return None if told is None else (told, after)
+
+
+def _judged(state: Model, best: Found, after: Model, tried: float, whole: bool = False) -> Segment | None:
+    """The segment for people, or None where it is not sure, large and abrupt; `after` has it in the model. A whole file that is
+    off need only be sure."""
+    i, c = state.number(best.run), best.candidate
+    left, unit = after.left[i], after.unit[i]
+    looked = np.zeros(len(left), dtype=bool)
+    looked[c.rows] = True
+    mine = looked.copy()
+    mine[: best.a] = mine[best.b :] = False
+    effect = best.column @ best.held
+    strength = 0.0
+    for first, stop, _ in best.run.parts:
+        noise = unit[first] * max(1.0, spread(left[mine, first:stop]))
+        strength = max(strength, _size(best, effect[mine, first:stop], mine) / noise)
+    # The share that the model does not answer, over the fewer rows: a step in most rows is one in the others.
+    own = float(np.sum(state.weight[i][:, None] * (effect / state.unit[i]) ** 2))
+    few = min(mine.sum(), (looked & ~mine).sum()) / mine.sum()
+    moved = _moved(best, mine)
+    seen = strength * math.sqrt(best.gain / max(own, 1e-300) / few)
+    large = strength >= (LARGE if c.cause != ZERO else COUNTED) and seen >= SEEN
+    if not whole and (not large or _together(best, left, unit, mine) < MAJORITY):
+        return None
+    if all(v <= SMALL.get(u, 0.0) for u, v in moved.items()):
+        return None
+    inflation = _correlated(np.einsum("kdq,kd->kq", c.column[looked] / unit[:, None], left[looked]))
+    q = c.column.shape[2]
+    dof = max((int(looked.sum()) * left.shape[1] - q) / inflation - after.used, 1.0)
+    gain = best.gain * max(1.0, float(np.min(state.unit[i] / unit)) ** 2)
+    chance = float(special.fdtrc(q, dof, gain / (inflation * q))) * tried
+    if chance > SURE or not (whole or _abrupt(state, best)):
+        return None
+    source, rows = best.run.place(best.a, best.b - 1)
+    _, without = best.run.place(*best.run.beside(c, best.a, best.b - 1))
+    return Segment(
+        source, best.run.obs.label, best.a, best.b - 1, rows, without,
+        "target or instrument" if best.either else c.cause, c.name,
+        moved.get("m"), moved.get("rad"), float(strength), chance, int(mine.sum()),
+    )  # fmt: skip
+
+
+def _together(best: Found, left: Array, unit: Array, mine: NDArray[np.bool_]) -> float:
+    """The share of the rows that are nearer to the model with the step than without: gross rows do not all move alike."""
+    step = (best.column @ best.step / unit)[mine]
+    after = left[mine]
+    return float(
+        np.mean(
+            (after**2).sum(axis=1) < np.minimum(((after - step) ** 2).sum(axis=1), ((after + step) ** 2).sum(axis=1))
+        )
+    )
+
+
+def _size(best: Found, effect: Array, mine: NDArray[np.bool_]) -> float:
+    """What a segment does to a reading that sees it, rms in its standard deviations."""
+    plain = best.candidate.plain
+    if plain is None:
+        return float(np.sqrt(np.mean(effect**2)))
+    felt = (plain.column != 0).any(axis=2) & mine[:, None]
+    return float(np.sqrt(np.mean((plain.column @ best.held)[felt] ** 2)))
+
+
+def _moved(best: Found, mine: NDArray[np.bool_]) -> dict[str, float]:
+    """How far what was measured moved, rms over the rows, in every unit of its kinds, the farthest."""
+    plain = best.candidate.plain
+    effect, sigma, parts = best.column @ best.step, best.run.sigma, best.run.parts
+    if plain is not None:
+        effect, parts = (plain.column @ best.step) * mine[:, None], plain.parts
+        sigma = np.where(np.isfinite(plain.sigma), plain.sigma, 0.0)
+    far = (effect * sigma)[(effect != 0).any(axis=1)]
+    out: dict[str, float] = {}
+    for a, b, u in parts:
+        out[u] = max(out.get(u, 0.0), float(np.sqrt(np.mean(np.sum(far[:, a:b] ** 2, axis=1)))))
+    return out
+
+
+def _abrupt(state: Model, best: Found) -> bool:
+    """Whether a step explains at least as much as any ramp about the same place."""
+    rows = best.candidate.rows
+    k = len(rows)
+    first, last = int(np.searchsorted(rows, best.a)), int(np.searchsorted(rows, best.b))
+    step = state.shared(best.run, best.candidate, _profile(k, first, last, 0))
+    width = 2 * LEAST
+    while width <= 2 * k:
+        if state.shared(best.run, best.candidate, _profile(k, first, last, width)) > step:
+            return False
+        width *= 2
+    return True
+
+
+def _profile(k: int, first: int, last: int, width: int) -> Array:
+    """1 on the segment, 0 elsewhere, with ramps of `width` rows about the ends that are not the file's."""
+    at = np.arange(k) + 0.5
+    rise = np.ones(k) if first == 0 else np.clip((at - first) / max(width, 1e-9) + 0.5, 0, 1)
+    fall = np.ones(k) if last == k else np.clip((last - at) / max(width, 1e-9) + 0.5, 0, 1)
+    return np.asarray(np.minimum(rise, fall))
+
+
+def _correlated(score: Array) -> float:
+    """By how much serial correlation widens the spread of a sum of scores (k, q): Bartlett's window, never below 1."""
+    k = len(score)
+    centred = score - score.mean(axis=0)
+    square = float((centred**2).sum())
+    if square <= 0:
+        return 1.0
+    reach = max(1, min(k // 4, int(4 * (k / 100) ** (2 / 9)) + 8))
+    lags = [(1 - h / (reach + 1)) * float((centred[h:] * centred[:-h]).sum()) for h in range(1, reach + 1)]
+    return max(1.0, 1 + 2 * sum(lags) / square)

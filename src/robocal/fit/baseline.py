@@ -1,0 +1,144 @@
+"""The baseline: the nominal model with instrument frames, targets and tool fitted, and nothing else of the robot.
+
+It is fitted by the loss of the identified model and to the same rows. What a robust loss calls large is told by the noise in use,
+and the nominal model leaves more than the identified one: each is measured by its own robust scale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.estimate.choosing.choice import choose
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import Problem
+from robocal.fit.fit import chosen_weights
+from robocal.fit.noise import apply_noise, assess
+from robocal.fit.starts import search as starts
+from robocal.fit.thin import thinned
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet, same_rows
+from robocal.measure.machine import Machine
+from robocal.parameters import FRAME_SYMBOLS
+
+__all__ = ["Baseline", "baseline", "frame_names", "known_baseline", "renoised"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Watch = Callable[[dict[str, object]], None]
+ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """The problem over all data (weights on the units that were fitted, loss and noise as they were used), where the fit
+    ended, x (1, P), and whether it converged."""
+
+    problem: Problem
+    x: Array
+    converged: bool = True
+
+
+def frame_names(model: Machine, problem: Problem) -> tuple[str, ...]:
+    """The free parameters of the baseline: instruments' frames, targets, other kinds' parameters, and the tool."""
+    tool = {f"tool.{s}" for s in FRAME_SYMBOLS}
+    return tuple(n for n in problem.table.free if n not in model.table or n in tool)
+
+
+def known_baseline(
+    model: Machine,
+    data: DataSet,
+    configurations: Ints,
+    loss: str = "none",
+    tuning: float | None = None,
+    watch: Watch | None = None,
+    near: Array | None = None,
+) -> Baseline:
+    """The nominal model with frames and tool fitted to some configurations, by a loss. Many rows are fitted from `near` (1, P), or from
+    where a part of them says that frames stand."""
+    made = build(model, data).with_weights(chosen_weights(len(data.configurations), configurations))
+    if watch:
+        watch({"stage": "start"})
+    x, seen, converged = _remembered(model, data, configurations, made, near)
+    if loss == "none":
+        return Baseline(made, x, converged)
+    first = made
+    tau: dict[tuple[str, str], float] = {}
+    for _ in range(ROUNDS):
+        groups = assess(data, first.with_loss("huber"), x, configurations, float(len(seen)))
+        new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+        if tau and set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 0.01 * tau[k] for k in new):
+            break
+        tau = new
+        made = build(model, apply_noise(data, tau)).with_weights(first.weights)
+        if seen:
+            # A loss that forgets large residuals would forget all of them at a start that is far away.
+            near = least_squares(made.with_loss("huber").with_free(seen), x).x
+            solution = least_squares(made.with_loss(loss, tuning).with_free(seen), near)
+            x, converged = solution.x, solution.settled()
+    return Baseline(made.with_loss(loss, tuning), x, converged)
+
+
+Placed = tuple[Array, tuple[str, ...], bool]
+
+
+def _remembered(model: Machine, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
+    """As `_placed`. Where the search for gross rows marked none, what it began with is what is asked again: what rounding leaves in
+    rows moves no fit."""
+    memo, key = data.configurations.memo, ("baseline", configurations.tobytes())
+    known = memo.get(key)
+    if (
+        near is None
+        and known is not None
+        and known[0] is model
+        and same_rows(known[1], data.observations, ("rounding",))
+    ):
+        return np.array(known[2][0]), known[2][1], known[2][2]
+    found = _placed(model, data, configurations, made, near)
+    if near is None:
+        memo[key] = model, data.observations, (np.array(found[0]), *found[1:])
+    return found
+
+
+def _placed(model: Machine, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
+    """Frames and tool by plain least squares: x (1, P), the names that were seen, and whether the fit converged."""
+    frames = frame_names(model, made)
+    few, own = thinned(model, data, configurations)
+    some = made if few is data else build(model, few).with_weights(chosen_weights(len(few.configurations), own))
+    candidates = starts.combined(model, few, own, some.with_free(frames))
+    # What can be seen of the frames is asked where they are believed to stand, not at the table's zeros.
+    there = made.with_table(made.table.with_values({n: v for n, v in candidates[0].items() if n in frames}))
+    seen = choose(there.with_free(frames), there.start).kept if frames else ()
+    if few is data or not seen:
+        x, converged = starts.refine(made, seen, [c for c in candidates if c])
+    else:
+        near = starts.refine(some, seen, [c for c in candidates if c])[0] if near is None else near
+        ended = least_squares(made.with_free(seen), near)
+        x, converged = ended.x, ended.settled()
+    return x, seen, converged
+
+
+def renoised(
+    model: Machine,
+    before: tuple[DataSet, Baseline],
+    data: DataSet,
+    configurations: Ints,
+    loss: str = "none",
+    tuning: float | None = None,
+) -> Baseline:
+    """The baseline once more, of `data` with another sigma than those of `before`: where it is no other, nothing is done
+    again."""
+    stated, found = before
+    pairs = [(a.sigma, b.sigma) for a, b in zip(stated.observations, data.observations, strict=True)]
+    if all(a is b or (a is not None and b is not None and np.array_equal(a, b)) for a, b in pairs):
+        return found
+    return known_baseline(model, data, configurations, loss, tuning, near=found.x)
+
+
+def baseline(model: Machine, data: DataSet, configurations: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:
+    """The same by plain least squares: the problem over all data, and x (1, P)."""
+    found = known_baseline(model, data, configurations, watch=watch)
+    return found.problem, found.x

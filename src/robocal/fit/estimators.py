@@ -1,0 +1,218 @@
+"""The estimators by name: each turns a problem and a start into a solution, and says what it can do.
+
+    lm            Levenberg-Marquardt: the default
+    gauss-newton  undamped
+    ekf           the filter, one configuration after the other, then passes over all of them, each relinearised
+    particle      the same, refined by particles under the loss's own density: for noise that is not Gaussian
+    pinv          iterated pseudo-inverse of everything free: the seeds' iterated method
+    lse           one step of it: the seeds' linear least-squares estimate
+    ekf-100       all rows at once, P0 = Q = R = 1e-4 in cm and rad, 100 passes: the seeds' filter, its innovation put right
+
+The last three are *blind*: they take everything that is free, seen or not, know no noise, and are here to be compared
+with. Sources: see `estimate`; for the last two Attia and Ammari (2019), chapters 3 and 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import ModelError, nearest
+from robocal.estimate.least_squares import Reason, Solution, least_squares
+from robocal.estimate.problem import Problem
+from robocal.fit.options import Options
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+
+__all__ = ["ESTIMATORS", "Estimate", "Estimator", "batched", "ended", "estimator"]
+
+Array = NDArray[np.float64]
+Watch = Callable[[dict[str, object]], None]
+# How much wider than the expected error the filter starts where no prior is stated: it must not hold what the data know.
+WIDE = 100.0
+LOCAL_PASSES = 3  # iterations of the update with one configuration
+# The seeds' P0 = Q = R = 1e-4 I: standard deviations of 0.01 cm and 0.01 rad.
+SEED = {"m": 1e-4, "rad": 1e-2}
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What an estimator found: a solution of the problem, its own covariance (n, n) where it has one that is not that of
+    the linearised solution, and what is worth knowing."""
+
+    solution: Solution
+    covariance: Array | None = None
+    notes: tuple[Remark, ...] = ()
+
+
+Run = Callable[[Problem, Array, Options, Watch | None], Estimate]
+
+
+@dataclass(frozen=True)
+class Estimator:
+    """One way to solve a problem: `blind` takes all free columns and neither noise, priors nor bounds; `robust` knows
+    losses; `minimises` the problem's cost, so that a batch of least-squares problems is its leave-one-out; `restarts` from
+    other places when it fails; `finite` ends after a number of steps that was asked for, which counts as an end."""
+
+    name: str
+    title: str
+    run: Run
+    blind: bool = False
+    robust: bool = True
+    minimises: bool = False
+    restarts: bool = False
+    finite: bool = False
+
+
+def _least_squares(method: str) -> Run:
+    def run(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
+        return Estimate(
+            least_squares(problem, start, method=method, max_iterations=options.max_iterations, watch=watch)
+        )
+
+    return run
+
+
+def _held(problem: Problem, start: Array) -> tuple[Problem, Array]:
+    """The problem as the filter sees it: a prior on every column, stated or wide around the start; and where it starts."""
+    names = np.array(problem.free)
+    stated = problem.stated
+    x = np.array(start)
+    # What has a prior starts at its mean, wherever the baseline put it.
+    x[:, problem.index[stated]] = problem.table.values[problem.index[stated]]
+    wide = {str(n): WIDE * float(s) for n, s in zip(names[~stated], problem.scales[~stated], strict=True)}
+    table = problem.table.with_values(x[0, : len(problem.table)]).with_priors(wide)
+    return replace(problem.with_table(table), priors=True), x
+
+
+def _filter(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
+    """The sequential filter, then passes in which everything is relinearised at one point, until they settle.
+
+    With one point of linearisation the order of the configurations no longer matters: such a pass is a Gauss-Newton step
+    on all of them (Bell and Cathey, 1993), damped so that it always descends (Skoglund, Hendeby and Axehill, 2015), and
+    is computed as one. `max_iterations` counts all passes; one is the EKF.
+    """
+    from robocal.estimate.kalman import kalman
+
+    held, x = _held(problem, start)
+    first = kalman(held, x, passes=LOCAL_PASSES, watch=watch)
+    history = [problem.normal(start).cost, problem.normal(first.x).cost]
+    if options.max_iterations == 1:
+        return Estimate(_solution(problem, first.x, history, Reason.FILTERED), first.covariance)
+    more = least_squares(held, first.x, max_iterations=options.max_iterations - 1, watch=watch)
+    here = held.normal(first.x).cost[0]
+    if not (more.reasons[0].converged and more.cost[0] <= here * (1 + 1e-9)):
+        note = Remark.of(Code.FILTER_UNSETTLED)
+        return Estimate(_solution(problem, first.x, history, Reason.ITERATIONS), first.covariance, (note,))
+    history += list(more.history[1:])
+    return Estimate(_solution(problem, more.x, history, more.reasons[0]))
+
+
+def _particles(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
+    """The filter's answer, refined by particles under the problem's own loss."""
+    from robocal.estimate.particle import particles
+
+    before = _filter(problem, start, options, watch)
+    held, _ = _held(problem, start)
+    rng = np.random.default_rng(options.seed)
+    cloud = particles(held, before.solution.x, rng, count=options.particles, watch=watch)
+    notes = list(before.notes)
+    if problem.loss == "none":
+        notes.append(Remark.of(Code.PARTICLES_GAUSSIAN))
+    if cloud.accepted < 0.05:
+        notes.append(Remark.of(Code.PARTICLES_STUCK, share=cloud.accepted))
+    history = [*before.solution.history, problem.normal(cloud.mean).cost]
+    found = _solution(problem, cloud.mean, history, Reason.FILTERED)
+    return Estimate(found, cloud.covariance, tuple(notes))
+
+
+def _seed(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
+    """Chapter 4 of the seed: P0 = Q = R, all rows at once; the innovation is what is measured less what the model says."""
+    from robocal.estimate.kalman import stacked
+
+    p = np.diag([SEED.get(problem.table[n].unit, 1e-2) ** 2 for n in problem.free])
+    weight = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
+    noise = np.concatenate(
+        [_noise(t.scale, t.parts)[(weight[t.configuration] > 0) & t.used].ravel() for t in problem.terms]
+    )
+    f = stacked(problem, start, covariance=p, process=p, noise=noise, passes=options.max_iterations, watch=watch)
+    finite = bool(np.isfinite(f.x).all())
+    return Estimate(
+        _solution(problem, f.x, list(f.history[:, None]), Reason.ITERATIONS if finite else Reason.NOT_FINITE)
+    )
+
+
+def _noise(scale: Array, parts: tuple[tuple[int, int, str], ...]) -> Array:
+    """The seeds' R over the variance that whitened each row, (m, d)."""
+    out = np.array(scale)
+    for start, stop, unit in parts:
+        out[:, start:stop] *= SEED.get(unit, 1.0)
+    return out**2
+
+
+def _solution(problem: Problem, x: Array, history: list[Array], reason: Reason) -> Solution:
+    normal = problem.normal(x)
+    costs = np.array(history).reshape(-1, 1)
+    count = np.array([len(costs) - 1], dtype=np.int64)
+    return Solution(x, normal.cost, count, np.array([int(reason)]), costs, (normal,))
+
+
+ESTIMATORS = {
+    e.name: e
+    for e in (
+        Estimator("lm", "Levenberg-Marquardt", _least_squares("lm"), minimises=True, restarts=True),
+        Estimator("gauss-newton", "Gauss-Newton", _least_squares("gauss-newton"), minimises=True, restarts=True),
+        Estimator("ekf", "iterated extended Kalman filter", _filter, minimises=True),
+        Estimator("particle", "particle filter after the Kalman filter", _particles),
+        Estimator("pinv", "iterated pseudo-inverse", _least_squares("pinv"), blind=True, robust=False),
+        Estimator(
+            "lse",
+            "one linear least-squares step",
+            _least_squares("lse"),
+            blind=True,
+            robust=False,
+            finite=True,
+        ),
+        Estimator(
+            "ekf-100",
+            "the seed's stacked Kalman filter",
+            _seed,
+            blind=True,
+            robust=False,
+            finite=True,
+        ),
+    )
+}
+
+
+def estimator(name: str, loss: str = "none") -> Estimator:
+    """The estimator of this name, if it knows that loss. Raises ModelError with the nearest name."""
+    if name not in ESTIMATORS:
+        raise ModelError(
+            "unknown method",
+            key="--method",
+            found=name,
+            expected=", ".join(ESTIMATORS),
+            suggestion=nearest(name, tuple(ESTIMATORS)),
+        )
+    found = ESTIMATORS[name]
+    if loss != "none" and not found.robust:
+        raise ModelError(f"{found.title} knows no robust loss", key="--loss", found=loss, expected="--method lm")
+    return found
+
+
+def batched(options: Options) -> bool:
+    """Whether leave-one-out of this choice is one batch of least-squares problems: the estimator ends at their minimum."""
+    found = estimator(options.method)
+    # One pass of the filter is an estimate of its own, not the minimum that further passes settle at.
+    return found.minimises and not (found.run is _filter and options.max_iterations == 1)
+
+
+def ended(method: str, reason: Reason) -> tuple[str, bool]:
+    """How a method ended in words, and whether it stopped without converging."""
+    if estimator(method).finite:
+        return "as many steps as were asked for", False
+    return reason.text, not reason.converged

@@ -1,0 +1,253 @@
+"""One fit: how large the noise is, what can be seen above it, and the parameters.
+
+    1 noise    everything that is free, each column held softly at ten times its expected error: what remains is the
+    noise
+    2 select   the columns that are seen above that noise; the others stay where they are
+    3 fit      those columns alone, without the soft hold, by the chosen estimator, first with the noise of step 1, then
+    with their own
+
+The noise must come from a fit that explains all it can. Taken from a fit of a few columns it would contain their
+missing partners, hide them, and so confirm itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import ModelError
+from robocal.estimate.choosing.choice import choose
+from robocal.estimate.elimination import Squares, squares
+from robocal.estimate.identifiability import Identifiability, analyse
+from robocal.estimate.least_squares import Solution, least_squares
+from robocal.estimate.problem import Problem
+from robocal.estimate.uncertainty import Total, Uncertainty, effective_columns, total, uncertainty, uneven
+from robocal.fit.estimators import estimator
+from robocal.fit.noise import Group, apply_noise, assess, noise_dof, under
+from robocal.fit.options import Options
+from robocal.fit.repeats import places
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
+from robocal.remarks.remark import Remark
+
+__all__ = ["Fit", "chosen_weights", "fit", "near", "posed_again", "softly"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Watch = Callable[[dict[str, object]], None]
+Tau = dict[tuple[str, str], float]
+SOFT_ROUNDS = 8
+# How much wider than the expected error the soft hold is: it must keep unseen directions from running away, and must
+# not
+# pass errors that are merely larger than expected for noise.
+HOLD = 10.0
+CLEARLY, HOPE = 0.5, 0.75  # of tau: far less, and what may still become it
+# Where a fit ends whose noise alone is asked. Along a curved valley it would creep on for a hundred steps, and they bring less
+# than the hundredth to which that is known.
+STEPS, CREEPING = 100, 20  # steps: elsewhere it has come to its end long before
+NEAR = 1e-4  # of the cost, promised by the next step: rows that are far are far by then
+EXACT = 1e-10  # where one ends whose numbers are told
+ROUGH = 1e-3  # where a fit may be given up: a hundred such steps do not bring CLEARLY what is not near HOPE
+RESTARTS = 8
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One fit to some configurations: the problem that was solved, its solution, what was seen, and the noise."""
+
+    problem: Problem
+    solution: Solution
+    identifiability: Identifiability
+    groups: tuple[Group, ...]
+    data: DataSet  # with the sigma that was used
+    restarted: int = 0
+    covariance: Array | None = None  # of the free columns, where the estimator has one of its own
+    notes: tuple[Remark, ...] = ()
+
+    @property
+    def uncertainty(self) -> Uncertainty:
+        """Of the fitted columns, linearised at the solution."""
+        return self._told[0]
+
+    @property
+    def total(self) -> Total:
+        """What the parameters may be off by, hidden partners included."""
+        return self._told[1]
+
+    @cached_property
+    def _told(self) -> tuple[Uncertainty, Total]:
+        problem, x = self.problem, self.solution.x
+        every, lin = problem.with_free(self.identifiability.names), None
+        if problem.loss == "none" and not problem.blocks and np.array_equal(self.identifiability.x, x):
+            # Linearised there already.
+            r = problem.with_free(()).linearize(x).r
+            known = Squares(every.free, self.identifiability.root, float(r @ r), len(r))
+        else:
+            lin = every.linearize(x)
+            known = squares(every, x, lin)
+        u = uncertainty(problem, x, estimated=any(g.stated is None for g in self.groups), known=known)
+        dof = noise_dof(self.groups, u.dof)
+        # Noise that was stated and stands is even; what a model leaves need not be.
+        visits = places(self.data.configurations)
+        own = None if lin is None else lin.columns(every.column_of[problem.index])
+        more = np.sqrt(uneven(problem, x, visits, own)) if np.isfinite(dof) else 1.0
+        return u, total(every, problem.free, x, factor=u.factor * float(more), dof=dof, known=known)
+
+
+def chosen_weights(count: int, configurations: Ints) -> Array:
+    """One for the configurations that are fitted, zero for the others, (1, count)."""
+    w = np.zeros((1, count))
+    w[:, configurations] = 1.0
+    return w
+
+
+def fit(
+    model: Machine, stated: DataSet, configurations: Ints, options: Options, start: Array, watch: Watch | None = None
+) -> Fit:
+    """Fits everything that is free and seen to some configurations, starting from x (1, P)."""
+    weights = chosen_weights(len(stated.configurations), configurations)
+    first = build(model, stated).with_weights(weights).with_loss(options.loss, options.tuning)
+    first = first if options.priors else first.with_priors(False)
+
+    def posed(tau: Tau) -> Problem:
+        return under(first, stated, tau)
+
+    tau: Tau = {}
+    candidate = posed(tau)
+    names = candidate.free
+    if not names:
+        raise ModelError("nothing is free to be identified", key="calibrate.free", expected="at least one parameter")
+    method = estimator(options.method, options.loss)
+    if method.blind:
+        solution = method.run(candidate, start, options, watch).solution
+        groups = assess(stated, candidate, solution.x, configurations, len(names))
+        # A step taken blindly deserves a covariance in units of what it left behind.
+        tau = {(g.name, g.unit): g.tau for g in groups if g.stated is None}
+        candidate = posed(tau)
+        return Fit(candidate, solution, analyse(candidate, solution.x), tuple(groups), apply_noise(stated, tau))
+    tau, soft = _noise(posed, stated, configurations, start)
+    tau, soft = _large_errors(posed, stated, configurations, start, tau, soft)
+    if watch:
+        watch({"stage": "noise", "groups": len(tau)})
+    candidate = posed(tau)
+    seen = choose(candidate, soft)
+    kept = names if options.keep_all else seen.kept
+    restarted = 0
+    for _ in range(2):
+        chosen = candidate.with_free(kept)
+        found = method.run(chosen, near(chosen, start), options, watch)
+        solution = found.solution
+        if method.restarts and not solution.reasons[0].converged:
+            solution, restarted = _restart(chosen, start, solution, options)
+        groups = assess(stated, chosen, solution.x, configurations, effective_columns(chosen, solution.x))
+        new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+        if set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 1e-3 * tau[k] for k in new):
+            break
+        tau = new
+        candidate = posed(tau)
+    chosen = candidate.with_free(kept)
+    final = analyse(candidate, solution.x)
+    if not options.keep_all:
+        # The report speaks of the set that was fitted.
+        final = replace(final, fitted=seen)
+    return Fit(
+        chosen, solution, final, tuple(groups), apply_noise(stated, tau), restarted, found.covariance, found.notes
+    )
+
+
+def near(problem: Problem, start: Array) -> Array:
+    """Where to start from x (B, P): a loss that forgets large residuals would forget all of them at a start that is
+    millimetres away."""
+    return least_squares(problem.with_loss("huber"), start).x if problem.loss == "tukey" else start
+
+
+def softly(problem: Problem, start: Array) -> Problem:
+    """The problem with every free column held at x (1, P), HOLD times as softly as its expected error."""
+    return problem.softly(start, HOLD)
+
+
+def posed_again(problem: Problem, x: Array) -> Array:
+    """x (1, P), or x with configurations' own poses where they started alone, where a soft fit of everything free ends far cheaper
+    from there: held at a nominal robot that is decimetres off, a pose may be cheaper upside down, and would stay so."""
+    if not problem.families or problem.families[0].count != problem.configurations:
+        return x
+    place = problem.places[0]
+    other = np.array(x)
+    other[:, place] = problem.start[:, place]
+    ended = least_squares(softly(problem, x), np.concatenate([x, other]), max_iterations=CREEPING)
+    return other if ended.cost[1] < CLEARLY * ended.cost[0] else x
+
+
+def _noise(posed: Callable[[Tau], Problem], stated: DataSet, configurations: Ints, start: Array) -> tuple[Tau, Array]:
+    """tau of every group when everything free may explain the data, softly held at the start; and where that fit
+    ended."""
+    made = posed({})
+    # The baseline has used up a degree of freedom for every number that it moved.
+    moved = int((start[0, made.index] != made.start[0, made.index]).sum())
+    groups = assess(stated, made, start, configurations, moved)
+    tau = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+    x = start
+    for _ in range(SOFT_ROUNDS):
+        made = posed(tau)
+        soft = softly(made, start)
+        # Where rows are weighed anew at every step, the way is longer without being a valley.
+        ended = least_squares(soft, x, max_iterations=CREEPING if soft.loss == "none" else STEPS)
+        x = ended.x
+        # A column counts as far as the data, not the hold, decide it.
+        groups = assess(stated, made, x, configurations, effective_columns(soft, x, ended.normal))
+        new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+        settled = set(new) == set(tau) and all(abs(new[k] - tau[k]) <= 0.01 * tau[k] for k in new)
+        tau = new
+        if settled:
+            break
+    return tau, x
+
+
+def _large_errors(
+    posed: Callable[[Tau], Problem],
+    stated: DataSet,
+    configurations: Ints,
+    start: Array,
+    tau: Tau,
+    soft: Array,
+) -> tuple[Tau, Array]:
+    """The noise once more without any hold, if that leaves far less: one length typed wrong by a decimal is no noise.
+
+    Free is what would be seen under the stated noise alone (a tenth of a millimetre where none is stated).
+    """
+    if not tau:
+        return tau, soft
+    made = posed({})
+    kept = choose(made, start).kept
+    chosen = made.with_free(kept)
+    if not kept or made.numbers[configurations].sum() < 2 * len(kept):
+        return tau, soft
+    # Without a hold the way may lead along a valley in short steps: it is gone to its end where its beginning leaves less.
+    for tolerance, share in ((ROUGH, HOPE), (EXACT, CLEARLY)):
+        solution = least_squares(chosen, start, cost_tolerance=tolerance)
+        if not np.isfinite(solution.cost[0]):
+            return tau, soft
+        groups = assess(stated, chosen, solution.x, configurations, len(kept))
+        new = {(g.name, g.unit): g.tau for g in groups if g.tau > 0}
+        if not all(new.get(k, 0.0) < share * t for k, t in tau.items()):
+            return tau, soft
+    return new, solution.x
+
+
+def _restart(problem: Problem, start: Array, first: Solution, options: Options) -> tuple[Solution, int]:
+    """Deterministic multi-start around the baseline: one batch, the cheapest wins."""
+    rng = np.random.default_rng(options.seed)
+    x = np.repeat(start, RESTARTS, axis=0)
+    moved = problem.retract(x, rng.normal(size=(RESTARTS, problem.n)) * problem.scales)
+    many = least_squares(problem, moved, max_iterations=options.max_iterations)
+    cost = np.where(np.isfinite(many.cost), many.cost, np.inf)
+    best = int(np.argmin(cost))
+    if not cost[best] < first.cost[0]:
+        return first, RESTARTS
+    again = least_squares(problem, many.x[[best]], max_iterations=options.max_iterations)
+    return again, RESTARTS

@@ -1,0 +1,18 @@
+"""Where encoders count from: the mean of what they show beyond the nominal robot's angle or length."""
+
+from __future__ import annotations
+
+from robocal.fit.starts.seen import Seen, start
+from robocal.measure import lengths, swivel
+
+__all__: list[str] = []
+
+
+@start("swivel")
+def _swivel(seen: Seen) -> list[dict[str, float]]:
+    return [swivel.zeros_at(seen.model, seen.obs, seen.index, seen.machine)]
+
+
+@start("lengths")
+def _lengths(seen: Seen) -> list[dict[str, float]]:
+    return [lengths.zeros_at(seen.model, seen.obs, seen.index, seen.machine)] if lengths.owner(seen.obs) else []

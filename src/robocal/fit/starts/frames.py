@@ -1,0 +1,144 @@
+"""Starts of instruments that see a frame.
+
+    position:  y_i = R (p_i + R_i c) + t        linear in (R, R (x) c, t), then projected on rotations
+    pose:      Y_i = T_t T_i X                  R_t^T R_Yi = R_i R_X is linear and homogeneous, then t and x are linear
+    displacement:   y_i = R (p_j - p_i)         a rotation alone
+    relative pose:  A_i X = X B_i               log A_i = R_X log B_i, then x is linear
+
+Sources: Kabsch (1976); Andreff, Horaud, Espiau (1999) for the linear hand-eye form; Park and Martin (1994) for
+A X = X B.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.fit.starts.seen import Seen, named, outside, start
+from robocal.geometry import fits, se3, so3
+from robocal.measure.bearing import directions
+
+__all__ = ["hand_eye", "point_start", "poses", "relative_hand"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def hand_eye(measured: Array, machine: Array) -> tuple[Array, Array]:
+    """T_t and X with Y_i = T_t T_i X in the least-squares sense; Y and T (m, 4, 4), m >= 3."""
+    ry, r = measured[:, :3, :3], machine[:, :3, :3]
+    m = len(r)
+    eye = np.eye(3)
+    # vec (row-major) of R_t^T R_Y is (I (x) R_Y^T) vec(R_t^T), of R_i R_X is (R_i (x) I) vec(R_X).
+    left = np.einsum("ij,mlk->mikjl", eye, ry).reshape(m, 9, 9)
+    right = np.einsum("mij,kl->mikjl", r, eye).reshape(m, 9, 9)
+    v = np.linalg.svd(np.concatenate([left, -right], axis=2).reshape(-1, 18), full_matrices=False)[2][-1]
+    a, b = v[:9].reshape(3, 3), v[9:].reshape(3, 3)
+    if np.linalg.det(a) < 0:
+        a, b = -a, -b
+    rt, rx = so3.project(a).T, so3.project(b)
+    design = np.concatenate([rt @ r, np.broadcast_to(eye, (m, 3, 3))], axis=2).reshape(-1, 6)
+    values = (measured[:, :3, 3] - machine[:, :3, 3] @ rt.T).ravel()
+    s = np.linalg.lstsq(design, values, rcond=None)[0]
+    return se3.compose(rt, s[3:]), se3.compose(rx, s[:3])
+
+
+def point_start(points: Array, machine: Array, offset: bool = True) -> tuple[Array, Array]:
+    """T_t and c with y_i = T_t (p_i + R_i c); points (m, 3), machine (m, 4, 4). Without `offset` (or with few poses) c
+    is zero."""
+    r, p = machine[:, :3, :3], machine[:, :3, 3]
+    m = len(p)
+    if not offset or m < 14:
+        return fits.rigid(p, points), np.zeros(3)
+    # y_k = sum_j R_kj p_j + sum_jl (R_kj c_l) R_i,jl + t_k: the same design matrix for every coordinate k.
+    design = np.concatenate([p, r.reshape(m, 9), np.ones((m, 1))], axis=1)
+    s = np.linalg.lstsq(design, points, rcond=1e-10)[0].T
+    rt = so3.project(s[:, :3])
+    c = np.einsum("kj,kjl->l", rt, s[:, 3:12].reshape(3, 3, 3)) / 3
+    return se3.compose(rt, (points - (p + r @ c) @ rt.T).mean(axis=0)), c
+
+
+def relative_hand(machine: Array, measured: Array) -> Array:
+    """X (4, 4) with A_i X = X B_i; A = machine, B = measured (m, 4, 4)."""
+    a, b = so3.log(machine[:, :3, :3]), so3.log(measured[:, :3, :3])
+    r = so3.project(np.einsum("mi,mj->ij", a, b))
+    design = (machine[:, :3, :3] - np.eye(3)).reshape(-1, 3)
+    values = (measured[:, :3, 3] @ r.T - machine[:, :3, 3]).ravel()
+    return se3.compose(r, np.linalg.lstsq(design, values, rcond=1e-6)[0])
+
+
+# --- what the registry calls --------------------------------------------------------------------------------------------
+
+
+def _watched(seen: Seen, points: Array) -> list[dict[str, float]]:
+    """An instrument that measured points (k, 3) in its own frame."""
+    frame = seen.obs.frame
+    assert frame is not None
+    out = []
+    for offset in (True, False) if seen.loose else (False,):
+        found, c = point_start(points, seen.at(seen.machine), offset)
+        out.append({**named(frame.name, found), **(seen.moved(se3.compose(np.eye(3), c)) if offset else {})})
+    return out
+
+
+@start("position")
+def _position(seen: Seen) -> list[dict[str, float]]:
+    return _watched(seen, seen.value[:, :3]) if outside(seen) else []
+
+
+@start("spherical")
+def _spherical(seen: Seen) -> list[dict[str, float]]:
+    return _watched(seen, seen.value[:, :1] * directions(seen.value[:, 1:])) if outside(seen) else []
+
+
+@start("displacement")
+def _displacement(seen: Seen) -> list[dict[str, float]]:
+    frame = seen.obs.frame
+    if frame is None or seen.other is None or not outside(seen):
+        return []
+    moved = seen.at(seen.other)[:, :3, 3] - seen.points
+    r = so3.project(np.einsum("mi,mj->ij", seen.value, moved))
+    # Where the instrument stands is not seen, and keeps its stated value.
+    return [named(frame.name, se3.compose(r, frame.value[:3]))]
+
+
+@start("relative_pose")
+def _relative(seen: Seen) -> list[dict[str, float]]:
+    if seen.other is None or not seen.loose:
+        return []
+    change = se3.inverse(seen.at(seen.machine)) @ seen.at(seen.other)
+    return [seen.moved(relative_hand(change, se3.from_vector(seen.value)))]
+
+
+@start("pose")
+def _pose(seen: Seen) -> list[dict[str, float]]:
+    return poses(seen, se3.from_vector(seen.value), seen.machine)
+
+
+def poses(seen: Seen, measured: Array, machine: Array) -> list[dict[str, float]]:
+    """An instrument that measured poses of its target, (k, 4, 4), with the tool at machine (k, 4, 4)."""
+    frame = seen.obs.frame
+    if frame is None or not any(frame.free):
+        return []
+    if not outside(seen):
+        return _in_hand(seen, measured, machine)
+    machine = seen.at(machine)
+    out = []
+    for offset in (True, False) if seen.loose else (False,):
+        if offset:
+            found, shift = hand_eye(measured, machine)
+            out.append({**named(frame.name, found), **seen.moved(shift)})
+            continue
+        r = so3.project(np.einsum("mij,mkj->ik", measured[:, :3, :3], machine[:, :3, :3]))
+        out.append(named(frame.name, se3.compose(r, (measured[:, :3, 3] - machine[:, :3, 3] @ r.T).mean(axis=0))))
+    return out
+
+
+def _in_hand(seen: Seen, measured: Array, machine: Array) -> list[dict[str, float]]:
+    """A camera in hand that measures poses of a target on the base: Y^-1 = T_base_target^-1 T_i X, hand-eye again."""
+    frame, target = seen.obs.frame, seen.target
+    assert frame is not None
+    if frame.mount != "tool" or target is None or target.mount != "base":
+        return []
+    away, hand = hand_eye(se3.inverse(measured), machine)
+    return [{**named(frame.name, hand), **named(target.name, se3.inverse(away))}]

@@ -1,0 +1,126 @@
+"""Where configurations' own poses start: from what each of them shows by itself, in base coordinates.
+
+    lengths    forward kinematics of the nominal robot
+    pose       T_base_tool = T_frame_base^-1 T_frame_target T_tool_target^-1
+    pixels     the target's pose in the camera (resection), then the same
+    position   of a machine that only shifts
+
+Instruments whose place is not known are found from these poses afterwards (`starts.search`), so a robot that can tell
+where it is by itself is asked first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.geometry import se3
+from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.machine import Machine
+
+__all__ = ["placed"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+TURNS = (3, 4, 5)
+
+
+def placed(model: Machine, data: DataSet) -> DataSet:
+    """The data with a start for the pose of every configuration that has one of its own and none stated; components that
+    the machine does not have are zero. What shows nothing starts in the middle of the others."""
+    if model.freedom is None:
+        return data
+    count = len(data.configurations)
+    given = data.configurations.start
+    start = np.full((count, 6), np.nan) if given is None else np.array(given)
+    for kind in OWN:
+        for obs in data.observations:
+            lacking = np.isnan(start).any(axis=1)
+            if not lacking.any():
+                break
+            if obs.kind == kind:
+                found = OWN[kind](model, obs, lacking)
+                good = np.isfinite(found).all(axis=(1, 2)) & lacking
+                vector = se3.to_vector(found[good])
+                vector[:, [i for i in range(6) if i not in model.freedom]] = 0.0
+                start[good] = vector
+    lacking = np.isnan(start).any(axis=1)
+    start[lacking] = 0.0 if lacking.all() else np.median(start[~lacking], axis=0)
+    return replace(data, configurations=replace(data.configurations, start=start))
+
+
+def _first(obs: Observations, lacking: Bools) -> Ints:
+    """One row of each configuration that lacks a start."""
+    rows = np.flatnonzero(lacking[obs.configuration])
+    return np.asarray(rows[np.unique(obs.configuration[rows], return_index=True)[1]])
+
+
+def _lengths(model: Machine, obs: Observations, lacking: Bools) -> Array:
+    from robocal.measure.lengths import located
+
+    return located(model, obs, lacking)
+
+
+def _base(obs: Observations, target: Frame | None, seen: Array) -> Array:
+    """T_base_tool (k, 4, 4) from poses of the target as the instrument sees it, with frame and target as stated."""
+    held = np.eye(4) if target is None else se3.from_vector(target.value)
+    frame = np.eye(4) if obs.frame is None else se3.from_vector(obs.frame.value)
+    if obs.frame is not None and obs.frame.mount == "tool":
+        return np.asarray(held @ se3.inverse(frame @ seen))
+    return np.asarray(se3.inverse(frame) @ seen @ se3.inverse(held))
+
+
+def _by_target(obs: Observations, rows: Ints) -> list[tuple[Frame | None, Ints]]:
+    if not obs.targets:
+        return [(None, rows)]
+    which = np.zeros(len(rows), dtype=np.int64) if obs.target is None else obs.target[rows]
+    return [(t, rows[which == i]) for i, t in enumerate(obs.targets)]
+
+
+def _pose(model: Machine, obs: Observations, lacking: Bools) -> Array:
+    out = np.full((len(lacking), 4, 4), np.nan)
+    for target, rows in _by_target(obs, _first(obs, lacking)):
+        out[obs.configuration[rows]] = _base(obs, target, se3.from_vector(obs.value[rows]))
+    return out
+
+
+def _position(model: Machine, obs: Observations, lacking: Bools) -> Array:
+    out = np.full((len(lacking), 4, 4), np.nan)
+    if model.freedom is not None and set(TURNS) & set(model.freedom):
+        return out
+    for target, rows in _by_target(obs, _first(obs, lacking)):
+        vector = np.concatenate([obs.value[rows], np.zeros((len(rows), 3))], axis=1)
+        base = np.eye(4) if obs.frame is None else se3.from_vector(obs.frame.value)
+        # The platform does not turn, whatever way the instrument stands.
+        point = (se3.inverse(base) @ se3.from_vector(vector))[:, :3, 3]
+        held = np.zeros(3) if target is None else np.asarray(target.value[:3])
+        out[obs.configuration[rows]] = se3.from_vector(np.concatenate([point - held, np.zeros((len(rows), 3))], axis=1))
+    return out
+
+
+def _pixels(model: Machine, obs: Observations, lacking: Bools) -> Array:
+    from robocal.fit.starts.cameras import POINTS, resect
+    from robocal.measure.pixels import rays
+
+    out = np.full((len(lacking), 4, 4), np.nan)
+    along = rays(obs, obs.value)
+    for target, rows in _by_target(obs, np.flatnonzero(lacking[obs.configuration])):
+        for c in np.unique(obs.configuration[rows]):
+            mine = rows[obs.configuration[rows] == c]
+            if np.isnan(out[c, 0, 0]) and len(mine) >= POINTS:
+                seen = resect(obs.extra["point"][mine], along[mine], 1)[0]
+                out[c] = _base(obs, target, seen[None])[0]
+    return out
+
+
+# In the order in which they are asked.
+OWN: dict[str, Callable[[Machine, Observations, Bools], Array]] = {
+    "lengths": _lengths,
+    "pose": _pose,
+    "pixels": _pixels,
+    "position": _position,
+}

@@ -1,0 +1,112 @@
+"""From the starts of every instrument to the best one for all of them."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import Problem
+from robocal.fit.starts.seen import STARTS, Seen, Start
+from robocal.measure.base import kind_of
+from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.machine import Machine
+from robocal.measure.reach import believed, nominal_poses
+
+__all__ = ["closed_form", "combined", "frames_of", "refine"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+FEWEST = 3
+ENOUGH = 1000  # rows of an instrument for where it stands: the refinement takes all
+MOST = 32  # combinations that are worth a refinement
+MODULES = (
+    "frames",
+    "cameras",
+    "places",
+    "encoders",
+)  # of this package, in which starts are; no more of them are loaded than it takes
+
+
+def start_of(kind: str) -> Start | None:
+    """The closed-form start of a kind, None where it has none."""
+    for module in MODULES:
+        if kind not in STARTS:
+            import_module(f"robocal.fit.starts.{module}")
+    return STARTS.get(kind)
+
+
+def closed_form(model: Machine, data: DataSet, obs: Observations, configurations: Ints) -> list[dict[str, float]]:
+    """Starting values by name for what one instrument needs: its frame or place, its target, its own numbers; empty
+    where nothing is free or nothing is known."""
+    start = start_of(obs.kind)
+    known = believed(model, data.configurations) if start else None
+    if start is None or known is None:
+        return []
+    usable = np.zeros(len(known), dtype=bool)
+    usable[configurations] = known[configurations]
+    chosen = usable[obs.configuration] if obs.second is None else usable[obs.configuration] & usable[obs.second]
+    index = np.flatnonzero(chosen if obs.used is None else chosen & obs.used)
+    target = None
+    if obs.targets and len(index):
+        # The most frequent target starts the frame; the others follow in the refinement.
+        first = 0 if obs.target is None else int(np.bincount(obs.target[index]).argmax())
+        target = obs.targets[first]
+        index = index if obs.target is None else index[obs.target[index] == first]
+    if len(index) < FEWEST:
+        return []
+    if len(index) > ENOUGH:
+        index = index[np.linspace(0, len(index) - 1, ENOUGH).astype(np.int64)]
+    value = obs.value[index] if obs.value.ndim == 2 else obs.value[0, index]
+    one, two = obs.configuration[index], obs.configuration[:0] if obs.second is None else obs.second[index]
+    met, at = np.unique(np.concatenate([one, two]), return_inverse=True)
+    machine = nominal_poses(model, data.configurations.take(met))
+    assert machine is not None
+    other = None if obs.second is None else machine[at[len(one) :]]
+    return start(Seen(model, obs, index, value, target, machine[at[: len(one)]], other))
+
+
+def combined(model: Machine, data: DataSet, configurations: Ints, problem: Problem) -> list[dict[str, float]]:
+    """Every combination of the instruments' starts; where there are many, those that fit best as they are. `problem`
+    has the columns free that may be set."""
+    out: list[dict[str, float]] = [{}]
+    for obs in data.observations:
+        found = closed_form(model, data, obs, configurations) or [{}]
+        out = [{**a, **b} for a in out for b in found]
+        if len(out) > MOST:
+            cost = problem.normal(_placed(problem, out)).cost
+            out = [out[i] for i in np.argsort(np.where(np.isfinite(cost), cost, np.inf), kind="stable")[:MOST]]
+    return out
+
+
+def _placed(problem: Problem, starts: list[dict[str, float]]) -> Array:
+    """x (B, P) of every start; a held component keeps its stated value."""
+    x = np.repeat(problem.start, len(starts), axis=0)
+    for row, values in zip(x, starts, strict=True):
+        for name, value in values.items():
+            if name in problem.free:
+                row[problem.table.index[name]] = value
+    return x
+
+
+def refine(problem: Problem, frames: tuple[str, ...], starts: list[dict[str, float]]) -> tuple[Array, bool]:
+    """The best x (1, P) after fitting frames and targets from every start at once, and whether that fit converged; the
+    table's own values are one more start."""
+    if not frames and not problem.blocks:
+        return problem.start, True
+    free = problem.with_free(frames)
+    solution = least_squares(free, _placed(free, [{}, *starts]))
+    cost = np.where(np.isfinite(solution.cost), solution.cost, np.inf)
+    best = int(np.argmin(cost))
+    return solution.x[[best]], solution.settled(best)
+
+
+def frames_of(data: DataSet) -> dict[str, Frame]:
+    """All instruments' frames, targets and places by name."""
+    out: dict[str, Frame] = {}
+    for obs in data.observations:
+        for frame in (*((obs.frame,) if obs.frame else ()), *obs.targets, *kind_of(obs).frames(obs)):
+            out.setdefault(frame.name, frame)
+    return out

@@ -1,0 +1,190 @@
+"""How far predictions may be off: the covariance of the model's prediction, and of a new measurement as fitted.
+
+    V_model = J C J^T,    V_new = J C J^T + diag(s^2 + tau^2)
+
+J is the Jacobian of what is measured, over all parameters that were free, C their total covariance: what was not seen
+is as uncertain as expected. s is stated with the data, tau what the model left (`noise`). The bands are checked where
+there are held-out measurements: 95 % of their errors should lie inside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from robocal.estimate.problem import Problem
+from robocal.estimate.rows import Term, spread
+from robocal.estimate.uncertainty import LEVEL, Total, quantile
+from robocal.fit.noise import Group, apply_noise
+from robocal.measure.base import Machine
+from robocal.measure.base import problem as build
+from robocal.measure.data import Configurations, DataSet
+from robocal.prove.statistics import Coverage
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+
+if TYPE_CHECKING:
+    from robocal.fit.fit import Fit
+
+__all__ = [
+    "Bands",
+    "claimed",
+    "coverage",
+    "coverage_of",
+    "coverage_remarks",
+    "dense",
+    "mean_conditions",
+    "measured_bands",
+    "measured_range",
+    "row_bands",
+    "total_of",
+    "unmet",
+]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+QUANTITIES = {"m": "position", "rad": "orientation", "px": "pixels"}
+CHUNK = 2000  # rows whose dense Jacobian is held at once
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Predicted against measured, one row per observation of one term: residual (m, d), covariance of the model's
+    prediction and of a new measurement (m, d, d), configuration (m,); SI."""
+
+    group: str
+    kind: str
+    parts: tuple[tuple[int, int, str], ...]
+    configuration: Ints
+    residual: Array
+    model: Array
+    new: Array
+
+    def inside(self, dof: float = np.inf, level: float = LEVEL) -> NDArray[np.bool_]:
+        """Whether each component lies in its own band, (m, d)."""
+        # What is known to a billionth of a millimetre beside directions that are not known at all may round below zero.
+        sigma = np.sqrt(np.maximum(np.einsum("mii->mi", self.new), 0.0))
+        return np.asarray(np.abs(self.residual) <= quantile(dof, level) * sigma)
+
+    def whole(self, start: int, stop: int, dof: float = np.inf, level: float = LEVEL) -> NDArray[np.bool_]:
+        """Whether components start:stop lie in their joint region r^T V^-1 r <= d F(d, dof), (m,)."""
+        r, v = self.residual[:, start:stop], self.new[:, start:stop, start:stop]
+        d = stop - start
+        distance = np.einsum("mi,mi->m", r, np.linalg.solve(v, r[..., None])[..., 0])
+        limit = special.chdtri(d, 1 - level) if not np.isfinite(dof) else d * special.fdtri(d, max(dof, 1.0), level)
+        return np.asarray(distance <= limit)
+
+
+def measured_range(configurations: Configurations) -> Array | None:
+    """Smallest and largest value of every joint, (n, 2); None where none was recorded."""
+    q = configurations.joints
+    q = None if q is None else q[np.isfinite(q).all(axis=1)]
+    return None if q is None or not len(q) else np.stack([q.min(axis=0), q.max(axis=0)], axis=1)
+
+
+def mean_conditions(configurations: Configurations) -> dict[str, float]:
+    """The mean of every recorded column, where it was recorded."""
+    finite = {k: v[np.isfinite(v)] for k, v in configurations.columns.items()}
+    return {k: float(v.mean()) for k, v in finite.items() if len(v)}
+
+
+def row_bands(problem: Problem, x: Array, total: Total, configurations: Ints, blind: Sequence[str] = ()) -> list[Bands]:
+    """Bands of all rows at some configurations; the problem's sigma is that of a new measurement, as fitted. Rows that
+    depend on one of the `blind` parameters are left out."""
+    every = problem.with_weights(None).with_free(tuple(n for n in total.names if n in problem.table))
+    where = [total.names.index(n) for n in every.free]
+    c = total.covariance[np.ix_(where, where)]
+    out = []
+    for term, residual in zip(every.bound_terms, every.residuals(x), strict=True):
+        rows = np.flatnonzero(np.isin(term.configuration, configurations) & term.used)
+        model = np.empty((len(rows), residual.value.shape[1], residual.value.shape[1]))
+        keep = np.ones(len(rows), dtype=bool)
+        for first in range(0, len(rows), CHUNK):
+            some = rows[first : first + CHUNK]
+            jac = dense(term, x, int(some[0]), int(some[-1]) + 1, every.n)[some - some[0]]
+            model[first : first + CHUNK] = np.einsum("mai,ij,mbj->mab", jac, c, jac, optimize=True)
+            keep[first : first + CHUNK] = ~(jac[..., np.isin(every.free, blind)] != 0).any(axis=(1, 2))
+        rows, model = rows[keep], model[keep]
+        new = np.array(model)
+        np.einsum("mii->mi", new)[:] += term.scale[rows] ** -2.0
+        out.append(Bands(term.group, term.kind, term.parts, term.configuration[rows], residual.value[rows], model, new))
+    return out
+
+
+def dense(term: Term, x: Array, first: int, last: int, n: int) -> Array:
+    """The Jacobian of rows first .. last of one term over all columns, (m, d, n)."""
+    _, narrow, _ = term.evaluate(np.atleast_2d(x), np.zeros(1, dtype=np.int64), first, last - first)
+    return spread(narrow[0], term.columns, n)
+
+
+def measured_bands(
+    model: Machine, data: DataSet, values: Mapping[str, float], total: Total, groups: Iterable[Group]
+) -> list[Bands]:
+    """Bands of a data set that the fit has not seen: `values` by name are the identified ones, `groups` the noise as
+    fitted (its tau joins the sigma that the data state)."""
+    noisy = apply_noise(data, {(g.name, g.unit): g.tau for g in groups if g.tau > 0})
+    made = build(model, noisy)
+    made = made.with_table(made.table.with_values({n: v for n, v in values.items() if n in made.table}))
+    return row_bands(made, made.start, total, np.arange(len(data.configurations)))
+
+
+def coverage(bands: Iterable[Bands], dof: float = np.inf, level: float = LEVEL) -> tuple[Coverage, ...]:
+    """How many of these measurements lie in their bands, by quantity."""
+    found: dict[str, list[tuple[NDArray[np.bool_], NDArray[np.bool_]]]] = {}
+    for b in bands:
+        inside = b.inside(dof, level)
+        for start, stop, unit in b.parts:
+            found.setdefault(unit, []).append((inside[:, start:stop], b.whole(start, stop, dof, level)))
+    out = []
+    for unit, parts in found.items():
+        whole = np.concatenate([w for _, w in parts])
+        if len(whole):
+            components = np.concatenate([i.ravel() for i, _ in parts])
+            out.append(
+                Coverage(QUANTITIES.get(unit, unit), level, float(components.mean()), float(whole.mean()), len(whole))
+            )
+    return tuple(out)
+
+
+def total_of(found: Fit) -> Total:
+    """What the parameters of a fit may be off by, hidden partners included."""
+    return found.total
+
+
+def claimed(found: Fit, off: Total) -> frozenset[str]:
+    """The parameters that may be called identified: told by the data, with everything else unknown too, and known no less well
+    than before anything was measured, whoever else is to blame; `off` is what they may be off by."""
+    sigma, table = dict(zip(off.names, off.sigma, strict=True)), found.problem.table
+    return frozenset(n for n in found.identifiability.identified if n in sigma and sigma[n] <= table[n].scale)
+
+
+def coverage_of(found: Fit, held: Ints) -> tuple[Coverage, ...]:
+    """Whether the bands of a fit hold the measurements of configurations that it had not seen."""
+    # A pose that is found from the very rows that are to be predicted leaves nothing to predict.
+    if not len(held) or found.problem.blocks:
+        return ()
+    off = total_of(found)
+    return coverage(row_bands(found.problem, found.solution.x, off, held, unmet(found)), off.dof)
+
+
+def unmet(found: Fit) -> tuple[str, ...]:
+    """Parameters that no fitted row depends on: a frame that only held-out rows see (a new marker) was fitted to nothing,
+    and its rows have no band worth the name. What is nearly unseen is as uncertain as expected, and that is a band."""
+    alone = tuple(c.name for c in found.identifiability.combinations if not c.partners)
+    some = found.problem.with_free(alone)
+    seen = np.diag(some.normal(found.solution.x).a[0]) if some.n else np.zeros(0)
+    return tuple(n for n, s in zip(some.free, seen, strict=True) if s == 0)
+
+
+def coverage_remarks(found: Fit, held: Ints, checked: Sequence[Coverage]) -> tuple[Remark, ...]:
+    """Why the bands were not checked, where they were not."""
+    if checked:
+        return ()
+    if found.problem.blocks:
+        return (Remark.of(Code.BAND_PROFILED),)
+    return (Remark.of(Code.BAND_BLIND, names=unmet(found)[:6]) if len(held) else Remark.of(Code.BAND_UNCHECKED),)

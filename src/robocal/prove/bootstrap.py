@@ -1,0 +1,116 @@
+"""The bootstrap of the parameters: fits to configurations drawn again, with replacement.
+
+    x_b = argmin sum_u c_bu |r_u(x) / sigma_u|^2,    c_b a multinomial draw over places
+
+Repeats of one place are drawn together. It asks no model of the noise, so it shows where the linear bars of the fit are
+too narrow: heavy tails, noise that differs between poses, curvature. Like those bars it holds for the columns that were
+fitted; what hidden partners may be off by it cannot know. Source: Efron and Tibshirani, An introduction to the
+bootstrap (1993), chapters 9 and 13.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import ModelError
+from robocal.estimate.least_squares import least_squares
+from robocal.fit.fit import Fit
+from robocal.fit.repeats import places
+from robocal.geometry import so3
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+
+__all__ = ["FEWEST_DRAWS", "Resampled", "bootstrap_words", "resample"]
+
+Array = NDArray[np.float64]
+Watch = Callable[[dict[str, object]], None]
+FEWEST_DRAWS = 100  # below, a percentile at 2.5 % is a guess
+FEW_PLACES = 25  # below, so few poses repeat themselves in every draw that the scatter is too small
+CHUNK = 128
+
+
+@dataclass(frozen=True)
+class Resampled:
+    """The fitted parameters by name: low and high (n,) of the 95 % percentile interval, sigma (n,) their spread, ratio
+    (n,) of that to the linear sigma; `draws` that ended well, out of `asked`, from so many `places`."""
+
+    names: tuple[str, ...]
+    low: Array
+    high: Array
+    sigma: Array
+    ratio: Array
+    draws: int
+    asked: int
+    places: int
+
+
+def resample(fit: Fit, sigma: Array, draws: int, seed: int, watch: Watch | None = None) -> Resampled:
+    """Draws places again and refits, as batches of exact non-linear problems from the fit's solution.
+
+    sigma (n,) are the linear standard deviations of the fitted columns. Raises ModelError for too few draws, or when
+    fewer than half of them can be fitted.
+    """
+    if draws < FEWEST_DRAWS:
+        raise ModelError("too few draws for a 95 % interval", key="bootstrap", found=draws, expected=FEWEST_DRAWS)
+    problem, x = fit.problem, fit.solution.x
+    # A configuration without joint values ties frames together and is no draw of chance.
+    label = places(fit.data.configurations)
+    joints = fit.data.configurations.joints
+    fixed = np.zeros(len(label), dtype=bool) if joints is None else np.isnan(joints).any(axis=1)
+    drawn = np.unique(label[~fixed])
+    own = problem.weights[0] if problem.weights is not None else np.ones(problem.configurations)
+    rng = np.random.default_rng(seed)
+    found = []
+    for first in range(0, draws, CHUNK):
+        some = min(CHUNK, draws - first)
+        count = rng.multinomial(len(drawn), np.full(len(drawn), 1 / len(drawn)), some).astype(float)
+        weights = np.ones((some, problem.configurations))
+        weights[:, ~fixed] = count[:, np.searchsorted(drawn, label[~fixed])]
+        solution = least_squares(problem.with_weights(weights * own), np.repeat(x, some, axis=0))
+        ended = np.array([r.converged for r in solution.reasons]) & np.isfinite(solution.cost)
+        found.append(solution.x[ended])
+        if watch:
+            watch({"stage": "bootstrap", "done": first + some, "draws": draws})
+    values = np.concatenate(found)
+    if len(values) < draws / 2:
+        raise ModelError(
+            "most draws leave too little to fit: too few configurations for a bootstrap",
+            key="bootstrap",
+            found=f"{len(values)} of {draws} draws",
+        )
+    low, high = np.percentile(values[:, problem.index], [2.5, 97.5], axis=0)
+    spread = _turned(values, x, problem.table.turns)[:, problem.index].std(axis=0, ddof=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = spread / sigma
+    return Resampled(problem.free, low, high, spread, ratio, len(values), draws, len(drawn))
+
+
+def _turned(values: Array, x: Array, turns: NDArray[np.int64]) -> Array:
+    """How far x (B, P) are from x (1, P): rotations by the turn between them, of which the linear sigma speaks."""
+    out = values - x
+    for t in turns:
+        r = so3.exp(values[:, t : t + 3]) @ np.swapaxes(so3.exp(x[:, t : t + 3]), -1, -2)
+        out[:, t : t + 3] = so3.log(r)
+    return np.asarray(out)
+
+
+def bootstrap_words(drawn: Resampled | None) -> tuple[Remark, ...]:
+    """How the scatter compares with the linear bars; nothing where no bootstrap was asked for."""
+    if drawn is None or not len(drawn.names):
+        return ()
+    worst = int(np.nanargmax(drawn.ratio))
+    return (
+        Remark.of(
+            Code.BOOTSTRAP_SPREAD,
+            draws=drawn.draws,
+            median=float(np.nanmedian(drawn.ratio)),
+            parameter=drawn.names[worst],
+            worst=float(drawn.ratio[worst]),
+            places=drawn.places if drawn.places < FEW_PLACES else None,
+            lost=drawn.asked - drawn.draws or None,
+        ),
+    )

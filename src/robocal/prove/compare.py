@@ -1,0 +1,160 @@
+"""Several estimators on the same data and the same split, side by side.
+
+Every method identifies as it would alone: start, noise and selection are its own, only the held-out configurations are the
+same. Below 25 configurations nothing is held out and every method is refitted without each configuration in turn; above,
+leave-one-out is told where it costs little (see `estimators.batched`).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robocal.errors import ModelError
+from robocal.fit.estimators import ended, estimator
+from robocal.fit.options import Options
+from robocal.fit.repeats import places
+from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
+from robocal.prove.identification import Identification
+from robocal.prove.identify import FEW, identify
+from robocal.prove.statistics import Statistic
+
+__all__ = ["DEFAULT", "Comparison", "Entry", "compare"]
+
+Watch = Callable[[dict[str, object]], None]
+DEFAULT = ("lm", "ekf", "particle", "pinv", "lse", "ekf-100")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One method: its errors (m, or the first unit that was measured), its verdict, the parameter that ends farthest from
+    the reference in the reference's sigmas, and the seconds that the whole identification took; `failed` says why there is
+    nothing."""
+
+    method: str
+    title: str
+    verdict: str = ""
+    reason: str = ""
+    stopped: bool = False  # without converging
+    after: Statistic | None = None
+    held_out: Statistic | None = None
+    leave_one_out: Statistic | None = None
+    k_fold: Statistic | None = None
+    farthest: str = ""
+    sigmas: float | None = None
+    seconds: float | None = None
+    failed: str = ""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The methods; the first is the reference. `before`, `held_out_before`, `leave_one_out_before` are the frames-only
+    model, `constant` predicting the mean."""
+
+    unit: str
+    methods: tuple[Entry, ...]
+    before: Statistic | None
+    held_out_before: Statistic | None
+    leave_one_out_before: Statistic | None
+    constant: Statistic | None
+    k_fold_before: Statistic | None = None
+
+    @property
+    def reference(self) -> str:
+        """The first method that found anything."""
+        return next(e.method for e in self.methods if not e.failed)
+
+
+def compare(
+    model: Machine,
+    data: DataSet,
+    methods: Sequence[str],
+    options: Options | None = None,
+    *,
+    known: tuple[Identification[Machine], float] | None = None,
+    watch: Watch | None = None,
+) -> Comparison:
+    """Identifies with every method in turn; a method that cannot is told as failed. `known` is an identification that was
+    done already, with its seconds. Raises ModelError for an unknown name, and when no method works."""
+    # The bootstrap is told of the chosen method alone, and not every method knows it.
+    options = replace(options or Options(), bootstrap=None)
+    for name in methods:
+        estimator(name)
+    few = len(np.unique(places(data.configurations))) < FEW
+    # With a fifth held out the proof is the same for all; leave-one-out is a gift where it is cheap.
+    if few and options.leave_one_out is None and options.folds is None:
+        options = replace(options, leave_one_out=True)
+    first: Identification[Machine] | None = None
+    entries = []
+    for name in dict.fromkeys(methods):
+        if watch:
+            watch({"stage": "compare", "what": name})
+        title = estimator(name).title
+        try:
+            found, seconds = _timed(model, data, replace(options, method=name), known, watch)
+        except (ModelError, np.linalg.LinAlgError) as error:
+            entries.append(Entry(name, title, failed=str(error)))
+            continue
+        first = first or found
+        entries.append(_entry(found, first, title, seconds))
+    if first is None:
+        raise ModelError("none of these methods can identify this", key="--compare", found=entries[0].failed)
+    s = first.stages[0]
+    return Comparison(
+        s.unit, tuple(entries), s.before, s.held_out_before, s.leave_one_out_before, s.constant, s.k_fold_before
+    )
+
+
+def _timed(
+    model: Machine,
+    data: DataSet,
+    options: Options,
+    known: tuple[Identification[Machine], float] | None,
+    watch: Watch | None,
+) -> tuple[Identification[Machine], float]:
+    """An identification and its seconds; what is known is not done again, unless it lacks leave-one-out."""
+    if (
+        known is not None
+        and known[0].options.method == options.method
+        and (options.leave_one_out is not True or known[0].stages[0].leave_one_out is not None)
+    ):
+        return known
+    clock = time.perf_counter()
+    found: Identification[Machine] = identify(model, data, options, watch)
+    return found, time.perf_counter() - clock
+
+
+def _entry(found: Identification[Machine], reference: Identification[Machine], title: str, seconds: float) -> Entry:
+    farthest, sigmas = _farthest(found, reference) if found is not reference else ("", None)
+    s = found.stages[0]
+    return Entry(
+        found.options.method,
+        title,
+        found.verdict.status,
+        *ended(found.options.method, found.reason),
+        s.after,
+        s.held_out,
+        s.leave_one_out,
+        s.k_fold,
+        farthest,
+        sigmas,
+        round(seconds, 3),
+    )
+
+
+def _farthest(found: Identification[Machine], reference: Identification[Machine]) -> tuple[str, float | None]:
+    """The parameter whose value differs most, in sigmas of the reference; those that it did not fit have none."""
+    ours = {p.name: p for p in found.parameters}
+    away = {
+        p.name: abs(ours[p.name].delta - p.delta) / p.sigma
+        for p in reference.parameters
+        if p.sigma and p.name in ours and np.isfinite(ours[p.name].delta)
+    }
+    if not away:
+        return "", None
+    name = max(away, key=lambda n: away[n])
+    return name, away[name]

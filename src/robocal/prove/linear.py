@@ -1,0 +1,95 @@
+"""How linear an identification was: the step that was needed, the step that all free parameters would have taken, and the
+curvature within the sigmas; with the words that a reader should not miss."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.estimate.linearity import Curvature, Step, curvature, one_step
+from robocal.estimate.uncertainty import Uncertainty
+from robocal.fit.fit import Fit
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+
+__all__ = ["Linearity", "linearity", "linearity_words"]
+
+Array = NDArray[np.float64]
+MORE = 1.5  # times what is promised, or the noise: from here on one step would mislead
+CURVED = 1.0  # half of it is what a sigma is wrong by, one sigma away
+
+
+@dataclass(frozen=True)
+class Linearity:
+    """One linear step from the baseline in the fitted parameters, and one in everything free without priors (the seed's
+    linear estimate), and the curvature at the solution."""
+
+    fitted: Step
+    everything: Step | None
+    bend: Curvature | None
+
+    @property
+    def unit(self) -> str:
+        """The SI unit of both steps."""
+        return self.fitted.unit
+
+    @property
+    def curvature(self) -> float | None:
+        """The largest relative curvature within one sigma."""
+        return None if self.bend is None else self.bend.value
+
+    @property
+    def curvature_parameter(self) -> str:
+        """What such a step moves most."""
+        return "" if self.bend is None else self.bend.parameter
+
+    @property
+    def misleads(self) -> bool:
+        """Whether one step in the fitted parameters leaves clearly more than it promises and than the noise is."""
+        return not self.fitted.left <= MORE * max(self.fitted.promised, self.fitted.noise)
+
+    @property
+    def ruins(self) -> bool:
+        """Whether one step in everything that is free leaves more than there was before."""
+        e = self.everything
+        return e is not None and not e.left <= max(e.before, e.noise)
+
+
+def linearity(fit: Fit, start: Array, u: Uncertainty, units: tuple[str, ...]) -> Linearity | None:
+    """Of a fit that began at x (1, P), in the first SI unit that was measured; None with local blocks."""
+    if not units:
+        return None
+    loose = replace(fit.problem, priors=False).with_free(fit.problem.table.free)
+    # What overflows or cannot be factored tells nothing; the verdict says what is wrong with such numbers.
+    with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
+        if fit.problem.blocks:
+            return None
+        lin = loose.with_weights(None).linearize(start)
+        fitted = one_step(fit.problem, start, units[0], lin.columns(loose.column_of[fit.problem.index]))
+        if fitted is not None:
+            bend = curvature(fit.problem, fit.solution.x, u.covariance * u.factor**2)
+            return Linearity(fitted, one_step(loose, start, units[0], lin), bend)
+    return None
+
+
+def linearity_words(found: Linearity | None) -> tuple[Remark, ...]:
+    """What one linear step would have done, where it would mislead."""
+    if found is None:
+        return ()
+    out = []
+
+    def told(code: Code, step: Step, before: Quantity | None = None) -> Remark:
+        promised, left = Quantity(step.promised, step.unit), Quantity(step.left, step.unit)
+        return Remark.of(code, promised=promised, left=left, before=before)
+
+    if found.misleads:
+        out.append(told(Code.NOT_LINEAR, found.fitted))
+    if found.ruins and found.everything is not None:
+        before = Quantity(found.everything.before, found.fitted.unit)
+        out.append(told(Code.ONE_STEP_MISLEADS, found.everything, before))
+    if found.curvature is not None and found.curvature > CURVED:
+        out.append(Remark.of(Code.CURVED, curvature=found.curvature, parameter=found.curvature_parameter))
+    return tuple(out)

@@ -1,0 +1,115 @@
+"""A fit once more, with many columns that it might have had: every question about them is a small ridge regression.
+
+    r(d) = r + J d,    d = -(J_F^T J_F + f I)^-1 J_F^T r_F        (rows whitened, columns in units of the error expected)
+
+F are the rows that a round of a split may learn from, f the variance that is left in units of the noise. What the
+added columns do is small against the geometry, so that one linear step is exact to second order; the model that is
+handed back is fitted without this shortcut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.estimate.problem import Problem
+from robocal.fit.fit import Fit
+from robocal.fit.misfit import errors
+from robocal.measure.base import problem as build
+from robocal.measure.machine import Machine
+from robocal.prove.split import Split
+
+__all__ = ["Linearised", "linearised"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Watch = Callable[[dict[str, object]], None]
+CHUNK = 128  # columns at once
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """Whitened rows with all columns (N, n), the residual as the last column of the Gram matrices, round by round."""
+
+    problem: Problem
+    x: Array
+    names: tuple[str, ...]
+    rows: Array  # (N, n + 1), the last one is the residual
+    configuration: Ints  # (N,) of every row
+    split: Split
+    whole: Array  # (n + 1, n + 1) Gram matrix of all rows
+    rounds: Array  # (K, n + 1, n + 1) of the rows that each round may learn from
+
+    @property
+    def count(self) -> int:
+        """How many numbers were measured."""
+        return len(self.rows)
+
+    def columns(self, names: Sequence[str]) -> Ints:
+        """The numbers of some columns; those that are not there are left out."""
+        wanted = set(names)
+        return np.flatnonzero([n in wanted for n in self.names])
+
+    def left(self, columns: Ints) -> float:
+        """The variance that a fit of these columns to all rows leaves, in units of the noise."""
+        step = ridge(self.whole, columns, 1.0)
+        r = self.rows[:, -1] + self.rows[:, columns] @ step
+        return float(r @ r) / max(self.count - len(columns), 1)
+
+    def seen(self, added: Ints, columns: Ints, noise: float) -> int:
+        """How many combinations of added columns are seen above the noise, whatever the others are."""
+        g = self.whole
+        inner = g[np.ix_(columns, columns)] + noise * np.eye(len(columns))
+        cross = g[np.ix_(columns, added)]
+        values = np.linalg.eigvalsh(g[np.ix_(added, added)] - cross.T @ np.linalg.solve(inner, cross))
+        return int((values > noise).sum())
+
+    def unseen(self, columns: Callable[[int], Ints], noise: float, unit: str) -> tuple[Array, Ints]:
+        """Errors of held-out observations in a unit, and their configurations; `columns` gives those of each round."""
+        r = self.rows[:, -1].copy()
+        turn = self.split.round_of[self.configuration]
+        for k in range(len(self.split)):
+            own, chosen = turn == k, columns(k)
+            r[own] += self.rows[np.ix_(own, chosen)] @ ridge(self.rounds[k], chosen, noise)
+        parts, first = [], 0
+        for term in self.problem.residuals(self.x):
+            size = int(term.used.sum()) * term.scale.shape[1]
+            value = np.full(term.value.shape, np.nan)
+            value[term.used] = r[first : first + size].reshape(-1, term.scale.shape[1]) / term.scale[term.used]
+            parts.append(replace(term, value=value))
+            first += size
+        value, at = errors(parts, unit)
+        held = (self.split.round_of[at] >= 0) & ~np.isnan(value)
+        return value[held], at[held]
+
+
+def ridge(gram: Array, columns: Ints, noise: float) -> Array:
+    """The step of some columns, in units of the error expected of each."""
+    inner = gram[np.ix_(columns, columns)] + noise * np.eye(len(columns))
+    return np.asarray(np.linalg.solve(inner, -gram[columns, -1]))
+
+
+def linearised(model: Machine, part: Fit, added: Sequence[str], split: Split) -> Linearised:
+    """The rows of a fit to everything, with the columns that it kept and those of `model` that are added."""
+    made = build(model, part.data)
+    x = made.start
+    found = dict(zip(part.problem.table.names, part.solution.x[0], strict=False))
+    for name, value in found.items():
+        if name in made.table:
+            x[0, made.table.index[name]] = value
+    names = tuple(n for n in made.table.names if n in {*part.problem.free, *added})
+    blocks = []
+    for first in range(0, len(names), CHUNK):
+        some = made.with_free(names[first : first + CHUNK])
+        line = some.linearize(x)
+        blocks.append(line.j * some.scales)
+    rows = np.column_stack([*blocks, line.r])
+    grams = []
+    whole = rows.T @ rows
+    for k in range(len(split)):
+        out = rows[~split.fit[k][line.configuration]]
+        grams.append(whole - out.T @ out)
+    return Linearised(made, x, names, rows, line.configuration, split, whole, np.array(grams))

@@ -1,0 +1,214 @@
+"""The joint offsets alone: what a controller that takes nothing else would gain.
+
+    free: the joints' zeros, and the frames and the tool of the baseline; everything else of the robot stays nominal
+
+Not the zeros of the identified model: there they share the work with twists and lengths that the controller will not
+know of. The rows, their noise, the loss and the unseen places are those of a proof of the whole model, leave-one-out where
+it was made, so the three means (baseline, offsets alone, whole model) are of the same measurements; what is seen is
+decided at the noise that offsets alone leave.
+Source of the idea: Elatta et al., An overview of robot calibration (2004), level 1 against level 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.estimate.elimination import squares
+from robocal.estimate.identifiability import Combination, analyse
+from robocal.estimate.least_squares import least_squares
+from robocal.estimate.problem import Problem
+from robocal.estimate.uncertainty import Total, quantile, total, uncertainty, uneven
+from robocal.fit.baseline import frame_names
+from robocal.fit.fit import Fit
+from robocal.fit.repeats import places
+from robocal.geometry.path.joints import Zero
+from robocal.measure.machine import Machine
+from robocal.prove.evidence import PROOF, bootstrap_gain
+from robocal.prove.folds import local_names, unseen
+from robocal.prove.judge import Proof, drawn, units_of
+from robocal.prove.prove import Proven
+from robocal.prove.statistics import Statistic
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+
+__all__ = ["JointOffset", "OffsetsAlone", "offsets_alone"]
+
+Array = NDArray[np.float64]
+ROUNDS = 3  # of noise and selection
+
+
+@dataclass(frozen=True)
+class JointOffset:
+    """What to add to a joint's value (rad or m) before the nominal model, its standard deviation and 95 % interval; a
+    joint whose offset is not seen has 0, and the note says what looks like it."""
+
+    joint: str
+    unit: str
+    offset: float
+    sigma: float | None = None
+    interval: tuple[float, float] | None = None
+    status: str = "dropped"  # identified | dropped | fixed
+    remarks: tuple[Remark, ...] = ()
+
+    @property
+    def note(self) -> str:
+        """The remarks in one line."""
+        return "; ".join(map(str, self.remarks))
+
+
+@dataclass(frozen=True)
+class OffsetsAlone:
+    """The offsets of all joints, fitted alone, with mean errors on unseen measurements (m, rad or px): baseline, offsets
+    alone, whole model; `gain` is the mean reduction against the baseline with its 95 % interval."""
+
+    parameters: tuple[JointOffset, ...]
+    proven: bool
+    reason: Remark
+    unit: str
+    before: Statistic | None = None
+    after: Statistic | None = None
+    whole: Statistic | None = None
+    gain: tuple[float, float, float] | None = None
+    how: str = ""
+
+    @property
+    def status(self) -> str:
+        """improved, or not_improved."""
+        return "improved" if self.proven else "not_improved"
+
+    @property
+    def n(self) -> int:
+        """How many unseen measurements the means are of."""
+        return self.before.n if self.before else 0
+
+
+@dataclass(frozen=True)
+class _Found:
+    problem: Problem  # with the columns that were fitted
+    x: Array
+    converged: bool
+    notes: dict[str, Remark]  # why a zero was not fitted
+    total: Total
+
+
+def offsets_alone(model: Machine, base_x: Array, whole: Fit, proven: Proven, seed: int) -> OffsetsAlone | None:
+    """Fits and proves the joint offsets alone; `base_x` (1, P) is the baseline of all measurements. None where no joint's
+    zero may move."""
+    zeros = model.open_zeros
+    if not zeros:
+        return None
+    found = _fitted(model, whole, base_x, zeros)
+    offsets = _offsets(model, found, zeros)
+    # Of the proofs that were made, the one with the most places: a mean of ten errors says little of the next thousand.
+    main, unit = proven.proofs.get("leave_one_out", proven.best), units_of(whole.problem)[0]
+    if main is None:
+        return OffsetsAlone(offsets, False, Remark.of(Code.NOTHING_HELD_OUT), unit)
+    part, home = found, base_x
+    if proven.proofs.get("held_out") is main:
+        part, home = _fitted(model, proven.part, proven.base_x, zeros), proven.base_x
+    local = [n for n in local_names(model, found.problem) if n in found.problem.free]
+    alone = _unseen(part, base_x, home, local, main)
+    converged = part.converged and found.converged and alone.after.converged and alone.before.converged
+    return _judged(whole, main, alone, offsets, converged, unit, seed)
+
+
+def _fitted(model: Machine, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Found:
+    """The zeros fitted from a baseline x (1, P), with the rows, the noise and the loss of a fit."""
+    names = [*frame_names(model, fit.problem), *(z.parameter for z in zeros)]
+    every = fit.problem.with_free(names)
+    visits = places(fit.data.configurations)
+    start, noise = x, 1.0
+    kept: tuple[str, ...] | None = None
+    lin = every.linearize(start)
+    for _ in range(ROUNDS):
+        seen = analyse(every, start, noise=noise, lin=lin)
+        if seen.kept == kept:
+            break
+        kept = seen.kept
+        chosen = every.with_free(kept)
+        # A loss that forgets large residuals would forget all of them at a start that is millimetres away.
+        near = least_squares(chosen.with_loss("huber"), x).x if chosen.loss == "tukey" else x
+        solution = least_squares(chosen, near)
+        start = solution.x
+        lin = every.linearize(start)
+        known = squares(every, start, lin)
+        u = uncertainty(chosen, start, known=known)
+        noise = u.factor
+    more = float(np.sqrt(uneven(chosen, start, visits, lin.columns(every.column_of[chosen.index]))))
+    off = total(every, chosen.free, start, factor=u.factor * more, dof=max(float(u.dof), 1.0), known=known)
+    converged = solution.reasons[0].converged and bool(np.isfinite(solution.cost[0]))
+    return _Found(chosen, start, converged, {c.name: _note(c) for c in seen.combinations}, off)
+
+
+def _note(hidden: Combination) -> Remark:
+    """Why a zero stays: what it looks like, or that it is too small beside what offsets cannot explain."""
+    return hidden.remark if hidden.partners else Remark.of(Code.BELOW_THE_REST)
+
+
+def _offsets(model: Machine, found: _Found, zeros: Sequence[Zero]) -> tuple[JointOffset, ...]:
+    """The offset of every joint, in SI; joints whose zero may not move have none."""
+    known, table = {z.joint: z for z in zeros}, found.problem.table
+    sigma, reach = dict(zip(found.total.names, found.total.sigma, strict=True)), quantile(found.total.dof)
+    out = []
+    for joint in model.joints:
+        unit = "m" if joint.type == "prismatic" else "rad"
+        z = known.get(joint.name)
+        if z is None:
+            out.append(JointOffset(joint.name, unit, 0.0, status="fixed"))
+        elif z.parameter not in found.problem.free:
+            notes = tuple(r for n, r in found.notes.items() if n == z.parameter)
+            out.append(JointOffset(joint.name, unit, 0.0, remarks=notes))
+        else:
+            change = float(found.x[0, table.index[z.parameter]]) - model.table[z.parameter].value
+            value, bar = change / z.factor, float(sigma[z.parameter] / abs(z.factor))
+            ends = (value - reach * bar, value + reach * bar)
+            out.append(JointOffset(joint.name, unit, value, bar, ends, "identified"))
+    return tuple(out)
+
+
+def _unseen(part: _Found, base_x: Array, home: Array, local: Sequence[str], main: Proof) -> Proof:
+    """What the offsets miss where the main proof held out; all rounds in one batch."""
+    x = np.array(part.x)
+    # Frames that only held-out rows can see are looked for where all rows believe them to stand.
+    for at in (part.problem.table.index[n] for n in local if n not in part.problem.free):
+        x[:, at] = base_x[:, at]
+    begins = np.repeat(home, len(main.split), axis=0) if main.before.x is None else main.before.x
+    return replace(main, after=unseen(part.problem, x, main.split, units_of(part.problem), local, begins))
+
+
+def _judged(
+    whole: Fit, main: Proof, alone: Proof, offsets: tuple[JointOffset, ...], converged: bool, unit: str, seed: int
+) -> OffsetsAlone:
+    """The gain of offsets alone and whether it is proven, by the rule of the main verdict."""
+    before, after, told = alone.errors(unit)
+    _, best, other = main.errors(unit)
+    told &= other
+    if not told.any():
+        return OffsetsAlone(offsets, False, Remark.of(Code.NOTHING_MEASURED_THERE), unit, how=main.split.how)
+    label = places(whole.data.configurations)
+    residuals = whole.problem.residuals(whole.solution.x)
+    at = np.concatenate([r.configuration for r in residuals for *_, u in r.parts if u == unit])[told]
+    together = drawn(main.split, label, at)
+    finite = bool(np.isfinite(after[told]).all())
+    gain = bootstrap_gain(before[told], after[told], together, seed) if finite else None
+    seen = any(o.status == "identified" for o in offsets)
+    enough = len(np.unique(together)) >= PROOF
+    proven = gain is not None and converged and seen and enough and gain[1] > 0
+    first, mine, best_of = (Statistic.of(v[told]) for v in (before, after, best))
+    shown = {name: Quantity(s.mean, unit) for name, s in (("before", first), ("after", mine), ("whole", best_of)) if s}
+    low, high = (None, None) if gain is None else (Quantity(gain[1], unit), Quantity(gain[2], unit))
+    if proven:
+        reason = Remark.of(Code.OFFSETS_PROVEN, **shown, low=low, high=high, how=main.split.how)
+    elif not converged or not finite:
+        reason = Remark.of(Code.NOT_CONVERGED)
+    elif not seen:
+        reason = Remark.of(Code.OFFSETS_UNSEEN)
+    elif not enough:
+        reason = Remark.of(Code.FEW_UNSEEN, least=PROOF)
+    else:
+        reason = Remark.of(Code.OFFSETS_NOT_PROVEN, **shown, low=low, high=high, how=main.split.how)
+    return OffsetsAlone(offsets, proven, reason, unit, first, mine, best_of, gain, main.split.how)

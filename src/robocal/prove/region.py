@@ -1,0 +1,177 @@
+"""Where a correction holds: what the model may be off by over the working range, against what the correction moves there.
+
+    band^2 = mean over q of tr(J(q) C J(q)^T),    moved^2 = mean over q of |d(q)|^2,    d(q) = p(q) - p_0(q)
+
+p is the tool in base coordinates as the identified model predicts it, p_0 as the baseline does, each with its own tool; J
+the Jacobian of p, C all that the parameters may be off by. Frames belong to the measurement: d and J are taken up to a
+motion of the base and a shift of the tool, and up to a scale that the data do not see (projected out by least squares over
+q): a tool that cannot be told from an instrument's frame, as on a grid measured with the tool upright, would drown the arm.
+With e = J dx the error of the model, that of the baseline is e - d, and the baseline is the better one where
+mean |e - d|^2 < mean |e|^2:
+
+    P(2 g^T dx > moved^2),    g = mean over q of J(q)^T d(q),    var(g^T dx) = g^T C g
+
+Where band exceeds moved, the correction is proven near the measurements alone; in a range that somebody named it must also be
+the better one with as much confidence as the gain itself. Where nobody named one, it is what the measured joints span, and
+held-out measurements have told already; unless each stood beside one that was fitted, as where all poses lie in a few
+clusters: then they told nothing of the way between these.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+from scipy import special
+
+from robocal.diagnose.verdict import Verdict
+from robocal.estimate.problem import Problem
+from robocal.estimate.uncertainty import Total, band
+from robocal.fit.working_range import Region
+from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
+from robocal.measure.reach import reach
+from robocal.prove.bands import mean_conditions, measured_range
+from robocal.prove.workspace import motion_field, parameters_of, sample_joints
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+
+if TYPE_CHECKING:
+    from robocal.diagnose.scale import Scale
+    from robocal.fit.fit import Fit
+    from robocal.prove.split import Split
+
+__all__ = ["Holds", "beside", "limited", "qualified", "spanned", "where_it_holds"]
+
+Array = NDArray[np.float64]
+SAMPLES = 500
+NEAR = 0.02  # a fiftieth of the way from any place to another is no other place
+DOUBT = 0.025  # the chance that the nominal model is better: more is no proof, as for the gain
+SPAN = "range that the measured joints span"
+
+
+@dataclass(frozen=True)
+class Holds:
+    """Rms over n configurations of the working range (m): what the model may be off by, and what the correction moves; and
+    the chance that the nominal model is the better one there. `asked` says that this chance decides too, `sized` that the data
+    see how long the arm is; else all are up to one factor on its lengths."""
+
+    name: str
+    band: float
+    moved: float
+    chance: float
+    n: int
+    asked: bool = True
+    sized: bool = True
+
+    @property
+    def region(self) -> str:
+        """`working` where the correction holds in the whole range, else `measured`."""
+        sure = self.chance <= DOUBT or not self.asked
+        return "working" if self.band <= self.moved and sure else "measured"
+
+
+def limited(chain: Machine, data: DataSet) -> Region:
+    """The joint limits of a chain; the measured range where a limit is infinite."""
+    return Region(*sample_joints(chain, measured_range(data.configurations), SAMPLES))
+
+
+def spanned(chain: Machine, data: DataSet) -> Region:
+    """Configurations on the way from one measured one to another.
+
+    A box of the measured joints would hold what nobody measured or meant: where a grid was measured with the tool held
+    upright, it holds every attitude.
+    """
+    q = data.configurations.joints
+    q = np.zeros((0, len(chain.joints))) if q is None else q[np.isfinite(q).all(axis=1)]
+    if not len(q):
+        return limited(chain, data)
+    rng = np.random.default_rng(0)
+    one, other = q[rng.integers(0, len(q), (2, SAMPLES))]
+    share = rng.uniform(size=(SAMPLES, 1))
+    return Region(one + share * (other - one), SPAN)
+
+
+def _shape(
+    model: Machine,
+    data: DataSet,
+    whole: Fit,
+    off: Total,
+    joints: Array,
+    base: tuple[Problem, Array],
+    scaled: bool,
+) -> tuple[Array, Array, Array]:
+    """At joint values (m, n): the Jacobian of the tool (m, 3, k), the covariance of its columns, and what the correction
+    moves (m, 3), up to the frames, and up to one factor on all lengths unless the data are `scaled`."""
+    conditions = mean_conditions(data.configurations)
+    chains = []
+    for p, x in ((whole.problem, whole.solution.x), base):
+        chains.append(model.with_values({n: float(x[0, p.table.index[n]]) for n in model.table.names}))
+    names = parameters_of(model, off)
+    pose, jac = reach(chains[0], joints, names, conditions)
+    here, jac = pose[:, :3, 3], jac[:, :3]
+    gap = here - reach(chains[1], joints, (), conditions)[0][:, :3, 3]
+    moved = [motion_field(here)[:, :3], pose[:, :3, :3], *(() if scaled else (here[:, :, None],))]
+    field = np.concatenate(moved, axis=2).reshape(3 * len(joints), -1)
+    both = np.column_stack([gap.reshape(-1, 1), jac.reshape(len(field), -1)])
+    both -= field @ np.linalg.lstsq(field, both, rcond=None)[0]
+    at = [off.names.index(n) for n in names]
+    return both[:, 1:].reshape(len(joints), 3, -1), off.covariance[np.ix_(at, at)], both[:, 0].reshape(-1, 3)
+
+
+def where_it_holds(
+    model: Machine,
+    data: DataSet,
+    whole: Fit,
+    off: Total,
+    base: tuple[Problem, Array],
+    region: Region | None,
+    scale: Scale | None,
+    split: Split | None = None,
+) -> Holds | None:
+    """Whether the correction holds over a working range, by default what the measured joints span; `split` held out what proved
+    it. None where nothing was fitted or no joints were recorded."""
+    if data.configurations.joints is None or not whole.identifiability.names:
+        return None
+    named, region = region is not None, region or spanned(model, data)
+    scaled = scale is None or scale.seen or not scale.stated
+    jac, covariance, moved = _shape(model, data, whole, off, region.joints, base, scaled)
+    far, square = float(np.mean(band(jac, covariance) ** 2)), float(np.mean(np.sum(moved**2, axis=1)))
+    along = np.einsum("mai,ma->i", jac, moved) / len(moved)
+    spread = 2 * float(np.sqrt(max(along @ covariance @ along, 0.0)))
+    chance = float(special.stdtr(min(off.dof, 1e9), -square / spread)) if spread > 0 else 0.0
+    found = (float(np.sqrt(far)), float(np.sqrt(square)), chance)
+    if not np.isfinite(found).all():
+        return None
+    asked = named or (chance > DOUBT and split is not None and beside(data.configurations.joints, split))
+    return Holds(region.name, *found, len(region.joints), asked, scaled)
+
+
+def beside(joints: Array, split: Split) -> bool:
+    """Whether most configurations that were held out stood beside a fitted one: nearer than NEAR of the distance of any two."""
+    place = np.nan_to_num(joints / np.where((spread := np.nanstd(joints, axis=0)) > 0, spread, 1.0))
+    near = NEAR * float(np.sqrt(2 * (spread > 0).sum()))
+    found = []
+    for held, fit in zip(split.held, split.fit, strict=True):
+        if fit.any():
+            found.append(scipy.spatial.cKDTree(place[fit]).query(place[held])[0] < near)
+    return bool(found) and float(np.mean(np.concatenate(found))) > 0.5
+
+
+def qualified(found: Verdict, holds: Holds | None) -> Verdict:
+    """An improvement says where it holds."""
+    if found.status != "improved" or holds is None:
+        return found
+    if holds.region == "working":
+        return replace(found, region="working")
+    told = Remark.of(
+        Code.HOLDS_WHERE_MEASURED,
+        region=holds.name,
+        band=Quantity(holds.band),
+        moved=Quantity(holds.moved),
+        chance=holds.chance,
+    )
+    return replace(found, reasons=(*found.reasons, told), region="measured")

@@ -1,0 +1,48 @@
+"""A joint's zero that may be lost, where a length that looks like it moved as no making leaves it.
+
+A joint that lost its zero may be off by any angle, a length by what making leaves. What looks alike is kept by the effect of its
+expected error, often the length; once that has moved by more than ALIKELY times its own, the zero is the likelier cause, and the
+one that a controller takes: it is expected to be off by LOST, and the fit is made again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from robocal.measure.machine import Machine
+from robocal.prove.bands import total_of
+
+if TYPE_CHECKING:
+    from robocal.fit.fit import Fit
+
+__all__ = ["with_zeros"]
+
+M = TypeVar("M", bound=Machine)
+ALIKELY = 10.0  # times what was expected: 10 mm, 3 deg
+SURE = 5.0  # standard deviations
+LOST = {"rad": 0.5, "m": 0.1}
+
+
+def with_zeros(model: M, fit: Fit) -> M | None:
+    """The model with those zeros expected to be lost that look like what moved too far; None where there are none."""
+    table, x = fit.problem.table, fit.solution.x[0]
+    own = set(fit.problem.free) & (set(model.geometric) - model.anywhere)
+    change = {n: abs(float(x[table.index[n]]) - model.table[n].value) for n in own}
+    far = {n for n in own if change[n] > ALIKELY * model.table[n].scale}
+    if not far:
+        return None
+    # A zero with a stated prior is where its owner says.
+    zeros = {z.parameter: model.table[z.parameter] for z in model.open_zeros}
+    lost = {n: LOST[z.unit] for n, z in zeros.items() if z.prior is None and z.unit in LOST and z.scale < LOST[z.unit]}
+    alike = {c.name: far & {n for n, _ in c.partners} for c in fit.identifiability.combinations if c.name in lost}
+    if not any(alike.values()):
+        return None
+    off = total_of(fit)
+    sigma = dict(zip(off.names, off.sigma, strict=True))
+    likely = {name: lost[name] for name, like in alike.items() if any(change[n] > SURE * sigma[n] for n in like)}
+    if not likely:
+        return None
+    # Every machine is frozen data with a table.
+    made: M = replace(cast(Any, model), table=model.table.with_expected(likely))
+    return made

@@ -1,0 +1,94 @@
+"""A cable robot from its file, or from a run folder with what is known of its numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from robocal.cables.calibration.drift import Known
+from robocal.cables.geometry import CableRobot
+from robocal.errors import FileError
+from robocal.files.cable.cablefile import CableFile
+from robocal.files.cable.robot import read_cable
+from robocal.files.covariance import COVARIANCE, read_covariance
+from robocal.files.runfolder import Run, find_run
+from robocal.files.text import InputFile, read_text
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+from robocal.session.cable.beyond import Beyond, beyond, names_beyond
+
+__all__ = ["Calibrated", "calibrated"]
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """One calibration: its robot, and where it is a run folder, the run, what is known of its numbers, what it found beyond the
+    robot's file, of which what lengths are not read with, and whether the base stood still in an instrument's frame."""
+
+    place: str
+    file: CableFile
+    run: Run | None
+    known: Known | None
+    beyond: Beyond = field(default_factory=Beyond)
+    aside: tuple[str, ...] = ()
+    placed: bool = True
+
+    @property
+    def doubt(self) -> Remark | None:
+        """What is to be said of a run that did not improve the robot."""
+        status = None if self.run is None else self.run.result.verdict.status
+        if status in (None, "improved"):
+            return None
+        return Remark.of(Code.RUN_REFUSED if status == "refused" else Code.RUN_NOT_IMPROVED, run=self.place)
+
+    @property
+    def remarks(self) -> tuple[Remark, ...]:
+        """What is to be said of poses from lengths that it is asked for."""
+        taken = tuple(dict.fromkeys((*self.beyond.gains, *self.beyond.owned)))
+        out = [Remark.of(Code.BEYOND_TAKEN, names=taken, run=self.place)] if taken else []
+        if self.aside:
+            out.append(Remark.of(Code.ZEROS_LEFT_ASIDE, names=self.aside, run=self.place))
+        return (*out, *([] if self.doubt is None else [self.doubt]))
+
+    @property
+    def robot(self) -> CableRobot:
+        """The robot as it was found."""
+        return self.file.robot
+
+
+def calibrated(place: str) -> Calibrated:
+    """A run folder, or a robot file by itself, of which nothing is known but its numbers. Raises InputError."""
+    run = find_run(place)
+    if run is None:
+        return Calibrated(place, read_cable(place), None, None)
+    own = run.robot
+    if own is None:
+        raise FileError("this run has no calibrated robot", file=run.folder, expected="a run of `identify`")
+    file, told = read_cable(own), run.part(COVARIANCE)
+    seen = [p.name for p in run.result.parameters if p.status in ("identified", "prior")]
+    if told is None:
+        if names := names_beyond(file.robot, seen):
+            raise FileError(
+                f"this run knows {', '.join(names[:3])}, and not how large they are",
+                file=run.folder,
+                expected=COVARIANCE,
+            )
+        return Calibrated(place, file, run, None)
+    read = read_covariance(told)
+    total = read.total
+    file = replace(
+        file,
+        robot=file.robot.with_values({n: read.values[n] for n in seen if n in read.values and n in file.robot.table}),
+        beside=(*file.beside, InputFile(told, read_text(told).sha256)),
+    )
+    found = {n: read.values[n] for n in names_beyond(file.robot, seen) if n in read.values}
+    more = beyond(file.robot, found, any(n.endswith(".l0") for n in seen), place)
+    fitted = [i for i, n in enumerate(total.names) if total.noise[i, i] > 0 and n in read.values]
+    hidden = np.asarray(total.hidden)[fitted]
+    known = Known(
+        tuple(total.names[i] for i in fitted), np.array([read.values[total.names[i]] for i in fitted]), total.noise[np.ix_(fitted, fitted)],
+        hidden if hidden.any() else None,
+    )  # fmt: skip
+    aside = tuple(n for n in found if n not in (*more.gains, *more.owned))
+    return Calibrated(place, file, run, known, more, aside, read.placed)

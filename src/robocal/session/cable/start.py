@@ -1,0 +1,172 @@
+"""Where a list of poses starts, what the platform looks like to its cables, and the box Z: from options in the robot
+file's units."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.geometry import CableRobot
+from robocal.cables.interference import Body, box, hull
+from robocal.cables.poses import PoseBox
+from robocal.cables.room import frame_box
+from robocal.cables.start import CELLS, Clearance, Start, examine, propose
+from robocal.cables.statics import structure_of
+from robocal.errors import ModelError
+from robocal.files.cable.cablefile import CableFile
+from robocal.files.units import numbers_of
+from robocal.geometry import se3, so3
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+from robocal.session.cable.load import missing_text
+
+__all__ = ["body_of", "box_of", "clearance_of", "started"]
+
+Array = NDArray[np.float64]
+TURN = math.radians(30.0)
+LARGEST = 1000.0  # box, as a multiple of the machine
+
+
+def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str) -> Start:
+    """The start that was asked for, examined: "mean" of the frame anchors, "best" of a grid, or x,y,z or
+    x,y,z,rx,ry,rz. Raises ModelError where it cannot be held, where it is singular, and where something touches, with a
+    start that would do."""
+    if said == "best":
+        pose = propose(robot, clearance)
+        if pose is None:
+            raise ModelError(
+                _none(), key="--start", found=said, expected="other tension limits, or a start of your own"
+            )
+    else:
+        pose = robot.home if said == "mean" else _pose(file, robot, said)
+    _whole(file, robot, pose)
+    found = examine(robot, pose, clearance)
+    if found.held and not found.touching and found.margin != 0.0:
+        return found
+    shown = _shown(file, pose) + (", the mean of the frame anchors" if said == "mean" else "")
+    if found.touching and found.held:
+        why = f"at the start X_0 {found.touching}"
+    elif found.held:
+        # Margins are exactly zero at singular poses alone; any motion leaves what is held there.
+        why = "the start X_0 is a singular pose: the cables balance the weight there, and no disturbance beside it"
+    else:
+        lacking = missing_text(robot, found.missing)
+        why = f"the start X_0 cannot be held within the tension limits; missing is {lacking}"
+    other = propose(robot, clearance)
+    instead = (
+        f"another; {_none()}" if other is None else f"another, such as --start {_shown(file, other)} (or --start best)"
+    )
+    raise ModelError(why, key="--start", found=shown, expected=instead)
+
+
+def _whole(file: CableFile, robot: CableRobot, pose: Array) -> None:
+    """Raises ModelError where a cable has no direction at the start."""
+    lost = ~np.isfinite(structure_of(robot, pose[None], strict=False)[0]).all(axis=0)
+    if lost.any():
+        raise ModelError(
+            f"cable {robot.cables[int(np.argmax(lost))]} has no direction at the start X_0: its anchors coincide there, or "
+            "the platform anchor lies in its pulley",
+            key="--start",
+            found=_shown(file, pose),
+        )
+
+
+def _none() -> str:
+    return f"none of {CELLS} cells along each direction bears a disturbance and is free of contact"
+
+
+def _pose(file: CableFile, robot: CableRobot, said: str) -> Array:
+    many = said.count(",") + 1
+    if many not in (3, 6):
+        raise ModelError("not a start", key="--start", found=said, expected="mean, best, X,Y,Z or X,Y,Z,RX,RY,RZ")
+    values = np.zeros(6)
+    values[:many] = numbers_of(said, "X,Y,Z" if many == 3 else "X,Y,Z,RX,RY,RZ", key="--start")
+    values[:3] = file.units.length.to_si(values[:3])
+    values[3:] = file.units.angle.to_si(values[3:])
+    turned = [i for i in range(3, 6) if values[i] != 0 and i not in robot.axes]
+    if turned:
+        raise ModelError(
+            f"a robot with {robot.degrees} does not turn so", key="--start", found=said, expected="X,Y,Z, or 0 there"
+        )
+    return np.asarray(se3.from_vector(values[None])[0])
+
+
+def _shown(file: CableFile, pose: Array) -> str:
+    """A pose as --start takes it."""
+    values = se3.to_vector(pose[None])[0]
+    length = [f"{file.units.length.from_si(float(v)):.6g}" for v in values[:3]]
+    angle = [f"{file.units.angle.from_si(float(v)):.6g}" for v in values[3:]]
+    return ",".join([*length, *angle] if np.abs(values[3:]).max() > 0 else length)
+
+
+def body_of(file: CableFile, robot: CableRobot, said: str) -> Body | None:
+    """The platform's body: "hull" or "box" of its anchors, "none", or edges LX,LY,LZ of a box about its origin."""
+    if said == "none":
+        return None
+    if said == "hull":
+        return hull(robot.b)
+    if said == "box":
+        return box(0.5 * np.ptp(robot.b, axis=0), 0.5 * (robot.b.min(axis=0) + robot.b.max(axis=0)))
+    if "," not in said:
+        raise ModelError("not a body", key="--body", found=said, expected="hull, box, none or LX,LY,LZ")
+    edges = file.units.length.to_si(np.array(numbers_of(said, "LX,LY,LZ", key="--body")))
+    return box(0.5 * edges)
+
+
+def clearance_of(
+    file: CableFile, robot: CableRobot, diameter: float | None, body: str, relief: float | None
+) -> tuple[Clearance, tuple[Remark, ...]]:
+    """What the search for contacts is told; without a diameter cables are lines, which is said."""
+    said: tuple[Remark, ...] = ()
+    if diameter is not None:
+        d = np.full(len(robot.cables), diameter)
+    elif robot.diameter is not None:
+        d = robot.diameter
+    else:
+        d, said = np.zeros(len(robot.cables)), (Remark.of(Code.NO_DIAMETER),)
+    return Clearance(d, body_of(file, robot, body), relief), said
+
+
+def box_of(robot: CableRobot, start: Array, said: Any, si: Any) -> PoseBox:
+    """The box Z, from the options of the verb as they were said and in SI: `scale` times that in which the frame can hold its platform
+    (`room.frame_box`), not below its bottom, wherever the start is; or X0,Y0,Z0,X1,Y1,Z1. Turns up to `turn` about each axis (30
+    degrees when nobody says)."""
+    angle = TURN if si.turn is None else si.turn
+    if si.turn and max(robot.axes) < 3:
+        raise ModelError(
+            "this robot does not turn", key="--turn", found=said.turn, expected=f"no turn: it is {robot.degrees}"
+        )
+    if said.box is not None and said.departs("scale"):
+        raise ModelError(
+            "a box of one's own is taken as it is", key="--scale", found=said.scale, expected="--box or --scale"
+        )
+    if not 0 <= angle <= math.pi:
+        raise ModelError("out of range", key="--turn", found=said.turn, expected="0 to half a turn about each axis")
+    if si.box is None:
+        sides = _about_frame(robot, si.scale, angle)
+        return PoseBox(0.5 * np.ptp(sides, axis=1), np.full(3, angle), sides.mean(axis=1) - start[:3, 3])
+    low, high = si.box.reshape(2, 3)
+    found = said.box
+    if np.abs(si.box).max() > LARGEST * np.abs(robot.a).max():
+        raise ModelError("out of range", key="--box", found=found, expected=f"less than {LARGEST:g} times the machine")
+    if (low > high).any():
+        raise ModelError(
+            "an empty box", key="--box", found=found, expected="X0,Y0,Z0,X1,Y1,Z1 with X0 <= X1, Y0 <= Y1, Z0 <= Z1"
+        )
+    return PoseBox(0.5 * (high - low), np.full(3, angle), 0.5 * (low + high) - start[:3, 3])
+
+
+def _about_frame(robot: CableRobot, scale: float, angle: float) -> Array:
+    """The box (3, 2) m: of every corner of the turns, so that no platform anchor comes below the floor."""
+    turns = np.zeros((9, 3))
+    turns[1:] = np.array(np.meshgrid(*[[-angle, angle]] * 3)).reshape(3, -1).T
+    turns[:, [i for i in range(3) if i + 3 not in robot.axes]] = 0.0
+    sides, _ = frame_box(robot, so3.exp(turns))
+    middle, half = sides.mean(axis=1), scale * 0.5 * np.ptp(sides, axis=1)
+    out = np.stack([middle - half, middle + half], axis=1)
+    if 2 in robot.axes:
+        out[2, 0] = max(out[2, 0], sides[2, 0])
+    return out

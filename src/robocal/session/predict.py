@@ -1,0 +1,184 @@
+"""Where the tool of an identified robot is at given joint values, and how far that may be off."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robocal.errors import FileError, FormatError
+from robocal.estimate.uncertainty import LEVEL, radius
+from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
+from robocal.files.csvtable import csv_text
+from robocal.files.layerfile import LAYER
+from robocal.files.parts import hashes
+from robocal.files.robot import Robot
+from robocal.files.runfolder import open_run
+from robocal.files.targets import read_targets
+from robocal.files.text import InputFile, read_text
+from robocal.files.units import number
+from robocal.geometry import so3
+from robocal.prove.workspace import Predicted, base_motion, parameters_of, predict, sample_joints
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark, told
+from robocal.session.inputs import open_arm
+from robocal.session.reference import run_doubts
+from robocal.session.watching import Watch
+
+__all__ = ["Prediction", "known_of", "predicted", "prediction_text", "shape_motion"]
+
+Array = NDArray[np.float64]
+SAME = 1e-7  # of a value that was written and read
+ANCHORS = 2000  # configurations over which the base is aligned
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Predicted poses with 95 % bands (mm, deg): `rows` in the order of the file; `absolute` when the place of the base is
+    part of the band."""
+
+    robot: Robot
+    rows: tuple[dict[str, Any], ...]
+    absolute: bool
+    region: str
+    inputs: tuple[InputFile, ...]
+    warnings: tuple[Remark, ...]
+    written: tuple[Path, ...] = ()
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What --json prints."""
+        return {
+            "robocal": 1,
+            "robot": self.robot.name,
+            "level": LEVEL,
+            "relative_to": "base" if self.absolute else "the best place of the base over the workspace",
+            "units": {"length": "mm", "angle": "deg"},
+            "poses": list(self.rows),
+            "inputs": hashes(self.inputs),
+            **told(self.warnings),
+            "written": [str(p) for p in self.written],
+        }
+
+
+def known_of(folder: Path, arm: Robot) -> Knowledge:
+    """What a run folder knows of its parameters; `arm` was opened from it. Raises FileError when it does not say, FormatError
+    when it speaks of another robot."""
+    place = open_run(folder).part(COVARIANCE)
+    if place is None:
+        raise FileError(
+            "this run does not say how far its parameters may be off",
+            file=folder,
+            expected=f"{COVARIANCE}: identify once more with this version",
+        )
+    known = read_covariance(place)
+    for name, value in known.values.items():
+        if name in arm.chain.table and abs(arm.chain.table[name].value - value) > SAME * max(1.0, abs(value)):
+            raise FormatError(
+                "this is not of the calibrated robot beside it", file=place, key=name, found=value,
+                expected=arm.chain.table[name].value,
+            )  # fmt: skip
+    return known
+
+
+def shape_motion(robot: Robot, known: Knowledge) -> tuple[Array, str]:
+    """The motion of the base that undoes most of each parameter over the workspace, (6, k), and the workspace's name."""
+    sample, region = sample_joints(robot.chain, known.joints, ANCHORS)
+    names = parameters_of(robot.chain, known.total)
+    jac = robot.chain.parameter_jacobian(sample, names, known.conditions)
+    return base_motion(jac, robot.chain.pose(sample, known.conditions)[:, :3, 3]), region
+
+
+def predicted(folder: Path, poses: Path, absolute: bool, watch: Watch | None = None) -> Prediction:
+    """Predicts the tool's pose at the joint values of a CSV. Raises InputError.
+
+    The band is that of the arm's shape, unless `absolute` or the run measured the base itself: then it is that of the
+    pose in base coordinates.
+    """
+    if watch:
+        watch({"stage": "read"})
+    robot = open_arm(folder)
+    known = known_of(folder, robot)
+    targets = read_targets(poses, robot.chain)
+    q = targets.targets.joints
+    if q is None:
+        names = robot.chain.joint_names
+        raise FormatError(
+            "there are no joint values", file=poses, expected=f"columns {names[0]} to {names[-1]} with units"
+        )
+    whole = absolute or known.placed
+    motion, region = (None, "") if whole else shape_motion(robot, known)
+    conditions: dict[str, ArrayLike] = {**known.conditions, **targets.targets.extra}
+    found = predict(robot.chain, q, known.total, conditions, motion)
+    warnings = [
+        *run_doubts(str(folder)),
+        *robot.warnings,
+        *(remark for file in targets.files for remark in file.remarks),
+        *_outside(robot, known, q),
+        *_assumed(robot, known, q, targets.targets.extra),
+    ]
+    if (folder / LAYER).is_file():
+        warnings.append(Remark.of(Code.LAYER_LEFT_OUT, what="predictions"))
+    rows = tuple(_rows(targets.ids, found, known))
+    files = (InputFile(folder / COVARIANCE, read_text(folder / COVARIANCE).sha256), *targets.files)
+    return Prediction(robot, rows, whole, region, files, tuple(warnings))
+
+
+def _outside(robot: Robot, known: Knowledge, q: Array) -> list[Remark]:
+    """Joint values where the robot was never measured: the model is trusted there, not tested."""
+    if known.joints is None:
+        return []
+    out = np.atleast_2d((q < known.joints[:, 0] - 1e-9) | (q > known.joints[:, 1] + 1e-9))
+    names = tuple(robot.chain.joint_names[i] for i in np.flatnonzero(out.any(axis=0)))
+    if not names:
+        return []
+    many = int(out.any(axis=1).sum())
+    return [Remark.of(Code.OUTSIDE_MEASURED, poses=many, total=len(q), joints=names)]
+
+
+def _assumed(robot: Robot, known: Knowledge, q: Array, given: Mapping[str, Array]) -> list[Remark]:
+    """Recorded columns that the model depends on and the poses do not have: the mean of the measurements is no answer for
+    a pose that is reached from the other side, or on a hot day."""
+    here: dict[str, ArrayLike] = {**known.conditions, **given}
+    plain = robot.chain.pose(q, here)
+    absent = [n for n in known.conditions if n not in given]
+    names = [n for n in absent if (robot.chain.pose(q, {**here, n: known.conditions[n] + 1.0}) != plain).any()]
+    if not names:
+        return []
+    return [Remark.of(Code.CONDITIONS_ASSUMED, columns=tuple(names))]
+
+
+def _rows(ids: Sequence[str], found: Predicted, known: Knowledge) -> list[dict[str, Any]]:
+    """One mapping per pose: place and turn, 95 % radii of the model and of a new measurement, covariance of the place."""
+    dof = known.total.dof
+    turn = np.degrees(so3.log(found.pose[:, :3, :3]))
+    shift, spin = known.noise.get("m", 0.0), known.noise.get("rad")
+    band = 1e3 * radius(found.position, dof)
+    new = 1e3 * radius(found.position + shift**2 * np.eye(3), dof)
+    angle = np.degrees(radius(found.turn, dof))
+    angle_new = None if spin is None else np.degrees(radius(found.turn + spin**2 * np.eye(3), dof))
+    out = []
+    for i, name in enumerate(ids):
+        row: dict[str, Any] = {"configuration": name}
+        row |= {f"{a}_mm": float(1e3 * v) for a, v in zip("xyz", found.pose[i, :3, 3], strict=True)}
+        row |= {f"r{a}_deg": float(v) for a, v in zip("xyz", turn[i], strict=True)}
+        row |= {f"sigma_{a}_mm": float(1e3 * np.sqrt(found.position[i, k, k])) for k, a in enumerate("xyz")}
+        row |= {"band_mm": float(band[i]), "band_new_mm": float(new[i]), "turn_band_deg": float(angle[i])}
+        row |= {"turn_band_new_deg": None if angle_new is None else float(angle_new[i])}
+        out.append(row)
+    return out
+
+
+def prediction_text(rows: Sequence[dict[str, Any]]) -> str:
+    names = list(rows[0]) if rows else ["configuration"]
+    cells = (["" if r[n] is None else r[n] if isinstance(r[n], str) else number(r[n]) for n in names] for r in rows)
+    return csv_text([_header(n) for n in names], cells)
+
+
+def _header(name: str) -> str:
+    stem, _, unit = name.rpartition("_")
+    return f"{stem} [{unit}]" if unit in ("mm", "deg") else name

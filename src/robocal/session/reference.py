@@ -1,0 +1,84 @@
+"""What a calibrated robot was before: the nominal model that its controller still has; the same with joint offsets from a
+file, as a controller makes of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from robocal.arms.chain import Chain
+from robocal.arms.zeros import with_offsets
+from robocal.errors import ModelError
+from robocal.files.offsets import OffsetFile, read_offsets
+from robocal.files.result import Result
+from robocal.files.robot import Robot
+from robocal.files.runfolder import find_run
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+from robocal.session.inputs import open_arm
+
+__all__ = ["OffsetRobot", "nominal_chain", "offset_robot", "run_doubts", "run_result"]
+
+
+def run_result(name: str) -> Result | None:
+    """The result of the run folder that a robot was opened from; None for a file or a catalogue name."""
+    run = find_run(name) if Path(name).is_dir() else None
+    return None if run is None else run.result
+
+
+def run_doubts(name: str) -> tuple[Remark, ...]:
+    """What is to be said of a run folder whose model is handed on although its verdict is not `improved`."""
+    known = run_result(name)
+    if known is None or known.verdict.status == "improved":
+        return ()
+    return (Remark.of(Code.RUN_REFUSED if known.verdict.status == "refused" else Code.RUN_NOT_IMPROVED, run=name),)
+
+
+def nominal_chain(name: str, robot: Robot, nominal: str | None, *, base: str | None = None, tip: str | None = None,
+                  what: str = "offsets need a robot to count from", whole: bool = False) -> Chain:  # fmt: skip
+    """The nominal model of a calibrated robot: the one that is named, else what its run started from.
+
+    Raises ModelError when nothing says what it was, or its joints (`whole`: any of its parameters) are others.
+    """
+    known = run_result(name)
+    if nominal is not None:
+        reference = open_arm(nominal, base=base, tip=tip).chain
+    elif known is not None:
+        table = robot.chain.table
+        before = {
+            p.name: robot.units.of(table[p.name].unit).to_si(p.nominal)
+            for p in known.parameters
+            if p.name in table and p.nominal is not None
+        }
+        reference = robot.chain.with_values(before)
+    else:
+        raise ModelError(what, key="--nominal", expected="--nominal ROBOT, or a run folder as ROBOT")
+    other = reference.joint_names != robot.chain.joint_names
+    if other or (whole and reference.table.names != robot.chain.table.names):
+        raise ModelError(
+            "the nominal robot has other joints or parameters",
+            key="--nominal",
+            found=nominal,
+            expected=", ".join(robot.chain.joint_names),
+        )
+    return reference
+
+
+@dataclass(frozen=True)
+class OffsetRobot:
+    """The nominal robot, the same with the offsets of a file, and what a person should know of that file."""
+
+    nominal: Robot
+    robot: Robot
+    file: OffsetFile
+    warnings: tuple[Remark, ...]
+
+
+def offset_robot(name: str, arm: Robot, file: str) -> OffsetRobot:
+    """Puts the offsets of a file on the robot; of a run folder, on the robot that its identification started from. Raises
+    InputError."""
+    nominal = arm if run_result(name) is None else replace(arm, chain=nominal_chain(name, arm, None), left_out=())
+    found = read_offsets(file, nominal.chain)
+    lacks = Remark.of(Code.OFFSETS_MISSING, file=str(found.path), joints=found.missing)
+    moved = replace(nominal, chain=with_offsets(nominal.chain, found.values))
+    return OffsetRobot(nominal, moved, found, (*found.remarks, *((lacks,) if found.missing else ())))

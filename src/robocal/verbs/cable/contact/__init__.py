@@ -1,0 +1,82 @@
+"""`cable contact`: whether a path of one's own can be gone, without a contact and within the tension limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from robocal.report.sections import Section, Text, ends, figure, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "details", "run", "sections"]
+
+FILES = ("legs.csv", "contact.json", "report.html")
+SHOWN = 20  # motions that cannot be gone
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Check a path: straight motions from each pose of a list to the next, for contacts of cables and platform and for tensions.
+
+    Contacts are certain between the poses, not only at them. Exit status 3 where a motion cannot be gone to its end; how far it can is
+    its share, 0 to 1.
+
+    \b
+    robocal cable contact robot.yaml path.csv
+    robocal cable contact robot.yaml list/program.csv --payload 2 -o way
+    robocal cable contact robot.yaml targets.csv --from-first
+    """
+
+    robot: w.CableRobot
+    poses: w.PlatformPoses
+    from_first: bool = opt(False, "Go to every pose from the first one, not from the one before: a list of targets")
+    diameter: w.Diameter = None
+    body: w.PlatformBody = "hull"
+    relief: w.Relief = None
+    payload: w.Payload = 0.0
+    mass: w.PlatformMass = None
+    limits: w.TensionLimits = None
+    output: Path | None = opt(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """The motions of a path; a folder gets FILES. Raises InputError."""
+    from robocal.files.plain import json_text
+    from robocal.files.writing import refuse_existing
+    from robocal.verbs.cable.contact.result import path_of
+
+    refuse_existing(o.output, FILES, o.force)
+    made = path_of(o, command)
+    outcome = Outcome(made, lambda: made.document, made.whole, made.remarks).kept(())
+    told = (part for tell in (sections, details) for part in tell(outcome))
+    return outcome.paged(
+        o.output, told, lambda: {FILES[0]: made.text, FILES[1]: json_text(made.document)}, FILES[2],
+        title=f"{made.file.robot.name}: a path", kind="Cable robot",
+    )  # fmt: skip
+
+
+def details(made: Outcome) -> Iterator[Section]:
+    """Pictures, every motion, how it was worked out."""
+    from robocal.verbs.cable.contact.page import contact_details
+
+    yield from contact_details(made.result)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """How many motions can be gone, and those that cannot."""
+    found = made.result
+    stopped = [row for row, whole in zip(found.rows, found.found.whole, strict=True) if not whole]
+    count = len(found.rows)
+    words = f"   {count - len(stopped)} of {count} motions can be gone to their end"
+    yield Section.of("", Text.of((found.file.robot.name, "strong"), words))
+    if stopped:
+        rows = [(a, b, figure(share, 4), why) for a, b, share, why in stopped[:SHOWN]]
+        more = f"and {len(stopped) - SHOWN} more; --json and -o have all" if len(stopped) > SHOWN else ""
+        yield Section.of(
+            "", table("from", "to", "free share", "ends by", right=(2,), rows=rows), Text.of(more) if more else None
+        )
+    yield from ends(made.remarks, made.written)

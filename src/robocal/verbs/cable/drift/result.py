@@ -1,0 +1,185 @@
+"""What `cable drift` finds: calibrations of one cable robot side by side; what moved, how they scatter, and what they could not see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.calibration.drift import CableChange, Compared, Scattered, compared, scattered
+from robocal.cables.geometry import CableRobot
+from robocal.errors import ModelError
+from robocal.files.text import InputFile
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+from robocal.session.cable.calibrated import Calibrated, calibrated
+from robocal.session.cable.load import framed, robot_inputs
+
+__all__ = ["Drifts", "drifts"]
+
+Array = NDArray[np.float64]
+FEWEST = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Drifts:
+    """Calibrations of one robot; every later one against the first, where both are runs."""
+
+    all: tuple[Calibrated, ...]
+    compared: tuple[tuple[str, Compared], ...]
+    scattered: Scattered
+    zeros_unchanged: bool
+    remarks: tuple[Remark, ...]
+    inputs: tuple[InputFile, ...]
+    command: str
+
+    @property
+    def robot(self) -> CableRobot:
+        """The first of them."""
+        return self.all[0].robot
+
+    @cached_property
+    def reasons(self) -> tuple[Remark, ...]:
+        """What every comparison comes to."""
+        return tuple(
+            r for place, found in self.compared for r in _reasons(self.labels[place], found, self.zeros_unchanged)
+        )
+
+    @cached_property
+    def labels(self) -> dict[str, str]:
+        """Short names for the places: as many of their last parts as it takes to tell them apart."""
+        parts = [Path(c.place).absolute().parts for c in self.all]
+        for n in range(1, max(map(len, parts)) + 1):
+            if len({p[-n:] for p in parts}) == len({*parts}):
+                break
+        return {c.place: str(Path(*p[-n:])) for c, p in zip(self.all, parts, strict=True)}
+
+    @property
+    def trusted(self) -> bool:
+        """Whether anything follows: at least one comparison, and only of runs that improved the robot."""
+        return bool(self.compared) and all(c.doubt is None for c in self.all)
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What --json says: mm, mrad, ppm."""
+        s = self.scattered
+        scatter = {k: 1e3 * getattr(s, k) for k in ("component", "point", "zero", "moved", "scaled", "along", "across")}
+        found = {
+            "runs": [c.place for c in self.all],
+            "scatter_mm": {**scatter, "size_ppm": [1e6 * float(v) for v in s.size]},
+            "compared": [
+                {
+                    "run": place, "moved": list(c.moved), "chance": c.chance,
+                    "doubtful": [x.cable for x in c.cables if x.doubtful],
+                    "size_ppm": [1e6 * c.scale, 1e6 * c.scale_sigma] if np.isfinite(c.scale_sigma) else None,
+                    "base": None if c.base is None else (c.base * 1e3).tolist(),
+                    "cables": {x.cable: _cable(x) for x in c.cables},
+                }
+                for place, c in self.compared
+            ],
+            "reasons": [r.document for r in self.reasons],
+        }  # fmt: skip
+        return framed(self.robot, found, self.remarks, self.inputs, self.command)
+
+
+def _cable(x: CableChange) -> dict[str, Any]:
+    smallest = [1e3 * v if np.isfinite(v) else None for v in x.smallest]
+    return {
+        "shift_mm": (1e3 * x.shift).tolist(), "sigma_mm": (1e3 * x.sigma).tolist(), "along_mm": 1e3 * x.along, "across_mm": 1e3 * x.across,
+        "zero_mm": 1e3 * x.zero, "zero_sigma_mm": 1e3 * x.zero_sigma, "chance": x.chance, "of_all": x.of_all,
+        "smallest_mm": {"along": smallest[0], "across": smallest[1]},
+    }  # fmt: skip
+
+
+def _reasons(place: str, found: Compared, zeros_unchanged: bool) -> list[Remark]:
+    out = [
+        Remark.of(
+            Code.ANCHOR_MOVED, run=place, cable=c.cable, across=Quantity(c.across), along=Quantity(c.along),
+            off=Quantity(1.96 * c.along_sigma), x=Quantity(float(c.shift[0])), y=Quantity(float(c.shift[1])), z=Quantity(float(c.shift[2])),
+        )
+        for c in sorted(found.cables, key=lambda c: c.of_all)
+        if c.moved
+    ]  # fmt: skip
+    if not out:
+        out.append(Remark.of(Code.NOTHING_MOVED, run=place))
+    doubtful = [c for c in found.cables if c.doubtful]
+    if 2 * len(doubtful) > len(found.cables):
+        out.append(Remark.of(Code.ZEROS_CHANGED, run=place, cables=tuple(c.cable for c in doubtful)))
+    else:
+        amounts = ((c, {"zero": Quantity(c.zero), "along": Quantity(c.along)}) for c in doubtful)
+        out += [Remark.of(Code.ANCHOR_OR_ZERO, run=place, cable=c.cable, **both) for c, both in amounts]
+    seen = [c for c in found.cables if np.isfinite(c.smallest[0])]
+    if seen:
+        along, across = (max(c.smallest[i] for c in seen) for i in (0, 1))
+        code = Code.SMALLEST_DRIFT if zeros_unchanged else Code.SMALLEST_DRIFT_FREE
+        out.append(Remark.of(code, along=Quantity(along), across=Quantity(across)))
+    return out
+
+
+def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, command: str = "") -> Drifts:
+    """Compares calibrations of one robot. Raises InputError where they cannot be compared."""
+    if len(places) < FEWEST:
+        raise ModelError(
+            "one calibration has nothing to be compared with", key="RUNS", found=len(places), expected="2 or more"
+        )
+    every = tuple(calibrated(p) for p in places)
+    first = every[0]
+    for other in every[1:]:
+        if other.robot.cables != first.robot.cables or other.robot.degrees != first.robot.degrees:
+            raise ModelError(
+                "these are different robots", key=other.place, found=f"{other.robot.name}: {', '.join(other.robot.cables)}",
+                expected=f"{first.robot.name}: {', '.join(first.robot.cables)}",
+            )  # fmt: skip
+        if np.abs(other.robot.b - first.robot.b).max() > 1e-9 and not any(
+            n.split(".")[1].startswith("b") for n in first.robot.table.free
+        ):
+            raise ModelError(
+                "the platform anchors differ: identify both from the same robot file", key=other.place,
+                expected=f"those of {first.place}",
+            )  # fmt: skip
+    remarks: list[Remark] = []
+    found = []
+    for other in every[1:]:
+        if first.known is None or other.known is None:
+            remarks.append(
+                Remark.of(Code.NOTHING_KNOWN_OF_ERRORS, run=other.place if other.known is None else first.place)
+            )
+            continue
+        if _same(first, other):
+            raise ModelError("this is the same run twice", key=other.place, expected="runs of other measurements")
+        if shared := _shared(first, other):
+            remarks.append(Remark.of(Code.MEASUREMENTS_SHARED, run=other.place, files=shared))
+        # Without an instrument on the base a run knows shape alone, and where its base is follows from where it began.
+        loose = [c.place for c in (first, other) if not c.placed]
+        if loose and not base_moves:
+            remarks.append(Remark.of(Code.BASE_NOT_MEASURED, runs=tuple(loose)))
+        moves = base_moves or bool(loose)
+        made = compared(first.robot, first.known, other.known, zeros_unchanged=zeros_unchanged, base_moves=moves)
+        found.append((other.place, made))
+    remarks += [c.doubt for c in every if c.doubt is not None]
+    anchors, zeros = (np.array([getattr(c.robot, k) for c in every]) for k in ("a", "zeros"))
+    inputs = tuple(i for c in every for i in robot_inputs(c.file, c.place))
+    return Drifts(
+        every, tuple(found), scattered(first.robot, anchors, zeros), zeros_unchanged, tuple(remarks), inputs, command
+    )
+
+
+def _same(one: Calibrated, other: Calibrated) -> bool:
+    """Whether both were made of the same measurements, all of them."""
+    tables = [
+        {i.sha256 for i in c.run.result.provenance.inputs if i.file.lower().endswith(".csv")} if c.run else set()
+        for c in (one, other)
+    ]
+    return bool(tables[0]) and tables[0] == tables[1]
+
+
+def _shared(one: Calibrated, other: Calibrated) -> tuple[str, ...]:
+    """The measurements that both were made of."""
+    assert one.run is not None and other.run is not None
+    known = {i.sha256 for i in one.run.result.provenance.inputs if i.file.lower().endswith(".csv")}
+    return tuple(Path(i.file).name for i in other.run.result.provenance.inputs if i.sha256 in known)

@@ -1,0 +1,93 @@
+"""`cable forward`: poses of the platform from lengths of its cables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from robocal.report.sections import Section, Text
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, arg, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Poses of the platform from lengths of its cables, with how sure they are and whether they are the only ones.
+
+    Of a run folder (ROBOT) the standard deviations hold what its calibration leaves as well.
+
+    Exit status 3 when a pose was not found, is not the only one, or does not fit its lengths.
+
+    \b
+    robocal cable forward robot.yaml lengths.csv --sigma 0.5 -o poses.csv
+    """
+
+    robot: w.CableRobot
+    lengths: str = arg(
+        ...,
+        "LENGTHS",
+        "CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths that nothing stretched.",
+    )
+    sigma: float | None = opt(
+        None, "Standard deviation of a length", metavar="SIGMA", unit="length", above=0, wrong=w.NOISE
+    )
+    starts: int = opt(24, "Further starts that look for other poses", metavar="N", least=0)
+    tension: w.CableTension = None
+    sag: w.Sag = False
+    seed: w.Seed = 0
+    output: w.OutputFile = None
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Poses with their residuals, covariance and number of solutions. Raises InputError."""
+    import numpy as np
+
+    from robocal.cables.calibration.carried import carried
+    from robocal.cables.forward import forward
+    from robocal.errors import ModelError
+    from robocal.files.cable.lists import read_cable_lengths
+    from robocal.files.text import InputFile
+    from robocal.files.writing import refuse_existing
+    from robocal.remarks.code import Code
+    from robocal.remarks.remark import Remark
+    from robocal.session.cable.calibrated import calibrated
+    from robocal.session.cable.load import fitting, framed, located, robot_inputs, stretches, tensions_of
+    from robocal.verbs.cable.forward.result import Poses
+
+    refuse_existing(o.output, (), o.force)
+    made_of = calibrated(o.robot)
+    file = made_of.file
+    rows = read_cable_lengths(o.lengths, file.robot)
+    si, rng = o.si(file.units), np.random.default_rng(o.seed)
+    pull, said = tensions_of(rows, si.tension, file, o.sag)
+    fitting(file, pull, o.sag)
+    if stretches(file.robot) and pull is None and not rows.geometric:
+        said = (*said, Remark.of(Code.LENGTHS_TAKEN_GEOMETRIC, robot=file.robot.name))
+    more = made_of.beyond
+    read = more.lengths(file.robot, rows.values)
+    try:
+        found = forward(file.robot, read, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
+    except ModelError as error:
+        raise located(error, o.lengths, rows) from None
+    if made_of.known is not None:
+        names, spread = made_of.known.names, made_of.known.whole
+        columns = more.columns(rows.values)
+        found = replace(found, covariance=found.covariance + carried(file.robot, found.pose, names, spread, columns))
+        said = (*said, Remark.of(Code.CALIBRATION_CARRIED, run=o.robot))
+    said = (*said, *made_of.remarks)
+    made = Poses(file, rows.names, found, si.sigma)
+    remarks = (*file.warnings, *rows.warnings, *said, *made.doubts)
+    inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.lengths), rows.sha256))
+    text = made.text
+    document = framed(file.robot, made.document, remarks, inputs, command)
+    return Outcome(made, lambda: document, not made.doubts and made_of.doubt is None, remarks, text).put(o.output)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """Where the list is."""
+    yield Section.of("", *(Text.of(str(path)) for path in made.written))

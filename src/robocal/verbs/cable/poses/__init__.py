@@ -1,0 +1,153 @@
+"""`cable poses`: a list of poses that can be reached and left again, the program for it, and the poses worth measuring."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robocal.cables.choice import METHOD
+from robocal.report.sections import Section, Text, ends, figure, quiet, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "details", "run", "sections"]
+
+FILES = ("poses.csv", "program.csv", "chosen.csv", "list.json", "report.html")
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Poses that the platform can reach and leave again: held on all the way, and no cable touches anything.
+
+    \b
+    robocal cable poses robot.yaml -n 500 --choose 20 -o list
+    robocal cable poses robot.yaml --start best --mu 0.8
+    """
+
+    robot: w.CableRobot
+    count: int = opt(200, "Poses to list", name="--poses", short="-n", metavar="N", least=1, most=10_000)
+    margin: float = opt(0.95, "How much of each free way is gone", name="--mu", metavar="MU", above=0, most=1)
+    start: str = opt(
+        "mean",
+        "X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units",
+        metavar="START",
+    )
+    box: str | None = opt(
+        None,
+        "The box Z of random poses, in place of that in which the frame holds the platform",
+        numbers="X0,Y0,Z0,X1,Y1,Z1",
+        unit="length",
+    )
+    scale: float = opt(1.1, "Z, as a multiple of the machine", metavar="S", least=0, most=1000)
+    turn: float | None = opt(None, "Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")
+    diameter: w.Diameter = None
+    body: w.PlatformBody = "hull"
+    relief: w.Relief = None
+    payload: w.Payload = 0.0
+    mass: w.PlatformMass = None
+    limits: w.TensionLimits = None
+    method: w.TensionMethod = METHOD
+    steps: int = opt(10, "Waypoints on each way", metavar="K", least=1, most=1000)
+    wanted: int | None = opt(None, "Choose the N poses that are best for calibration", name="--choose", metavar="N")
+    criterion: str = opt("A", "For --choose: A (least rms), D, I, G, E, O1 to O5", metavar="C")
+    sigma: float | None = opt(
+        None,
+        "For --choose: standard deviation of a length",
+        metavar="SIGMA",
+        unit="length",
+        above=0,
+        wrong=w.NOISE,
+        otherwise="1 mm, converted",
+    )
+    pose_noise: str | None = opt(
+        None,
+        "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
+        numbers="POSITION,ORIENTATION",
+    )
+    encoders_only: bool = opt(False, "For --choose: no instrument measures poses")
+    seed: w.Seed = 0
+    output: Path | None = opt(
+        None, "Write poses.csv, program.csv, list.json and report.html here", short="-o", metavar="DIR"
+    )
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Lists poses and chooses some of them; a folder gets FILES. Raises InputError."""
+    from robocal.files.writing import refuse_existing
+    from robocal.verbs.cable.poses.result import listed, texts
+
+    refuse_existing(o.output, FILES, o.force)
+    out = listed(o, watch or (lambda event: None), command)
+    note = _summary(out) if o.output is None else ""
+    outcome = Outcome(out, lambda: out.document, True, out.warnings, out.text, note).kept(())
+    if watch is not None and o.output is not None:
+        watch({"stage": "report"})
+    told = (part for tell in (sections, details) for part in tell(outcome))
+    title = f"{out.robot.name}: poses that can be reached"
+    return outcome.paged(o.output, told, lambda: texts(out), FILES[4], title=title, kind="Cable robot")
+
+
+def details(made: Outcome) -> Iterator[Section]:
+    """Pictures, every pose, how it was worked out."""
+    from robocal.verbs.cable.poses.page import poses_details
+
+    yield from poses_details(made.result)
+
+
+def _summary(made: Any) -> str:
+    """One line on the whole list."""
+    from robocal.verbs.cable.poses.result import STOPPED_BY
+
+    stopped = ", ".join(f"{STOPPED_BY[name]} {count}" for name, count in made.limits.items() if count)
+    return f"{len(made.names)} poses, {figure(100 * made.listing.reached)} % of the box Z reached; stopped by {stopped}"
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """What stopped the motions, where they start, and what the choice is worth."""
+    from robocal.session.cable.load import ruler_of
+    from robocal.verbs.cable.poses.result import STOPPED_BY
+
+    found = made.result
+    n, robot, (k, l) = len(found.names), found.robot, found.start.nearest
+    head = f"   {n} poses, {figure(100 * found.listing.reached)} % of the box Z reached, mu {found.margin:g}"
+    near: tuple[Text, ...] = ()
+    if k >= 0:
+        gap = f"{robot.cables[k]} and {robot.cables[l]} pass with {ruler_of(found.units).short(found.start.gap)} between them"
+        near = quiet(f"at X_0 {gap}; capacity margin {figure(found.start.margin)} N")
+    yield Section.of("", Text.of((robot.name, "strong"), head), *near)
+    rows = ((STOPPED_BY[name], str(count), figure(100 * count / n, 3)) for name, count in found.limits.items())
+    yield Section.of("", table("stopped by", "motions", "share [%]", right=(1, 2), rows=rows))
+    if found.choice is not None:
+        yield _chosen(found.choice, n)
+    yield from ends(written=made.written)
+
+
+def _seen(noise: Any) -> str:
+    """How the poses are known."""
+    if not noise.measured:
+        return ", no instrument measures poses: what they leave open is held"
+    if not (noise.position or noise.orientation):
+        return ", poses as if measured exactly"
+    return f", poses measured to {figure(1e3 * noise.position)} mm and {figure(57.29577951308232 * noise.orientation)} deg per axis"
+
+
+def _chosen(choice: Any, n: int) -> Section:
+    """What the chosen poses are expected to tell, beside as many at random and all."""
+    from robocal.verbs.cable.poses.result import EXPECTED_OF
+
+    count = len(choice.chosen)
+    rows = (
+        (EXPECTED_OF[what], *(figure(1e3 * choice.expected[who][what]) for who in ("chosen", "random", "all")))
+        for what in choice.expected["chosen"]
+    )
+    columns = ("expected rms [mm]", f"{count} chosen", f"{count} at random", f"all {n}")
+    lines = []
+    if choice.criterion == "A" and choice.limit:
+        more = 100 * ((choice.design.value / choice.limit) ** 0.5 - 1)
+        lines.append(f"no {count} of these poses are better by more than {figure(more, 2)} %")
+    lines.append(f"from lengths with {figure(1e3 * choice.noise.length)} mm of noise{_seen(choice.noise)}")
+    return Section.of("", table(*columns, right=(1, 2, 3), rows=rows), *quiet(*lines))

@@ -1,0 +1,161 @@
+"""report.html of the verb `cable poses`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.boundary import Outline, outline
+from robocal.cables.workspace import Demand
+from robocal.geometry import se3
+from robocal.remarks.remark import spoken
+from robocal.report.cable.lists import reached
+from robocal.report.cable.part import part
+from robocal.report.cable.scene import scene
+from robocal.report.cable.series import tensions
+from robocal.report.numbers import significant
+from robocal.report.sections import Section
+from robocal.session.cable.load import assumed_text, limits_text, ruler_of
+from robocal.verbs.cable.poses.result import Listed
+
+__all__ = ["poses_details"]
+
+Array = NDArray[np.float64]
+MOST = 500  # rows of the table
+
+
+def poses_details(made: Listed) -> list[Section]:
+    """What a page has room for: pictures, every pose, how it was worked out."""
+    robot, listing, n = made.robot, made.listing, len(made.names)
+    shown = np.arange(n) if made.choice is None else np.sort(made.choice.chosen)
+    some = "the list" if made.choice is None else "the choice"
+    caption = f"X_0 and {len(shown)} poses of {some}: margin {significant(made.start.margin)} N at X_0"
+    blocks = [
+        part("What is reached", _summary(made)),
+        *[_picture(made, axes) for axes in _planes(made)],
+        part(
+            "The robot at its start",
+            _start(made),
+            scene(
+                robot,
+                made.start.pose,
+                tension=made.start.tensions.tension[0],
+                poses=listing.poses[shown],
+                caption=caption,
+                ruler=ruler_of(made.units),
+            ),
+        ),
+        part(
+            "What the cables bear",
+            f"Tensions at the poses of {some} ({made.method}); at every waypoint they are within the limits too.",
+            tensions(
+                [made.names[i] for i in shown], made.program.tension[shown, -1], robot.need("limits"), robot.cables
+            ),
+        ),
+    ]
+    if made.choice is not None:
+        blocks.append(part("Poses to measure", _choice(made)))
+    blocks += [part("Pose by pose", _said(made, shown), table=_table(made, shown))]
+    blocks += [part("How it was worked out", _how(made))]
+    return blocks
+
+
+def _summary(made: Listed) -> str:
+    turning = ", turning steadily" if any(axis > 2 for axis in made.robot.axes) else ""
+    return (
+        f"{len(made.names)} poses X_r were drawn at random in the box Z. From X_0 the platform moves straight towards "
+        f"each{turning}, until the tension limits or a contact stop it, and stays at mu = {made.margin:g} of that way. "
+        f"{significant(100 * made.listing.reached)} % of Z is reached so. The way back is the way there."
+    )
+
+
+def _planes(made: Listed) -> list[tuple[int, int]]:
+    moves = [i for i in made.robot.axes if i < 3]
+    return [(moves[0], moves[1])] if len(moves) == 2 else [(0, 1), (0, 2)]
+
+
+def _picture(made: Listed, axes: tuple[int, int]) -> Section:
+    letters = "".join("xyz"[i] for i in axes)
+    robot, turns = made.robot, max(made.robot.axes) > 2
+    text = f"Plane {letters}. " + (
+        "The outline is the workspace."
+        if robot.planar and not turns
+        else "The outline is the workspace in this plane through X_0"
+        + (" at its orientation" if turns else "")
+        + ("." if robot.planar else f"; poses lie before and behind it{' and are turned' if turns else ''}.")
+    )
+    drawn = reached(_outline(made, axes), made.listing, axes, box=made.box, ruler=ruler_of(made.units))
+    return part(f"Wished for and found, {letters}", text, drawn)
+
+
+def _outline(made: Listed, axes: tuple[int, int]) -> Outline:
+    """The section of the workspace through X_0, within the machine and Z."""
+    start = made.start.pose[:3, 3]
+    centre = start + made.box.offset
+    corners = np.vstack([made.robot.a, centre - made.box.translation, centre + made.box.translation, start])
+    sides = np.stack([corners.min(axis=0), corners.max(axis=0)], axis=1)
+    demand = Demand(np.array([made.robot.need("mass")]), rotations=made.start.pose[None, :3, :3])
+    return outline(made.robot, demand, start, sides, axes, count=360)
+
+
+def _start(made: Listed) -> str:
+    (k, l), ruler = made.start.nearest, ruler_of(made.units)
+    text = f"X_0 is at {ruler.point(made.start.pose[:3, 3])}. "
+    if k >= 0:
+        text += (
+            f"The cables nearest to each other there are {made.robot.cables[k]} and {made.robot.cables[l]}, with "
+            f"{ruler.short(made.start.gap)} between them."
+        )
+    return text
+
+
+def _choice(made: Listed) -> str:
+    choice = made.choice
+    assert choice is not None
+    noise, those = choice.noise, ", ".join(made.names[i] for i in choice.chosen)
+    pose = "poses as if measured exactly"
+    if not noise.measured:
+        pose = "poses that no instrument measures"
+    elif noise.position or noise.orientation:
+        turn = significant(float(np.degrees(noise.orientation)))
+        pose = f"poses measured to {significant(1e3 * noise.position)} mm and {turn} deg per axis"
+    return (
+        f"{len(choice.chosen)} poses chosen by criterion {choice.criterion}, the most telling first: {those}. Expected "
+        f"errors after a calibration from {pose}, and lengths with "
+        f"{significant(1e3 * noise.length)} mm. At random: the median of random choices of as many."
+    )
+
+
+def _said(made: Listed, shown: NDArray[np.int64]) -> str:
+    words = f"Positions in {made.units.length.name}, rotation vectors in deg, tensions in N."
+    return words + (f" The first {MOST}; the others are in poses.csv." if len(shown) > MOST else "")
+
+
+def _table(made: Listed, shown: NDArray[np.int64]) -> list[list[str]]:
+    vectors = se3.to_vector(made.program.pose[shown[:MOST], -1])
+    vectors[:, 3:] = np.degrees(vectors[:, 3:])
+    who, ruler = made.listing.contacts.names(made.robot.cables), ruler_of(made.units)
+    head = ["pose", "x", "y", "z", "rx", "ry", "rz", "lambda", "stopped by", "least", "greatest"]
+    rows = []
+    for i, vector in zip(shown[:MOST], vectors, strict=True):
+        limit = made.listing.limit[i]
+        why = who[i] if limit > 1 else ("tension limits" if limit == 1 else "")
+        t = made.program.tension[i, -1]
+        cells = [*(ruler.text(v) for v in vector[:3].tolist()), *(f"{v:.1f}" for v in vector[3:])]
+        rows.append(
+            [made.names[i], *cells, f"{made.listing.fraction[i]:.3f}", why, significant(t.min()), significant(t.max())]
+        )
+    return [head, *rows]
+
+
+def _how(made: Listed) -> str:
+    robot, box = made.robot, made.box
+    ruler = ruler_of(made.units)
+    z = ", ".join(significant(v / ruler.metres) for v in (2 * box.translation).tolist())
+    turns = ", ".join(significant(v) for v in np.degrees(box.rotation).tolist())
+    parts = [
+        f"Z is {z} {ruler.name} along the axes and turns by up to {turns} deg, seed {made.seed}; limits "
+        f"{limits_text(robot.need('limits'))}; {significant(float(robot.need('mass')))} kg; lengths are {made.lengths}.",
+        "Cables are straight rods, and no contact on a way is jumped over. Sag, the frame and the floor are left out.",
+    ]
+    return "\n\n".join([*parts, *assumed_text(robot), *map(spoken, made.warnings)])

@@ -1,0 +1,268 @@
+"""The verb `cable poses`: a list of poses that can be reached and left again, the program for it, and the poses worth
+measuring."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.boundary import statics_along
+from robocal.cables.geometry import EXPECTED, CableRobot
+from robocal.cables.poses import LIMITS, PoseBox, PoseList, reachable_poses
+from robocal.cables.program import Program, kept_to_what_is_held, program
+from robocal.cables.start import Clearance, Start
+from robocal.cables.tension import check_method
+from robocal.cables.workspace import Demand
+from robocal.errors import ModelError
+from robocal.files.cable.cablefile import CableFile
+from robocal.files.cable.program import list_text, program_text
+from robocal.files.cable.robot import read_cable
+from robocal.files.cable.values import CableUnits
+from robocal.files.plain import json_text
+from robocal.files.text import InputFile
+from robocal.planning.cable import Choice, Noise, choose
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark
+from robocal.session.cable.load import framed, held_robot, mass_of, robot_inputs, said_of
+from robocal.session.cable.start import box_of, clearance_of, started
+from robocal.session.watching import Watch, computable
+
+__all__ = ["EXPECTED_OF", "STOPPED_BY", "Listed", "listed", "texts"]
+
+Array = NDArray[np.float64]
+STEPS = 256  # in which a motion is asked whether the platform is held
+MOST = 200_000  # waypoints, which take half a minute and a gigabyte
+UNSTATED = 1e-3  # m, noise of a length that nobody stated
+
+
+def listed(o: Any, tell: Watch, command: str = "") -> Listed:
+    """A list of poses by the options of the verb, and those chosen from it. Raises InputError."""
+    _sane(o.count, o.steps, o.method)
+    _chosen_by(o)
+    file = read_cable(o.robot)
+    si = o.si(file.units)
+    able = replace(held_robot(file, si.limits), mass=mass_of(file, si.payload, si.mass))
+    clearance, warnings = clearance_of(file, able, si.diameter, o.body, si.relief)
+    noise = _noise(file, si.sigma, si.pose_noise, o.encoders_only)
+    tell({"stage": "asking the start"})
+    with computable(o.robot):
+        begin = started(file, able, clearance, o.start)
+        z = box_of(able, begin.pose, o, si)
+        tell({"stage": "moving towards random poses"})
+        listing = _listing(able, begin, z, clearance, o.count, o.margin, o.seed, o.steps)
+        tell({"stage": "distributing tensions"})
+        with said_of({"method": "--method"}):
+            made = program(able, listing, o.steps, o.method)
+        choice = None
+        if o.wanted is not None:
+            rng = np.random.default_rng([o.seed, 1])
+            with said_of({"criterion": "--criterion", "count": "--choose"}):
+                choice = choose(able, listing.poses, o.wanted, noise=noise, criterion=o.criterion, rng=rng, watch=tell)
+    names = tuple(f"p{i + 1:0{len(str(o.count))}d}" for i in range(o.count))
+    doubts = _doubts(listing, noise, o.sigma, o.wanted, file)
+    return Listed(
+        file.units, able, names, begin, z, clearance, listing, made, o.method, o.margin, o.seed, choice,
+        (*file.warnings, *warnings, *doubts), robot_inputs(file, o.robot), command,
+    )  # fmt: skip
+
+
+def _listing(
+    robot: CableRobot,
+    start: Start,
+    box: PoseBox,
+    clearance: Clearance,
+    count: int,
+    margin: float,
+    seed: int,
+    steps: int,
+) -> PoseList:
+    """Poses at the ends of free motions, each held at all of its waypoints too."""
+    demand = Demand(np.array([robot.mass]))
+    listing = reachable_poses(
+        robot.a, robot.b, count, np.random.default_rng(seed), feasible=statics_along(robot, demand, STEPS),
+        start=start.pose, box=box, margin=margin, diameter=clearance.diameter, pulleys=robot.pulleys,
+        body=clearance.body, relief=clearance.relief, axes=robot.axes,
+    )  # fmt: skip
+    return kept_to_what_is_held(robot, demand, listing, steps)
+
+
+def _sane(count: int, steps: int, method: str) -> None:
+    if count * steps > MOST:
+        raise ModelError(
+            "too many waypoints",
+            key="--steps",
+            found=f"{count} poses, {steps} steps",
+            expected=f"at most {MOST} in all",
+        )
+    with said_of({"method": "--method"}):
+        check_method(method)
+
+
+def _chosen_by(o: Any) -> None:
+    """Raises ModelError for what a choice alone asks for, where nothing is chosen."""
+    for name in ("sigma", "pose_noise", "encoders_only", "criterion"):
+        if o.wanted is None and o.departs(name):
+            said = "this is for a choice, and nothing is chosen"
+            key, found = "--" + name.replace("_", "-"), getattr(o, name)
+            raise ModelError(said, key=key, found=found, expected="--choose N beside it")
+
+
+def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool) -> Noise:
+    """Of a length in m, and of a measured pose (2,) in the file's units, or of encoders alone. Raises ModelError."""
+    length = UNSTATED if sigma is None else sigma
+    if alone and pose is not None:
+        raise ModelError("nobody measures poses", key="--pose-noise", found="--encoders-only", expected="one of them")
+    if alone:
+        return Noise(length, measured=False)
+    if pose is None:
+        return Noise(length)
+    if pose.min() < 0:
+        found = ",".join(f"{v:g}" for v in pose)
+        raise ModelError("a noise is a standard deviation", key="--pose-noise", found=found, expected="0 or more")
+    return Noise(length, file.units.length.to_si(float(pose[0])), file.units.angle.to_si(float(pose[1])))
+
+
+def _doubts(
+    listing: PoseList, noise: Noise, sigma: float | None, wanted: int | None, file: CableFile
+) -> tuple[Remark, ...]:
+    out = []
+    open_ = int((~listing.contacts.resolved).sum())
+    if open_:
+        out.append(Remark.of(Code.MOTIONS_OPEN, count=open_))
+    if wanted is not None and sigma is None:
+        out.append(Remark.of(Code.LENGTH_NOISE_ASSUMED))
+    if wanted is not None and noise.measured and not (noise.position or noise.orientation):
+        out.append(Remark.of(Code.POSES_TAKEN_EXACT))
+    if wanted is not None and noise.length > EXPECTED:
+        unit = file.units.length.name
+        out.append(Remark.of(Code.NOISE_TEACHES_NOTHING, sigma=sigma, unit=unit, expected=Quantity(EXPECTED)))
+    return tuple(out)
+
+
+def texts(made: Listed) -> dict[str, str | bytes]:
+    """The list, the program (of the chosen poses where some were chosen), and the document."""
+    units, choice = made.units, made.choice
+    order = np.arange(len(made.names)) if choice is None else choice.chosen
+    out: dict[str, str | bytes] = {
+        "poses.csv": made.text,
+        "program.csv": program_text(made.robot, made.names, made.program, order, units),
+        "list.json": json_text(made.document),
+    }
+    if choice is not None:
+        out["chosen.csv"] = list_text(made.robot, made.names, made.listing, made.program, units, only=order)
+    return out
+
+
+# LIMITS, and the groups of `Choice.expected`, in words.
+STOPPED_BY: Mapping[str, str] = MappingProxyType(
+    {
+        "box": "nothing: X_r was reached",
+        "statics": "the tension limits",
+        "cable-cable": "two cables that would touch",
+        "cable-platform": "a cable that would touch the platform",
+        "cable-pulley": "an anchor that would reach its pulley",
+    }
+)
+EXPECTED_OF: Mapping[str, str] = MappingProxyType(
+    {"a": "frame anchors a", "b": "platform anchors b", "l0": "zeros of lengths", "position": "platform's position"}
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Listed:
+    """A list of poses with its start, the box Z, waypoints, what was chosen from it, and what was written."""
+
+    units: CableUnits
+    robot: CableRobot  # with the mass and limits that were asked for
+    names: tuple[str, ...]
+    start: Start
+    box: PoseBox
+    clearance: Clearance
+    listing: PoseList
+    program: Program
+    method: str
+    margin: float
+    seed: int
+    choice: Choice | None
+    warnings: tuple[Remark, ...]
+    inputs: tuple[InputFile, ...]
+    command: str = ""
+
+    @property
+    def text(self) -> str:
+        """poses.csv."""
+        choice = self.choice
+        rank = None if choice is None else {int(i): k + 1 for k, i in enumerate(choice.chosen)}
+        return list_text(self.robot, self.names, self.listing, self.program, self.units, rank=rank)
+
+    @property
+    def limits(self) -> dict[str, int]:
+        """How many motions each of LIMITS stopped; `box`: none of them did. Who has no pulleys meets none."""
+        there = LIMITS if self.robot.pulleys is not None else LIMITS[:-1]
+        return {name: int((self.listing.limit == i).sum()) for i, name in enumerate(there)}
+
+    @property
+    def lengths(self) -> str:
+        """Which lengths the list holds."""
+        return "stretched by the tensions" if self.program.stretched else "geometric"
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What list.json holds."""
+        made, listing, (k, l) = self.program, self.listing, self.start.nearest
+        who = listing.contacts.names(self.robot.cables)
+        found = {
+            "start": {
+                "T_base_platform": self.start.pose,
+                "tension_N": self.start.tensions.tension[0],
+                "margin_N": self.start.margin,
+                "nearest": None if k < 0 else [self.robot.cables[k], self.robot.cables[l]],
+                "gap_m": self.start.gap,
+            },
+            "box": {"half_m": self.box.translation, "half_rad": self.box.rotation, "offset_m": self.box.offset},
+            "mu": self.margin,
+            "seed": self.seed,
+            "method": self.method,
+            "mass_kg": self.robot.mass,
+            "limits_N": self.robot.limits,
+            "diameter_m": self.clearance.diameter,
+            "reached": listing.reached,
+            "stopped_by": self.limits,
+            "lengths": self.lengths,
+            "steps": len(made.shares) - 1,
+            "poses": [
+                {
+                    "name": name,
+                    "T_base_platform": made.pose[i, -1],
+                    "lengths_m": made.lengths[i, -1],
+                    "tension_N": made.tension[i, -1],
+                    "lambda": listing.fraction[i],
+                    "limit": LIMITS[listing.limit[i]],
+                    "contact": who[i] if listing.limit[i] > 1 else None,
+                }
+                for i, name in enumerate(self.names)
+            ],
+            "choice": self._chosen(),
+        }
+        return framed(self.robot, found, warnings=self.warnings, inputs=self.inputs, command=self.command)
+
+    def _chosen(self) -> dict[str, Any] | None:
+        choice = self.choice
+        if choice is None:
+            return None
+        return {
+            "criterion": choice.criterion,
+            "poses": [self.names[i] for i in choice.chosen],
+            "value": choice.design.value,
+            "limit": choice.limit,
+            "parameters": list(choice.parameters),
+            "sigma_m": choice.noise.length,
+            "sigma_position_m": choice.noise.position,
+            "sigma_orientation_rad": choice.noise.orientation,
+            "expected_rms_m": choice.expected,
+        }

@@ -1,0 +1,80 @@
+"""`cable require`: how good a calibration will be, and which sensors and how many poses it needs to be as good as it must."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from robocal.report.sections import Section
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "details", "run", "sections"]
+
+FILES = ("require.json", "contours.csv", "report.html")
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """How good a calibration of frame anchors and zeros will be, before anything is measured; with --accuracy, which sensors and how
+    many poses it needs.
+
+    Exit status 3 when the accuracy is not reached with these noises and poses.
+
+    \b
+    robocal cable require robot.yaml poses.csv --sigma 3mm --sigma-position 2mm --sigma-orientation 1deg
+    robocal cable require robot.yaml poses.csv --sigma 1mm --sigma-position 1mm --accuracy 5mm -o needed
+    """
+
+    robot: w.CableRobot
+    poses: w.PlatformPoses
+    sigma: str = opt("1mm", "Standard deviation of a length", metavar="SIGMA")
+    sigma_position: str | None = opt(
+        None, "The same of a component of the measured position", metavar="SIGMA", otherwise="known exactly"
+    )
+    sigma_orientation: str | None = opt(
+        None, "The same of a component of the measured rotation vector", metavar="SIGMA", otherwise="known exactly"
+    )
+    accuracy: str | None = opt(None, "The error that is wanted, root mean square", metavar="ERROR")
+    of: str = opt(
+        "anchors", "Of what: components of frame anchors, zeros, or afterwards the platform's position or orientation", metavar="WHAT",
+        choices=("anchors", "zeros", "position", "orientation"),
+    )  # fmt: skip
+    estimator: str = opt(
+        "maximum-likelihood", "Maximum likelihood with free poses, as identify does it, or every cable by itself", metavar="NAME",
+        choices=("maximum-likelihood", "per-cable"),
+    )  # fmt: skip
+    output: Path | None = opt(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Expected errors, and what an accuracy needs. Raises InputError."""
+    from robocal.files.plain import json_text
+    from robocal.files.writing import refuse_existing
+    from robocal.verbs.cable.require.result import required
+
+    refuse_existing(o.output, FILES, o.force)
+    made = required(o, command)
+    outcome = Outcome(made, lambda: made.document, made.enough, made.remarks).kept(())
+    told = (part for tell in (sections, details) for part in tell(outcome))
+    return outcome.paged(
+        o.output, told, lambda: {FILES[0]: json_text(made.document), FILES[1]: made.text}, FILES[2],
+        title=f"{made.robot.name}: what a calibration needs", kind="Cable robot",
+    )  # fmt: skip
+
+
+def details(made: Outcome) -> Iterator[Section]:
+    """Every cable's numbers, lines of equal error, how it was worked out."""
+    from robocal.verbs.cable.require.page import require_details
+
+    yield from require_details(made.result)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """The errors to be expected, and what is needed."""
+    from robocal.verbs.cable.require.page import require_summary
+
+    yield from require_summary(made.result, made.written)

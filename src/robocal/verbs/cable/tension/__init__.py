@@ -1,0 +1,87 @@
+"""`cable tension`: tensions that hold the platform at given poses, or the wrench that is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from robocal.cables.choice import METHOD, POWER
+from robocal.report.sections import Section, Text, Written, figure, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "details", "run", "sections"]
+
+FILES = ("tensions.csv", "tension.json", "report.html")
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Tensions that hold the platform at poses, their margins, and the wrench that is missing where none do.
+
+    Exit status 3 when a pose is not held. The list that it writes goes into cable inverse and cable forward as it is.
+
+    \b
+    robocal cable tension robot.yaml poses.csv -o held
+    robocal cable tension robot.yaml poses.csv --method barycentre --payload 5
+    """
+
+    robot: w.CableRobot
+    poses: w.PlatformPoses
+    method: w.TensionMethod = METHOD
+    power: float | None = opt(None, "Of --method p-norm, from 2 on", metavar="P", otherwise=f"{POWER:g}")
+    mass: w.PlatformMass = None
+    payload: w.Payload = 0.0
+    wrench: str | None = opt(
+        None,
+        "Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm",
+        metavar="FX,FY,FZ,MX,MY,MZ",
+    )
+    limits: w.TensionLimits = None
+    length: w.MomentLength = None
+    output: Path | None = opt(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", short="-o", metavar="DIR")
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Tensions with what they hold, margins and missing wrenches; a folder gets FILES. Raises InputError."""
+    from robocal.files.plain import json_text
+    from robocal.files.writing import refuse_existing
+    from robocal.verbs.cable.tension.result import held
+
+    refuse_existing(o.output, FILES, o.force)
+    made = held(o, POWER if o.power is None else o.power, command)
+    outcome = Outcome(made, lambda: made.document, not made.doubts, (*made.warnings, *made.doubts), made.text).kept(())
+    told = (part for tell in (sections, details) for part in tell(outcome))
+    return outcome.paged(
+        o.output, told, lambda: {FILES[0]: made.text, FILES[1]: json_text(made.document)}, FILES[2],
+        title=f"{made.robot.name}: tensions", kind="Cable robot",
+    )  # fmt: skip
+
+
+def details(made: Outcome) -> Iterator[Section]:
+    """Pictures, every pose, how it was worked out."""
+    from robocal.verbs.cable.tension.page import tension_details
+
+    yield from tension_details(made.result)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """How many poses are held, what each cable bears, and the pose with the least to spare."""
+    found = made.result
+    spread, names = found.spread, found.names
+    head = f"   {int(spread.feasible.sum())} of {len(names)} poses are held, method {spread.method}, {figure(found.mass)} kg"
+    yield Section.of("", Text.of((found.robot.name, "strong"), head))
+    if borne := found.borne:
+        rows = (
+            (cable, *(figure(float(v)) for v in of), f"{low:g} to {high:g}")
+            for cable, (low, high), *of in zip(found.robot.cables, spread.limits, *borne.values(), strict=True)
+        )
+        columns = ("tension [N]", *borne, "limits")
+        yield Section.of("", table(*columns, right=(1, 2, 3, 4), rows=rows))
+    if names:
+        worst = int(found.margin.argmin())
+        least = f"the least margin is {figure(float(found.margin[worst]))} N, at {names[worst]}"
+        yield Section.of("", Text.of(least), Written(made.written))

@@ -1,0 +1,190 @@
+"""`cable workspace`: where a cable robot can hold everything that is demanded, by a grid and by rays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robocal.report.sections import Section, Text, ends, figure, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "details", "run", "sections"]
+
+FILES = ("workspace.json", "workspace.csv", "outlines.csv", "report.html")
+MESHES = ("surface.ply", "surface.stl")  # of a spatial robot
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Where the platform can be held: volume by a grid and by rays to the exact boundary, margins, dexterity, sections, a mesh.
+
+    Exit status 3 when it can be held nowhere.
+
+    \b
+    robocal cable workspace robot.yaml -o held
+    robocal cable workspace robot.yaml --payload 0,20 --tilt 10 --acceleration 2
+    """
+
+    robot: w.CableRobot
+    orientation: tuple[str, ...] = opt(
+        (),
+        "A rotation vector; repeat for several, all of which are to be held",
+        numbers="RX,RY,RZ",
+        unit="angle",
+        otherwise="upright",
+    )
+    tilt: float | None = opt(
+        None, "Hold tilts too: half the angle and all of it, about 8 horizontal axes", metavar="ANGLE", unit="angle"
+    )
+    payload: str | None = opt(
+        None, "More mass at the centre of mass, one number or a range: say 0,20", metavar="LO,HI", unit="mass"
+    )
+    mass: str | None = opt(
+        None, "Of the platform, one number or a range, instead of the file's", metavar="LO,HI", unit="mass"
+    )
+    wrench: tuple[str, ...] = opt(
+        (),
+        "Acts beside the weight at the platform's origin, base axes: the robot file's unit of force, and Nm; repeat for "
+        "several, all of which are to be held, with 0,0,0,0,0,0 for none",
+        metavar="FX,FY,FZ,MX,MY,MZ",
+    )
+    acceleration: float = opt(0.0, "Of the centre of mass, in any direction", metavar="A", unit="m/s2", least=0)
+    reserve: float = opt(0.0, "A disturbance in any direction that is held on top", metavar="F", unit="force", least=0)
+    closure: bool = opt(False, "Any wrench, by tensions of any size (wrench closure): no mass, no limits, no weight")
+    limits: w.TensionLimits = None
+    length: w.MomentLength = None
+    box: str | None = opt(
+        None, "Where to look", numbers="X0,Y0,Z0,X1,Y1,Z1", unit="length", otherwise="what the frame can reach"
+    )
+    cells: int = opt(41, "Of the grid, along each axis", metavar="N", least=2, most=300)
+    rays: int = opt(4000, "To the exact boundary", metavar="N", least=20, most=200_000)
+    start: str | None = opt(
+        None,
+        "Where rays start",
+        numbers="X,Y,Z",
+        unit="length",
+        otherwise="the mean of the frame anchors, or the middle of what is held",
+    )
+    output: Path | None = opt(
+        None, f"Write {', '.join((*FILES[:-1], *MESHES))} and {FILES[-1]} here", short="-o", metavar="DIR"
+    )
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """The workspace for what is demanded; a folder gets FILES, and MESHES of a spatial robot. Raises InputError."""
+    from robocal.files.writing import refuse_existing
+    from robocal.verbs.cable.workspace.compute import workspace
+    from robocal.verbs.cable.workspace.result import texts
+
+    refuse_existing(o.output, (*FILES, *MESHES), o.force)
+    result = workspace(o, command, watch)
+    said = (*result.warnings, *result.doubts)
+    outcome = Outcome(result, lambda: result.document, not result.doubts, said).kept(())
+    if watch is not None and o.output is not None:
+        watch({"stage": "write"})
+    told = (part for tell in (sections, details) for part in tell(outcome))
+    title = f"{result.robot.name}: workspace"
+    return outcome.paged(o.output, told, lambda: texts(result), FILES[3], title=title, kind="Cable robot")
+
+
+def details(made: Outcome) -> Iterator[Section]:
+    """The robot, sections with margins, what was demanded, how it was worked out."""
+    from robocal.verbs.cable.workspace.page import workspace_details
+
+    yield from workspace_details(made.result)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """How large it is by either way, where, and what is to spare there, in the robot file's units."""
+    result, found = made.result, made.document()
+    length, force = result.units.length, result.units.force
+    grid, rays, home = found["grid"], found["rays"], found["home"]
+    what, unit = ("volume_m3", "m3") if "volume_m3" in grid else ("area_m2", "m2")
+
+    def at(point: Sequence[float]) -> str:
+        return ", ".join(f"{round(length.from_si(float(v)), 9) + 0.0:.4g}" for v in point)
+
+    def span(sides: Any) -> str:
+        return "   ".join(f"{a} {at([low])} to {at([high])}" for a, (low, high) in zip("xyz", sides, strict=True))
+
+    yield Section.of("", Text.of((result.robot.name, "strong"), f"   {_demanded(found['demand'])}"))
+    counts = " x ".join(str(n) for n in grid["cells"] if n > 1)
+    rows = [("grid", figure(grid[what]), f"{counts} cells, {100 * grid['share_of_box']:.1f} % of the box")]
+    if rays is not None:
+        start = f"{rays['count']} rays from {at(rays['start_m'])} {length.name} ({rays['start']})"
+        if rays["difference"] is not None:
+            start += f", {100 * rays['difference']:+.2f} %"
+        rows.append(("rays", figure(rays[what]), start))
+    yield Section.of("", table(what.split("_")[0], unit, "", right=(1,), rows=rows))
+    lines = [f"box: {span(result.box)} {length.name}  ({result.how})"]
+    if found["extent_m"] is not None:
+        cut = f"; cut off by the box at {', '.join(found['reaches_box'])}" if found["reaches_box"] else ""
+        lines += [
+            f"held: {span(found['extent_m'])} {length.name}, centre {at(found['centre_m'])}{cut}",
+            *_spares(found, force),
+            *_even(found, length, max(result.robot.axes) > 2),
+            f"{_best(found['best'], force)} at {at(found['best']['position_m'])} {length.name}",
+        ]
+    held = "held" if home["held"] else "not held"
+    lines.append(f"X_0, the mean of the frame anchors, {at(home['position_m'])} {length.name}: {held}")
+    yield Section.of("", *map(Text.of, lines))
+    yield from ends(made.remarks, made.written)
+
+
+def _spares(found: dict[str, Any], force: Any) -> Iterator[str]:
+    """Margins and possible accelerations of the held cells."""
+    for key, title, unit in (("margin_N", "margin", force), ("acceleration_m_s2", "possible acceleration", None)):
+        if found[key] is not None and found[key]["greatest"] < float("inf"):
+            spread = [
+                found[key][k] if unit is None else unit.from_si(found[key][k]) for k in ("least", "median", "greatest")
+            ]
+            least, median, greatest = (figure(float(v), 3) for v in spread)
+            yield f"{title}: {least} to {greatest} {'m/s2' if unit is None else unit.name}, median {median}"
+
+
+def _even(found: dict[str, Any], length: Any, turns: bool) -> Iterator[str]:
+    """Tension factors and condition numbers of the held cells."""
+    factor, condition = found["tension_factor"], found["condition"]
+    if found["closed_share"] > 0:
+        spread = (
+            f"{figure(factor['least'], 3)} to {figure(factor['greatest'], 3)}, median {figure(factor['median'], 3)}"
+        )
+        some = (
+            ""
+            if found["closed_share"] == 1
+            else f"; {100 * found['closed_share']:.3g} % of the held cells are wrench-closed"
+        )
+        yield f"tension factor: {spread}{some}"
+    else:
+        yield "tension factor: 0, no held cell is wrench-closed: weight keeps the cables taut"
+    if condition["least"] < float("inf"):
+        most = figure(condition["greatest"], 3) if condition["greatest"] < float("inf") else "infinite"
+        over = f" (moments over {length.from_si(found['demand']['length_m']):.4g} {length.name})" if turns else ""
+        yield f"condition number: {figure(condition['least'], 3)} to {most}, median {figure(condition['median'], 3)}{over}"
+
+
+def _best(best: dict[str, Any], force: Any) -> str:
+    if best["margin_N"] is None:
+        return f"greatest tension factor: {figure(best['tension_factor'], 3)}"
+    return f"greatest margin: {figure(force.from_si(best['margin_N']))} {force.name}"
+
+
+def _demanded(demand: dict[str, Any]) -> str:
+    if demand["closure"]:
+        turns = len(demand["orientations_rad"])
+        return f"any wrench (closure), {'one orientation' if turns == 1 else f'{turns} orientations'}"
+    masses = " and ".join(f"{m:.4g}" for m in demand["masses_kg"]) + " kg"
+    turns, many = len(demand["orientations_rad"]), len(demand["wrenches"])
+    words = [masses, "one orientation" if turns == 1 else f"{turns} orientations"]
+    if many > 1 or any(map(any, demand["wrenches"])):
+        words.append(f"{many} wrench{'es' if many > 1 else ''}")
+    if demand["acceleration_m_s2"] > 0:
+        words.append(f"{demand['acceleration_m_s2']:.3g} m/s2")
+    if demand["reserve_N"] > 0:
+        words.append(f"{demand['reserve_N']:.3g} N in reserve")
+    return ", ".join(words)

@@ -1,0 +1,204 @@
+"""What `cable workspace` is made of: the box, the grid, the start and length of rays, the boundary, remarks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.boundary import Outline, Surface, outline, surface
+from robocal.cables.closure import Dexterity
+from robocal.cables.geometry import CableRobot
+from robocal.cables.room import Regions, frame_box, regions, seen_from
+from robocal.cables.workspace import Demand, Grid, accelerations, as_box, dexterities, grid, holds
+from robocal.errors import ModelError
+from robocal.files.cable.cablefile import CableFile
+from robocal.files.cable.robot import read_cable
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+from robocal.session.cable.load import held_robot, robot_inputs, spanned_robot, unbalanced
+from robocal.session.watching import Watch
+from robocal.verbs.cable.workspace.demand import demand_of
+from robocal.verbs.cable.workspace.result import PLANES, RayStart, Workspace
+
+__all__ = ["workspace"]
+
+Array = NDArray[np.float64]
+SECTION = 720  # rays of a section, at most
+
+
+STEPS, MOST_STEPS = 64, 4096  # of a ray
+NEAR = 0.02  # by how much volumes may differ without a remark
+SEEN = 0.99  # the share of the held cells that the start has to see without one
+
+
+def workspace(o: Any, command: str = "", watch: Watch | None = None) -> Workspace:
+    """The workspace for what is demanded, by the options of the verb. Raises InputError."""
+    file = read_cable(o.robot)
+    si = o.si(file.units)
+    demand = demand_of(file, o, si)
+    able = spanned_robot(file, 1) if demand.closure else held_robot(file, si.limits)
+    sides, how = frame_box(able, demand.rotations) if o.box is None else (_box(o.box, si.box, able), "--box")
+    counts = tuple(o.cells if high > low else 1 for low, high in sides)
+    near = sides if o.box is not None else _close(able, demand, sides, counts, watch)
+    made, room, even = _filled(able, demand, near, counts, watch)
+    parts = regions(made) if made.inside.any() else None
+    begin = _started(able, demand, made, parts, sides, o.start, si.start, file)
+    edge, cuts = _boundary(able, demand, begin, sides, o.rays, _steps(made, sides), watch)
+    remarks = () if parts is None or begin is None else _remarks(made, parts, begin, edge)
+    return Workspace(
+        able, demand, file.units, sides, how, made, room, even, parts, begin, edge, cuts, o.rays,
+        bool(holds(able, demand, able.home[None, :3, 3])[0]), (*file.warnings, *unbalanced(able, demand.extra), *remarks),
+        _doubts(able, demand, made, begin, file), robot_inputs(file, o.robot), command,
+    )  # fmt: skip
+
+
+def _box(text: str, ends: Array, robot: CableRobot) -> Array:
+    """--box X0,Y0,Z0,X1,Y1,Z1 in m as rows (lower, upper), (3, 2) m. Raises ModelError when it is inverted, or a planar robot's
+    is not flat."""
+    sides = ends.reshape(2, 3).T
+    flat = np.array([i not in robot.axes for i in range(3)])
+    if (sides[~flat, 0] >= sides[~flat, 1]).any() or (sides[flat, 0] != sides[flat, 1]).any():
+        lies = "".join(f", {'XYZ'[i]}0 = {'XYZ'[i]}1 for this planar robot" for i in np.flatnonzero(flat))
+        expected = "X0 < X1, Y0 < Y1, Z0 < Z1" if not flat.any() else f"lower before upper{lies}"
+        raise ModelError("an empty or inverted box", key="--box", found=text, expected=expected)
+    return as_box(sides)
+
+
+def _close(robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None) -> Array:
+    """The part of a box in which a first look finds anything held, one cell wider, so that the grid is not spent on the rest."""
+    if watch is not None:
+        watch({"stage": "looking where anything can be held"})
+    first = grid(robot, demand, sides, (counts[0], counts[1], counts[2]))
+    if not first.inside.any():
+        return sides
+    near, cell = regions(first).extent, first.cell[:, None]
+    return np.clip(near + cell * [-1.0, 1.0], sides[:, :1], sides[:, 1:])
+
+
+def _filled(
+    robot: CableRobot, demand: Demand, sides: Array, counts: tuple[int, ...], watch: Watch | None
+) -> tuple[Grid, Array, Dexterity]:
+    """The grid with margins, the accelerations that are possible in its held cells (NaN for closure), and their dexterity, slab by
+    slab along x, so that somebody may watch, and stop it."""
+    edges = np.linspace(sides[0, 0], sides[0, 1], counts[0] + 1)
+    slabs, rooms, factors, conditions = [], [], [], []
+    for i in range(counts[0]):
+        if watch is not None:
+            watch({"stage": "filling the grid", "done": i, "total": counts[0]})
+        slab = grid(robot, demand, np.stack([edges[i : i + 2], sides[1], sides[2]]), (1, counts[1], counts[2]), True)
+        room, factor, condition = (np.full(slab.inside.shape, np.nan) for _ in range(3))
+        points = np.stack(np.meshgrid(*slab.axes, indexing="ij"), axis=-1)[slab.inside]
+        even = dexterities(robot, demand, points)
+        factor[slab.inside], condition[slab.inside] = even.tension_factor, even.condition
+        if not demand.closure:
+            room[slab.inside] = accelerations(robot, demand, points)
+        slabs.append(slab)
+        rooms.append(room)
+        factors.append(factor)
+        conditions.append(condition)
+    x = np.concatenate([slab.axes[0] for slab in slabs])
+    inside = np.concatenate([slab.inside for slab in slabs])
+    margin = np.concatenate([slab.margin for slab in slabs if slab.margin is not None])
+    cell = (sides[:, 1] - sides[:, 0]) / np.array(counts)
+    whole = Grid((x, slabs[0].axes[1], slabs[0].axes[2]), cell, inside, margin)
+    even = Dexterity(np.concatenate(factors), np.concatenate(conditions), demand.length)
+    return whole, np.concatenate(rooms), even
+
+
+def _started(
+    robot: CableRobot,
+    demand: Demand,
+    made: Grid,
+    found: Regions | None,
+    sides: Array,
+    text: str | None,
+    at: Array | None,
+    file: CableFile,
+) -> RayStart | None:
+    """Where rays start: as told, else X_0 if it is held, else in the middle of the greatest part; None if nothing is held."""
+    if at is not None:
+        if ((at < sides[:, 0]) | (at > sides[:, 1])).any():
+            expected = (
+                f"x, y and z of {np.round(file.units.length.from_si(sides), 4).tolist()} {file.units.length.name}"
+            )
+            raise ModelError("the start lies outside the box", key="--start", found=text, expected=expected)
+        if not holds(robot, demand, at[None])[0]:
+            raise ModelError(
+                "the start cannot be held", key="--start", found=text, expected="a position inside the workspace"
+            )
+        return RayStart(at, "--start", seen_from(made, at))
+    home, why = robot.home[:3, 3], "X_0 is not held"
+    if ((home < sides[:, 0]) | (home > sides[:, 1])).any():
+        why = "X_0 lies outside the box"
+    elif holds(robot, demand, home[None])[0]:
+        return RayStart(home, "X_0", seen_from(made, home))
+    if found is None:
+        return None
+    heart = np.array([made.axes[i][k] for i, k in enumerate(found.heart)])
+    return RayStart(heart, f"the middle of the greatest part, since {why}", seen_from(made, heart))
+
+
+def _steps(made: Grid, sides: Array) -> int:
+    """Steps of a ray: 64 across what the grid fills, where that is a small part of the box."""
+    filled = np.array([x[-1] - x[0] for x in made.axes]) + made.cell
+    wide = sides[:, 1] - sides[:, 0]
+    return int(min(np.ceil(STEPS * (wide[wide > 0] / filled[wide > 0]).max()), MOST_STEPS))
+
+
+def _boundary(
+    robot: CableRobot, demand: Demand, start: RayStart | None, sides: Array, rays: int, steps: int, watch: Watch | None
+) -> tuple[Surface | Outline | None, dict[str, Outline]]:
+    """The boundary seen from the start, and its sections by the names of their planes."""
+    if start is None:
+        return None, {}
+    planes = {n: ax for n, ax in PLANES.items() if set(ax) <= set(robot.axes)}
+    if watch is not None:
+        watch({"stage": "following rays to the boundary"})
+    cuts = {n: outline(robot, demand, start.at, sides, ax, min(rays, SECTION), steps) for n, ax in planes.items()}
+    if len(planes) == 1:
+        (ax,) = planes.values()
+        return outline(robot, demand, start.at, sides, ax, rays, steps), cuts
+    return surface(robot, demand, start.at, sides, rays, steps), cuts
+
+
+def _remarks(made: Grid, found: Regions, start: RayStart, edge: Surface | Outline | None) -> tuple[Remark, ...]:
+    """What the grid knows and the rays do not: other parts, holes, what the start does not see; and when the two disagree."""
+    flat = isinstance(edge, Outline)
+    unit, size = ("m2", edge.area) if isinstance(edge, Outline) else ("m3", edge.volume if edge else 0.0)
+    one = made.volume / made.inside.sum()
+    out = []
+    if (len(found.parts) > 1) and sum(found.parts[1:]) > 0.01 * sum(found.parts):
+        shown = tuple(f"{n * one:.3g}" for n in found.parts[:5])
+        out.append(Remark.of(Code.PARTS_APART, count=len(found.parts), sizes=shown, unit=unit))
+    if found.holes:
+        out.append(Remark.of(Code.HOLES, count=len(found.holes), size=float(sum(found.holes) * one), unit=unit))
+    if start.seen < SEEN:
+        edge_ = "outline" if flat else "surface"
+        out.append(Remark.of(Code.START_SEES_PART, share=100 * (1 - start.seen), edge=edge_))
+    if abs(size / made.volume - 1) > NEAR:
+        # What the start does not see, no finer grid brings back.
+        seen = None if start.seen < SEEN else start.seen
+        out.append(Remark.of(Code.RAYS_DIFFER, percent=100 * (size / made.volume - 1), seen=seen))
+    return tuple(out)
+
+
+def _doubts(
+    robot: CableRobot, demand: Demand, made: Grid, start: RayStart | None, file: CableFile
+) -> tuple[Remark, ...]:
+    """Why the result must not be trusted: no cell is held, and which comes closest; or nothing but singular poses are."""
+    if made.margin is None:
+        return ()
+    if demand.closure:
+        none = Code.NOTHING_CLOSED if start is None else Code.ONLY_START_CLOSED
+        return () if made.inside.any() else (Remark.of(none),)
+    if made.inside.any():
+        if made.margin[made.inside].max() > 1e-9 * float(robot.need("limits").max()):
+            return ()
+        return (Remark.of(Code.ONLY_SINGULAR),)
+    k = np.unravel_index(int(np.argmax(made.margin)), made.margin.shape)
+    at = ", ".join(f"{file.units.length.from_si(float(made.axes[i][k[i]])):.4g}" for i in range(3))
+    lack, force = file.units.force.from_si(-float(made.margin[k])), file.units.force.name
+    code = Code.NOTHING_HELD if start is None else Code.ONLY_START_HELD
+    return (Remark.of(code, at=at, length=file.units.length.name, lack=lack, force=force),)

@@ -1,0 +1,131 @@
+"""The page of a workspace: the robot at the start of the rays, the boundary, sections with margins, numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.boundary import Outline, Surface
+from robocal.cables.geometry import CableRobot
+from robocal.cables.statics import gravity_wrench, structure_of
+from robocal.cables.tension import distribute
+from robocal.cables.workspace import Demand, Grid, grid
+from robocal.geometry import se3, so3
+from robocal.report.cable.part import part
+from robocal.report.cable.ruler import Ruler
+from robocal.report.cable.scene import scene
+from robocal.report.cable.sections import section
+from robocal.report.numbers import significant
+from robocal.report.sections import Section
+from robocal.session.cable.load import assumed_text, limits_text, ruler_of
+from robocal.verbs.cable.workspace.result import Workspace
+
+__all__ = ["workspace_details"]
+
+Array = NDArray[np.float64]
+MOST = 20  # orientations that are listed
+
+
+def workspace_details(made: Workspace) -> list[Section]:
+    """What a page has room for: the robot, sections with margins, what was demanded, how it was worked out."""
+    robot, demand, ruler = made.robot, made.demand, ruler_of(made.units)
+    blocks = [part("What belongs to it", _found(made))]
+    if made.boundary is not None:
+        blocks.append(_picture(robot, demand, made.boundary, ruler))
+    for name, line in made.sections.items():
+        axes = ("xyz".index(name[0]), "xyz".index(name[1]))
+        across = 3 - sum(axes)
+        level = ruler.text(float(line.start[across]))
+        where = f" at {'xyz'[across]} = {level} {ruler.name}" if len(made.sections) > 1 else ""
+        text = (
+            f"{'Tension factors' if demand.closure else 'Margins'} in the plane {name} through the start of the rays; the line is the "
+            f"exact boundary seen from there. Area within it: {significant(line.area, 4)} m²{where}."
+        )
+        drawn = section(robot, [line], _sheet(made, axes), axes, ruler=ruler, closure=demand.closure)
+        blocks.append(part(f"Section {name}", text, drawn))
+    if not made.sections and not demand.closure:
+        text = "Nothing is held: colours say by how much, at least, the cables fail. The middle layer of the grid."
+        axes = (robot.axes[0], robot.axes[1])
+        blocks.append(part("The grid", text, section(robot, [], made.grid, axes, ruler=ruler)))
+    blocks.append(part("What was demanded", _words(demand, ruler), table=_demanded(demand)))
+    blocks.append(part("How it was worked out", _how(made)))
+    return blocks
+
+
+def _found(made: Workspace) -> str:
+    text = (
+        "A position of the platform's origin belongs to the workspace when cables that pull, as strongly as it takes, balance any wrench."
+        if made.demand.closure
+        else "A position of the platform's origin belongs to the workspace when tensions within the limits balance everything demanded."
+    )
+    where = [f"{side[0]} is {'least' if side[1] == '-' else 'greatest'}" for side in made.cut]
+    return text + (f" It is cut off by the box where {', '.join(where)}." if where else "")
+
+
+def _picture(robot: CableRobot, demand: Demand, boundary: Surface | Outline, ruler: Ruler) -> Section:
+    """The robot where the rays start, with the least tensions for the first orientation and wrench and the greatest mass."""
+    pose = se3.compose(demand.rotations[0], boundary.start)
+    if demand.closure:
+        text = f"The platform where the rays start, {ruler.point(boundary.start)}."
+        text += "" if isinstance(boundary, Outline) else " Drag to turn."
+        return part("The robot and its workspace", text, scene(robot, pose, surface=boundary, ruler=ruler))
+    mass = float(demand.masses.max())
+    wrench = gravity_wrench(pose[None], mass, robot.com, demand.gravity) + demand.extra[:1]
+    held = distribute(structure_of(robot, pose[None]), wrench[:, list(robot.axes)], robot.need("limits"))
+    text = (
+        f"The platform where the rays start, {ruler.point(boundary.start)}, with {significant(mass, 4)} kg: the least tensions "
+        "that hold it. Drag to turn."
+    )
+    if isinstance(boundary, Outline):
+        text = text.removesuffix(" Drag to turn.")
+    return part(
+        "The robot and its workspace", text, scene(robot, pose, tension=held.tension[0], surface=boundary, ruler=ruler)
+    )
+
+
+def _words(demand: Demand, ruler: Ruler) -> str:
+    if demand.closure:
+        return "Any wrench at all, in each orientation: neither weight nor tension limits take part."
+    text = (
+        "Each orientation with each mass and each wrench beside the weight; for a range of masses its ends are enough."
+    )
+    if demand.acceleration > 0:
+        much = significant(demand.acceleration, 4)
+        text += f" The centre of mass may accelerate at {much} m/s² in any direction, without turning."
+    if demand.reserve > 0:
+        much, lever = significant(demand.reserve, 4), ruler.short(demand.length)
+        text += f" A disturbance of {much} N in any direction (moments over {lever}) is held on top."
+    return text
+
+
+def _demanded(demand: Demand) -> list[list[str]]:
+    turns = np.degrees(so3.log(demand.rotations))
+    turned = ["Orientations", "; ".join(_angles(v) for v in turns[:MOST]) + ("; ..." if len(turns) > MOST else "")]
+    if demand.closure:
+        return [["", ""], turned]
+    return [
+        ["", ""],
+        ["Masses", ", ".join(f"{significant(float(m), 4)} kg" for m in demand.masses)],
+        turned,
+        ["Wrenches", "; ".join(", ".join(f"{v:g}" for v in row) for row in demand.extra) + " (N, Nm)"],
+    ]
+
+
+def _how(made: Workspace) -> str:
+    model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
+    limits = "" if made.demand.closure else f"; limits {limits_text(made.robot.need('limits'))}"
+    return "\n\n".join([f"{model}, what they weigh left out{limits}.", *assumed_text(made.robot)])
+
+
+def _angles(vector: Array) -> str:
+    return "upright" if not np.abs(vector).max() > 1e-9 else ", ".join(f"{v:.3g}" for v in vector) + " deg"
+
+
+def _sheet(made: Workspace, axes: tuple[int, int]) -> Grid:
+    """Margins in a plane through the start, over the box without thickness."""
+    sides, across = made.box.copy(), 3 - sum(axes)
+    assert made.start is not None
+    sides[across] = made.start.at[across]
+    counts = [max(n, 61) for n in made.grid.inside.shape]
+    counts[across] = 1
+    return grid(made.robot, made.demand, sides, (counts[0], counts[1], counts[2]), with_margins=True)

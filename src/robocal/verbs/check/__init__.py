@@ -1,0 +1,111 @@
+"""`check`: what robot and data files say and what they can tell, before anything is fitted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+from robocal.report.sections import Section, Table, Text, ends, figure, strong, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Told
+from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.check.result import Checked
+
+__all__ = ["Options", "run", "sections"]
+
+UNITS = (("sigma_m", 1e3, "mm"), ("sigma_rad", 180 / math.pi, "deg"), ("sigma_px", 1.0, "px"))
+NAMES = 30  # of free parameters, where there are no data
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Say what robot and data files contain and what they can tell, without fitting.
+
+    Joints, rows, where sigma comes from, what is free, and what will not be told apart and why; of a cable robot what is known of its
+    cables, of CASPR's models too.
+
+    \b
+    robocal check robot.yaml data.yaml
+    robocal check CoGiRo_cables.xml
+    """
+
+    robot: w.Robot
+    data: Annotated[tuple[str, ...], w.DATA] = ()
+    exclude: w.Exclude = ()
+    base: w.Base = None
+    tip: w.Tip = None
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Reads a robot, and data files when there are any. Raises InputError for whatever is wrong with them."""
+    from robocal.verbs.check.result import checked
+
+    found = checked(o, watch)
+    return Outcome(found, lambda: found.document, remarks=found.warnings)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """What files contain and what they can tell."""
+    from robocal.report.errors import strange
+    from robocal.session.strange import outlier
+
+    found: Checked = made.result
+    machine = found.robot.machine
+    parts = [f"{j.name}{'' if j.type == 'revolute' else ' (prismatic)'}" for j in machine.joints]
+    noun = "cables" if found.cables else "joints"
+    parts = list(found.cables) or parts
+    words = f"   convention {found.robot.convention}; {len(parts)} {noun}: {', '.join(parts)}"
+    yield Section.of("", Text.of((machine.name, "strong"), words))
+    if found.cables:
+        from robocal.session.cable.summed import summed
+
+        yield from summed(found.robot)
+    if found.instruments:
+        yield Section.of("", _instruments(found))
+    yield _told(found)
+    if found.strange:
+        yield strange([outlier(o) for o in found.strange])
+    yield from ends(made.remarks)
+
+
+def _instruments(found: Checked) -> Table:
+    """One row per instrument."""
+    rows = []
+    for i in found.instruments:
+        stated = ", ".join(f"{figure(i[key] * k, 2)} {unit}" for key, k, unit in UNITS if i[key] is not None)
+        counts = (str(i["rows"]), str(i["configurations"]))
+        targets = ", ".join(i["targets"]) or "the tool"
+        rows.append((i["name"], i["kind"], *counts, stated or i["sigma_source"], i["frame"], targets, i["source"]))
+    columns = ("instrument", "kind", "rows", "configurations", "sigma", "frame", "targets", "file")
+    return table(*columns, right=(2, 3), rows=rows)
+
+
+def _told(found: Checked) -> Section:
+    """What is free, and what the data can tell of it."""
+    if found.seen is None:
+        names = ", ".join(found.free[:NAMES]) + (", ..." if len(found.free) > NAMES else "")
+        free = f"{len(found.free)} parameters of the robot are free: {names}"
+        return Section.of("", Text.of(free if found.free else "No parameter of the robot is free."))
+    seen = found.seen
+    words = f"{seen.rank} of {len(seen.names)} free parameters can be seen"
+    if found.assumed:
+        words += " (where no sigma is stated, 0.1 mm and 0.1 mrad were assumed)"
+    kept = [n for n in seen.kept if n in found.robot.machine.table]
+    lines = [f"to be fitted: {', '.join(kept)}", *(c.remark.sentence for c in seen.combinations)]
+    misfit = None
+    if found.misfit is not None:
+        left = f"{figure(found.misfit * 1e3)} mm{_without(found)}"
+        misfit = Text.of(f"Nominal model with frames and tool fitted: mean error {left}")
+    return Section.of("", strong(words), *(Text.of(line, indent=2) for line in lines), misfit)
+
+
+def _without(found: Checked) -> str:
+    """Which rows a mean does not count."""
+    aside = sum(o.set_aside for o in found.strange)
+    if not aside or found.misfit_of_all is None:
+        return ""
+    return f", {figure(found.misfit_of_all * 1e3)} mm with the rows that are set aside ({aside})"

@@ -1,0 +1,183 @@
+"""What robot and data files say and what they can tell, before anything is fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robocal.diagnose.gross import sift
+from robocal.diagnose.outliers import Outlier, named
+from robocal.diagnose.segments.find import find_segments, segment_remarks
+from robocal.estimate.identifiability import Identifiability, analyse
+from robocal.files.headers import cables_of
+from robocal.files.opened import Opened, cable_file
+from robocal.files.parts import hashes
+from robocal.files.plain import plain
+from robocal.files.text import InputFile
+from robocal.measure.base import kind_of
+from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
+from robocal.prove.identify import baseline
+from robocal.prove.warn import few_numbers, input_remarks
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark, told
+from robocal.session.cable.identify import read_measured
+from robocal.session.cable.load import robot_inputs
+from robocal.session.inputs import open_arm, read_inputs, robot_files
+from robocal.session.strange import outlier
+from robocal.session.watching import Watch, computable
+
+__all__ = ["Checked", "checked"]
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What was found: the robot, the instruments (one mapping each), what the data can tell at the nominal model, and
+    warnings."""
+
+    robot: Opened
+    data: DataSet | None
+    instruments: tuple[dict[str, Any], ...]
+    free: tuple[str, ...]
+    seen: Identifiability | None
+    misfit: float | None  # mean error of the nominal model with fitted frames (m), gross rows not counted
+    assumed: bool  # whether some noise had to be assumed
+    warnings: tuple[Remark, ...]
+    inputs: tuple[InputFile, ...]
+    strange: tuple[Outlier, ...] = ()  # rows that do not belong to the others
+    misfit_of_all: float | None = None  # the mean error with gross rows
+
+    @property
+    def cables(self) -> tuple[str, ...]:
+        """The cables of a cable robot; none of an arm."""
+        return tuple(cables_of(self.robot.machine))
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The same for machines."""
+        machine, seen = self.robot.machine, self.seen
+        joints = [{"name": j.name, "type": j.type, "lower": j.lower, "upper": j.upper} for j in machine.joints]
+        cables: dict[str, Any] = {"cables": list(self.cables)} if self.cables else {}
+        if self.cables:
+            from robocal.session.cable.summed import facts
+
+            cables["cable_robot"] = plain(facts(self.robot.machine))
+        found = None
+        if seen is not None:
+            found = {
+                "rank": seen.rank,
+                "n_free": len(seen.names),
+                "structural_rank": seen.structural_rank,
+                "condition": seen.condition,
+                "kept": list(seen.kept),
+                "dropped": list(seen.dropped),
+                "combinations": [c.remark.sentence for c in seen.combinations],
+                "observability": seen.indices,
+                "sigma_assumed": self.assumed,
+            }
+        return {
+            "robot": {
+                "name": machine.name,
+                "convention": self.robot.convention,
+                "joints": joints,
+                "source": self.robot.source,
+            }
+            | cables,
+            "instruments": list(self.instruments),
+            "configurations": None if self.data is None else len(self.data.configurations),
+            "free": list(self.free),
+            "identifiability": found,
+            "baseline_mean_error_mm": None if self.misfit is None else self.misfit * 1e3,
+            "baseline_mean_error_of_all_rows_mm": None if self.misfit_of_all is None else self.misfit_of_all * 1e3,
+            **told(self.warnings),
+            "outliers": [outlier(o) for o in self.strange],
+            "inputs": hashes(self.inputs),
+        }
+
+
+def checked(o: Any, watch: Watch | None = None) -> Checked:
+    """A robot, and with data what they can tell, by the options of the verb. Raises InputError for whatever is wrong with them."""
+    cable = cable_file(o.robot)
+    if o.data and cable is not None:
+        seen = read_measured(cable, o.robot, o.data, o.exclude, watch)
+        return _checked(cable, o, seen.data, seen.warnings, seen.files, watch)
+    if o.data:
+        inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, exclude=o.exclude, watch=watch)
+        return _checked(inputs.robot, o, inputs.data, inputs.warnings, inputs.files, watch)
+    if cable is not None:
+        files = robot_inputs(cable, o.robot)
+        return Checked(cable, None, (), cable.machine.table.free, None, None, False, cable.warnings, files)
+    arm = open_arm(o.robot, base=o.base, tip=o.tip)
+    said = (*arm.warnings, *input_remarks(arm.machine), *_free(arm.machine))
+    return Checked(arm, None, (), arm.machine.table.free, None, None, False, said, robot_files(arm, o.robot))
+
+
+def _checked(
+    opened: Opened,
+    o: Any,
+    measured: DataSet,
+    said_before: tuple[Remark, ...],
+    files: tuple[InputFile, ...],
+    watch: Watch | None,
+) -> Checked:
+    """A robot with data: what they can tell at the nominal model, rows that do not belong, and remarks."""
+    machine = opened.machine
+    with computable(o.robot, *o.data):
+        everyone = np.arange(len(measured.configurations))
+        sifted = sift(machine, measured, everyone, watch)
+        problem, x = baseline(machine, sifted.data, everyone, watch)
+        free = problem.table.free
+        seen = analyse(problem.with_free(free), x) if free else None
+        moved = find_segments(machine, measured, dict(zip(problem.table.names, map(float, x[0]), strict=False)))
+    strange = named(machine, sifted.data, sifted.problem, sifted.x, sifted.away)
+    lengths = [
+        (np.linalg.norm(r.value[:, a:b], axis=1), r.used)
+        for r in problem.residuals(x)
+        for a, b, u in r.parts
+        if u == "m"
+    ]
+    misfit = float(np.concatenate([v[used] for v, used in lengths]).mean()) if lengths else None
+    whole = float(np.concatenate([v for v, _ in lengths]).mean()) if lengths else None
+    assumed = any(o.sigma is None for o in measured.observations)
+    rows = sum(o.value.size for o in measured.observations)
+    said = (*input_remarks(machine, measured), *few_numbers(rows, len(free)), *_free(machine), *segment_remarks(moved))
+    warnings = tuple(dict.fromkeys((*said_before, *said)))
+    seen_by = _instruments(measured)
+    return Checked(opened, measured, seen_by, free, seen, misfit, assumed, warnings, files, strange, whole)
+
+
+def _free(chain: Machine) -> tuple[Remark, ...]:
+    return () if chain.table.free else (Remark.of(Code.NOTHING_FREE),)
+
+
+def _instruments(data: DataSet) -> tuple[dict[str, Any], ...]:
+    out = []
+    for obs in data.observations:
+        sigma = {} if obs.sigma is None else {
+            unit: float(np.sqrt(np.mean(obs.sigma[:, a:b] ** 2))) for a, b, unit in kind_of(obs).parts
+        }  # fmt: skip
+        out.append(
+            {
+                "name": obs.label,
+                "kind": obs.kind,
+                "source": obs.source,
+                "rows": len(obs),
+                "configurations": len(np.unique(obs.configuration)),
+                "sigma_source": "stated" if sigma else "estimated from the residuals",
+                "sigma_m": sigma.get("m"),
+                "sigma_rad": sigma.get("rad"),
+                "sigma_px": sigma.get("px"),
+                "frame": "none"
+                if obs.frame is None
+                else "free"
+                if all(obs.frame.free)
+                else "known"
+                if not any(obs.frame.free)
+                else "partly free",
+                "targets": [t.name for t in obs.targets],
+                "places": [f.name for f in kind_of(obs).frames(obs)],
+            }
+        )
+    return tuple(out)

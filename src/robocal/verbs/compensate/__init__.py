@@ -1,0 +1,87 @@
+"""`compensate`: corrected joint values and Cartesian commands for a controller that keeps its nominal model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from robocal.report.sections import SPREAD, Section, Text, ends, figure, quiet, spread, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, arg, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+MOST = 10
+
+FILES = ("compensated.csv", "compensation.json")
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Correct targets for a controller that keeps its nominal model: joint angles, and Cartesian poses.
+
+    Every correction is checked by driving the calibrated model with it. Targets that cannot be reached are listed, not
+    dropped.
+
+    \b
+    robocal compensate run program.csv -o program
+    robocal compensate calibrated.yaml poses.csv --nominal robot.yaml
+    """
+
+    robot: w.AnyRobot
+    targets: str = arg(
+        ..., "TARGETS", "A CSV whose headers carry units (poses, positions, joints), or a YAML beside it."
+    )
+    nominal: str | None = opt(None, "The model that the controller keeps; a run folder knows it", metavar="ROBOT")
+    tool: str = opt(
+        "calibrated",
+        "What both models carry: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; or own, each its own",
+        metavar="TOOL",
+    )
+    output: Path | None = opt(None, f"Write {FILES[0]} and {FILES[1]} here", short="-o", metavar="DIR")
+    force: w.Force = False
+    base: w.Base = None
+    tip: w.Tip = None
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Compensates targets; a folder gets compensated.csv and compensation.json. Raises InputError."""
+    from robocal.files.plain import json_text
+    from robocal.files.writing import refuse_existing, write_files
+    from robocal.verbs.compensate.result import compensated
+
+    refuse_existing(o.output, FILES, o.force)
+    found = compensated(o, command, watch)
+    if o.output is not None:
+        texts = dict(zip(FILES, (found.text, json_text(found.document)), strict=True))
+        found = replace(found, written=write_files(o.output, texts))
+    return Outcome(found, lambda: found.document, found.trusted, found.warnings, found.text, written=found.written)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """Errors before and after, targets by status, and those that need a look."""
+    found = made.result
+    counts = ", ".join(f"{n} {word}" for word, n in found.counts.items() if n)
+    yield Section.of("", Text.of((found.robot.name, "strong"), f"   {len(found.file.ids)} targets: {counts}"))
+    stages = (
+        ("not compensated", found.before),
+        ("corrected joint values", found.after),
+        ("corrected Cartesian targets", found.after_by_tcp),
+    )
+    rows = [(label, *spread(s)) for label, s in stages if s is not None]
+    errors = table("simulated error [mm]", *SPREAD, right=(1, 2, 3, 4, 5), rows=rows)
+    real, told = found.expected, None
+    if real is not None:
+        mean, worst = figure(real.mean, 3), figure(real.max, 3)
+        told = Text.of(f"the real robot is expected within {mean} mm (95 %, mean of the targets; worst {worst} mm)")
+    yield Section.of("", errors, *quiet("if the calibrated model is the truth"), told)
+    # What has no correction comes first.
+    order = sorted((i for i, note in enumerate(found.notes) if note), key=lambda i: -int(found.made.status[i]))
+    words = list(found.counts)
+    if order:
+        named = [(found.file.ids[i], words[int(found.made.status[i])], str(found.notes[i])) for i in order[:MOST]]
+        more = [f"and {len(order) - MOST} others in compensated.csv"] if len(order) > MOST else []
+        yield Section.of("", table("target", "status", "", rows=named), *quiet(*more))
+    yield from ends(written=made.written)

@@ -1,0 +1,233 @@
+"""Corrected joint values and Cartesian commands for a controller that keeps its nominal model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.apply.compensate import LEAP, SINGULAR_BELOW, STATUS, Compensation
+from robocal.apply.compensate import compensate as solve
+from robocal.arms.chain import Chain
+from robocal.estimate.uncertainty import LEVEL, radius
+from robocal.files.covariance import COVARIANCE
+from robocal.files.layerfile import LAYER
+from robocal.files.parts import made_by
+from robocal.files.plain import plain
+from robocal.files.robot import Robot
+from robocal.files.targets import TargetFile, compensated_text, read_targets
+from robocal.files.text import InputFile
+from robocal.files.units import numbers_of
+from robocal.parameters import FRAME_SYMBOLS
+from robocal.prove.statistics import Statistic
+from robocal.prove.workspace import predict
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark, told
+from robocal.session.inputs import open_arm, robot_files
+from robocal.session.predict import known_of, shape_motion
+from robocal.session.reference import nominal_chain, run_result
+from robocal.session.watching import Watch, computable
+
+__all__ = ["Compensated", "compensated"]
+
+Array = NDArray[np.float64]
+# No calibration moves an arm by more (m, median): the two models are of two robots.
+ELSEWHERE = 0.05
+SHOWN = 5  # targets that are named
+TOOLS = ("calibrated", "nominal", "own")
+
+
+@dataclass(frozen=True)
+class Compensated:
+    """What a compensation came to: numbers in SI, a note per target, the table as text, and what a person should know."""
+
+    robot: Robot
+    made: Compensation
+    file: TargetFile
+    notes: tuple[Remark | None, ...]  # of every target
+    text: str
+    tool: str
+    verdict: str | None
+    warnings: tuple[Remark, ...]
+    inputs: tuple[InputFile, ...]
+    command: str = ""
+    written: tuple[Path, ...] = ()
+    within: Array | None = None  # m: what the run knows of the real robot at the corrected joint values, 95 %
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the calibration is one that proved its gain (a file without a run is taken at its word), and any
+        target is reached."""
+        return self.verdict in (None, "improved") and bool(self.made.reached.any())
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Targets by status."""
+        return {word: int((self.made.status == i).sum()) for i, word in enumerate(STATUS)}
+
+    @property
+    def before(self) -> Statistic | None:
+        """Simulated errors without compensation (mm) of the targets that have a correction."""
+        m = self.made
+        return Statistic.of(1e3 * m.before[m.reached & np.isfinite(m.before)])
+
+    @property
+    def after(self) -> Statistic | None:
+        """The same with corrected joint values."""
+        return Statistic.of(1e3 * self.made.after[self.made.reached])
+
+    @property
+    def after_by_tcp(self) -> Statistic | None:
+        """The same with corrected Cartesian commands."""
+        return Statistic.of(1e3 * self.made.by_command[self.made.reached])
+
+    @property
+    def expected(self) -> Statistic | None:
+        """How near its targets the real robot is expected, 95 % (mm); None where no run says."""
+        return None if self.within is None else Statistic.of(1e3 * self.within[np.isfinite(self.within)])
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What compensation.json holds."""
+        m, known = self.made, self.expected
+        stages = {"before": self.before, "after": self.after, "after_by_tcp": self.after_by_tcp}
+        return {
+            "robocal": 1,
+            "robot": self.robot.name,
+            "tool": self.tool,
+            "verdict_of_the_calibration": self.verdict,
+            "simulated": "errors of the calibrated model driven with what is commanded",
+            "targets": len(m.status),
+            "status": self.counts,
+            "errors": {"unit": "mm"} | stages,
+            "expected_of_the_real_robot": None if known is None else {"unit": "mm", "level": LEVEL} | plain(known),
+            "rows": [
+                {
+                    "target": name,
+                    "status": STATUS[s],
+                    "after_mm": 1e3 * a,
+                    "note": str(note or ""),
+                    "code": note.code if note else None,
+                }
+                for name, s, a, note in zip(self.file.ids, m.status, m.after.tolist(), self.notes, strict=True)
+            ],
+            **told(self.warnings),
+            "provenance": made_by(self.command, self.inputs),
+        }
+
+
+def compensated(o: Any, command: str = "", watch: Watch | None = None) -> Compensated:
+    """Compensates targets, by the options of the verb. Both models carry the tool that was found (calibrated) or the nominal
+    one, each its own, or one of six numbers in the robot's units. Raises InputError."""
+    arm = open_arm(o.robot, base=o.base, tip=o.tip)
+    reference = nominal_chain(
+        o.robot, arm, o.nominal, base=o.base, tip=o.tip, what="compensation needs the model that the controller keeps"
+    )
+    file = read_targets(o.targets, arm.chain)
+    before, after = _tools(reference, arm, o.tool)
+    if watch:
+        watch({"stage": "compensating"})
+    with computable(o.robot, o.targets):
+        made = solve(before, after, file.targets)
+    known = run_result(o.robot)
+    verdict = None if known is None else known.verdict.status
+    notes = tuple(_note(made, i, after, file) for i in range(len(file.ids)))
+    within = _within(Path(o.robot), arm, after, made, file)
+    return Compensated(
+        arm, made, file, notes, compensated_text(made, file, after, [str(n or "") for n in notes], within), o.tool, verdict,
+        (*arm.warnings, *(r for f in file.files for r in f.remarks), *_warnings(made, file, verdict, reference, arm),
+         *_layer(Path(o.robot))),
+        (*robot_files(arm, o.robot), *file.files), command, within=within,
+    )  # fmt: skip
+
+
+def _tools(nominal: Chain, arm: Robot, tool: str) -> tuple[Chain, Chain]:
+    """Both models with the tool that they are to carry. Raises ModelError."""
+    names = [f"tool.{s}" for s in FRAME_SYMBOLS]
+    calibrated = arm.chain
+    if tool == "own" or not all(n in c.table for n in names for c in (nominal, calibrated)):
+        return nominal, calibrated
+    if tool in TOOLS:
+        source = calibrated if tool == "calibrated" else nominal
+        values = {n: source.table[n].value for n in names}
+    else:
+        numbers = numbers_of(
+            tool,
+            f"x,y,z,rx,ry,rz in {arm.units.length.name} and {arm.units.angle.name}; {'; '.join(TOOLS)}",
+            key="--tool",
+        )
+        values = {n: arm.units.of(calibrated.table[n].unit).to_si(v) for n, v in zip(names, numbers, strict=True)}
+    return nominal.with_values(values), calibrated.with_values(values)
+
+
+def _within(folder: Path, arm: Robot, chain: Chain, made: Compensation, file: TargetFile) -> Array | None:
+    """The radius (m,) in m in which the real robot is expected with 95 %: what the calibration does not know of the
+    model, and what the model does not say of the robot. None where no run says."""
+    some = np.flatnonzero(made.reached)
+    if not (folder / COVARIANCE).is_file() or not len(some):
+        return None
+    known = known_of(folder, arm)
+    motion = None if known.placed else shape_motion(replace(arm, chain=chain), known)[0]
+    extra = {k: v[some] for k, v in file.targets.extra.items()}
+    found = predict(chain, made.joints[some], known.total, {**known.conditions, **extra}, motion)
+    out = np.full(len(made.status), np.nan)
+    out[some] = radius(found.position + known.noise.get("m", 0.0) ** 2 * np.eye(3), known.total.dof)
+    return out
+
+
+def _note(made: Compensation, i: int, chain: Chain, file: TargetFile) -> Remark | None:
+    """What a person should know of one target, if anything."""
+
+    def joint(k: int, value: float) -> str:
+        unit = file.units.length if chain.joints[k].type == "prismatic" else file.units.angle
+        return f"{chain.joints[k].name} by {unit.from_si(float(value)):.3g} {unit.name}"
+
+    words = STATUS[made.status[i]]
+    if words == "outside limits":
+        parts = tuple(joint(k, b) for k, b in enumerate(made.beyond[i].tolist()) if b)
+        return Remark.of(Code.NEEDS_JOINTS, joints=parts) if parts else Remark.of(Code.BY_WAY_OF_LIMITS)
+    if words == "unreachable":
+        angle = Quantity(float(made.after_angle[i]), "rad") if made.oriented else None
+        return Remark.of(Code.NEAREST_REACHED, gap=Quantity(float(made.after[i])), angle=angle)
+    if words == "near singular":
+        step = np.abs(made.joints[i] - made.nominal[i])
+        if np.isfinite(step).all() and step.max(initial=0.0) > LEAP:
+            worst = int(np.argmax(step))
+            return Remark.of(Code.CORRECTION_LEAPS, joint=joint(worst, step[worst]))
+        return Remark.of(Code.LOW_DEXTERITY, dexterity=float(made.dexterity[i]), least=SINGULAR_BELOW)
+    if words == "orientation relaxed":
+        return Remark.of(Code.ORIENTATION_RELAXED, angle=Quantity(float(made.after_angle[i]), "rad"))
+    return None
+
+
+def _layer(folder: Path) -> tuple[Remark, ...]:
+    if not (folder / LAYER).is_file():
+        return ()
+    return (Remark.of(Code.LAYER_LEFT_OUT, what="corrections"),)
+
+
+def _warnings(
+    made: Compensation, file: TargetFile, verdict: str | None, nominal: Chain, arm: Robot
+) -> tuple[Remark, ...]:
+    out = []
+    if verdict not in (None, "improved"):
+        out.append(Remark.of(Code.CALIBRATION_UNPROVEN, verdict=verdict))
+    lost = [name for name, fine in zip(file.ids, made.reached, strict=True) if not fine]
+    if lost:
+        shown, others = tuple(lost[:SHOWN]), len(lost) - SHOWN
+        more = others if others > 0 else None
+        total = len(made.status)
+        out.append(Remark.of(Code.TARGETS_UNREACHED, count=len(lost), total=total, targets=shown, others=more))
+    gap = np.nanmedian(made.before) if np.isfinite(made.before).any() else 0.0
+    if gap > ELSEWHERE:
+        out.append(Remark.of(Code.MODELS_APART, gap=Quantity(float(gap))))
+    if file.targets.joints is None:
+        out.append(Remark.of(Code.BRANCH_UNKNOWN))
+    changed = {n for n in arm.chain.table.names if n.startswith("tool.") and n in nominal.table
+               and abs(arm.chain.table[n].value - nominal.table[n].value) > 1e-12}  # fmt: skip
+    if changed:
+        out.append(Remark.of(Code.TOOL_CHANGED))
+    return tuple(out)

@@ -1,0 +1,89 @@
+"""`drift`: two calibrations of one robot, some time apart; has it changed, and by how much?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from robocal.remarks.remark import sentences
+from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, arg, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+TEN = 10
+STYLES: dict[str, Style] = {"unchanged": "good", "possible": "doubtful", "drifted": "bad"}
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Compare two calibrations of one robot: has it changed, by how many millimetres, and where does it show?
+
+    Both runs must start from the same robot file. The instrument may stand elsewhere; with --new-tool the tool too.
+
+    \b
+    robocal drift march/run june/run
+    robocal drift march/run june/run --matters 0.2mm
+    robocal drift march/run june/run --new-tool --json
+
+    unchanged: the 95 % interval of the change lies below what matters; drifted: it lies above; possible: the runs do not tell.
+    Exit status 0 when they could be compared, whatever came of it; 3 when nothing follows from these runs.
+    """
+
+    first: Path = arg(..., "RUN1", "The earlier run folder.")
+    second: Path = arg(..., "RUN2", "The later run folder, identified from the same robot file.")
+    new_tool: bool = opt(False, "The tool was mounted anew and may differ")
+    matters: str = opt(
+        "0.1mm", "The change worth an alarm, with its unit: mean over the poses measured", metavar="LENGTH"
+    )
+    history: w.History = None
+    output: Path | None = opt(None, "Write drift.json here", short="-o", metavar="DIR")
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Compares two run folders of one robot; a folder gets drift.json. Raises InputError when they cannot be compared."""
+    from robocal.files.plain import json_text
+    from robocal.files.runfolder import open_run
+    from robocal.files.units import parse_quantity
+    from robocal.files.writing import refuse_existing, write_files, write_text
+    from robocal.session.history import with_history
+    from robocal.verbs.drift.result import drifted
+
+    refuse_existing(o.output, ("drift.json",), o.force)
+    matters = parse_quantity(o.matters, "m", key="--matters")
+    made = drifted(o.first, o.second, o.new_tool, matters, command, watch)
+    added = None if o.history is None else with_history(o.history, [open_run(place) for place in (o.first, o.second)])
+    if o.output is not None:
+        made = replace(made, written=write_files(o.output, {"drift.json": json_text(made.document)}))
+    if o.history is not None and added is not None:
+        made = replace(made, written=(*made.written, write_text(o.history, added)))
+    return Outcome(made, lambda: made.document, not made.void, made.warnings, written=made.written)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """The verdict, how far predictions are apart, and the parameters that changed most."""
+    found = made.result
+    apart = found.apart
+    size = f"change {figure(apart.change, 2)} mm, 95 %: {figure(apart.low, 2)} to {figure(apart.high, 2)} mm"
+    word: Cell = (found.status.upper(), STYLES[found.status])
+    yield Section.of(
+        "",
+        Text.of((found.robot.name, "strong"), f"   {found.runs[0]} and {found.runs[1]}"),
+        Text.of(word) if found.void else Text.of(word, "   ", (size, "strong")),
+        *(Text.of(reason, indent=2) for reason in sentences(found.why)),
+    )
+    changes = sorted(found.changes, key=lambda c: c.p_value)
+    rows: list[tuple[Cell, ...]] = []
+    for c in changes[:TEN]:
+        numbers = (figure(c.first, 6), figure(c.second, 6), f"{c.change:+.4g}", figure(1.96 * c.sigma, 2))
+        rows.append((c.name, *numbers, c.unit, f"{c.p_value:.1g}", f"{c.p_of_all:.1g}"))
+    styles: list[Style] = ["" if c.p_of_all < 0.05 else "quiet" for c in changes[:TEN]]
+    columns = ("parameter", "first", "second", "change", "± 95 %", "unit", "chance", "of all")
+    lines = [f"... and {len(changes) - TEN} more in --json"] if len(changes) > TEN else []
+    lines.append("chance: of such a change by noise alone; of all: after looking at every parameter")
+    yield Section.of("", table(*columns, right=(1, 2, 3, 4, 6, 7), rows=rows, styles=styles), *quiet(*lines))
+    yield from ends(made.remarks, made.written)

@@ -1,0 +1,72 @@
+"""`export`: a robot model in the form that the next program wants."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from robocal.report.sections import Section, Text
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["FORMATS", "Options", "run", "sections"]
+
+FORMATS = ("yaml", "urdf", "dh", "csv", "markdown", "offsets", "ros", "xacro")
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Hand a robot model on: robot.yaml, URDF, a table of its parameters, or joint offsets for a controller.
+
+    \b
+    robocal export run --format offsets
+    robocal export run --format urdf -o calibrated.urdf
+    robocal export run --format urdf --into robot.urdf -o calibrated.urdf
+    robocal export ur10 --format markdown
+    """
+
+    robot: w.AnyRobot
+    output: w.OutputFile = None
+    form: str = opt(
+        "yaml",
+        "yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: "
+        "offsets (CSV), ros (parameters), xacro (properties)",
+        name="--format",
+        metavar="FORMAT",
+        choices=FORMATS,
+    )
+    nominal: str | None = opt(None, "What offsets are counted from; a run folder knows it", metavar="ROBOT")
+    into: str | None = opt(
+        None, "With --format urdf: this URDF with calibrated origins, else byte for byte", metavar="URDF"
+    )
+    force: w.Force = False
+    base: w.Base = None
+    tip: w.Tip = None
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """The robot (a file, a catalogue name or a run folder) in another form. Raises InputError, also for a form that cannot
+    hold it."""
+    from robocal.errors import ModelError
+    from robocal.files.writing import refuse_existing
+    from robocal.remarks.remark import spoken, told
+    from robocal.verbs.export.result import exported
+
+    if o.into is not None and o.form != "urdf":
+        raise ModelError("only a URDF can be written into", key="--into", found=o.form, expected="--format urdf")
+    refuse_existing(o.output, (), o.force)
+    made = exported(o.robot, o.form, o.nominal, o.into, o.base, o.tip)
+    document = {
+        "format": o.form,
+        "text": made.text if o.output is None else None,
+        **told(made.notes),
+        "worth": None if made.worth is None else made.worth.document,
+    }
+    note = "" if made.worth is None else spoken(made.worth)
+    return Outcome(made, lambda: document, remarks=made.notes, text=made.text, note=note).put(o.output)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """Where the file is."""
+    yield Section.of("", *(Text.of(str(path)) for path in made.written))

@@ -1,0 +1,209 @@
+"""What `identify` takes and hands on around the identification itself.
+
+recipe          what was chosen, what was read, when, and how long it took
+working range   the joint limits that its user wrote, or a file. Limits that a catalogue or a URDF brings are the maker's: what the
+                arm can reach, mostly full turns, and not where it works
+groups, layer   what is tried beyond geometry, and how that is told
+methods         the other estimators, beside the one that was chosen
+"""
+
+from __future__ import annotations
+
+import datetime
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robocal.arms import catalog
+from robocal.arms.chain import Chain
+from robocal.arms.groups import rule_of
+from robocal.errors import ModelError
+from robocal.files import evidence as files
+from robocal.files.groups import plain_options
+from robocal.files.leaving import LeftOut
+from robocal.files.parts import RowsLeftOut, made_by
+from robocal.files.plain import plain
+from robocal.files.result import Provenance
+from robocal.files.robot import Robot
+from robocal.files.shown import shown
+from robocal.files.text import InputFile
+from robocal.fit.estimators import ESTIMATORS, estimator
+from robocal.fit.noise import apply_noise
+from robocal.fit.options import Options
+from robocal.fit.repeats import places
+from robocal.fit.working_range import Region
+from robocal.measure.base import problem as build
+from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
+from robocal.prove.bands import measured_range
+from robocal.prove.identification import Identification
+from robocal.prove.identify import FEW
+from robocal.prove.region import SAMPLES, limited
+from robocal.prove.split import SHARE, make_split
+from robocal.prove.workspace import TURN, between
+from robocal.session.watching import Watch
+
+if TYPE_CHECKING:
+    from robocal.prove.nongeometric.groups import Tried
+    from robocal.prove.nongeometric.layered import Guarded
+
+__all__ = [
+    "MEASURED",
+    "Timed",
+    "compared",
+    "group_results",
+    "guard_layer",
+    "layer_result",
+    "methods_of",
+    "recipe_of",
+    "select_groups",
+    "working_range",
+]
+
+
+class Timed:
+    """When a run started, and how long it has taken."""
+
+    def __init__(self) -> None:
+        self.started, self._clock = datetime.datetime.now(datetime.UTC), time.perf_counter()
+
+    @property
+    def seconds(self) -> float:
+        """Since the start."""
+        return time.perf_counter() - self._clock
+
+
+def recipe_of(
+    found: Identification[Machine],
+    choices: Mapping[str, Any],
+    command: str,
+    inputs: Sequence[InputFile],
+    timed: Timed,
+    left_out: Sequence[LeftOut],
+) -> Provenance:
+    """What made the result of a run; what was left to us is recorded as it was decided."""
+    decided = {
+        "hold_out": found.options.hold_out,
+        "leave_one_out": any(s.leave_one_out is not None for s in found.stages),
+    }
+    return shown(
+        Provenance,
+        made_by(command, inputs),
+        seed=choices["seed"],
+        started=timed.started.isoformat(timespec="seconds"),
+        seconds=round(timed.seconds, 3),
+        options=plain({**choices, **decided}),
+        left_out=[shown(RowsLeftOut, o) for o in left_out],
+    )
+
+
+MEASURED = "measured"  # the word for: where it was measured will do
+
+
+def working_range(robot: Robot, data: DataSet, given: str | None) -> tuple[Region | None, tuple[InputFile, ...]]:
+    """The working range, None where nobody named one, and the files read. Raises FileError or FormatError."""
+    own = _written(robot)
+    if given is None or given == MEASURED:
+        return (limited(robot.chain, data) if own else None), ()
+    from robocal.files.region import read_region
+
+    found = read_region(Path(given), robot.chain)
+    name = f"region of {Path(given).name}"
+    if found.joints is not None:
+        return Region(found.joints, name), found.files
+    assert found.ranges is not None
+    measured = measured_range(data.configurations)
+    rest = np.tile([-TURN, TURN], (len(found.ranges), 1)) if measured is None else measured
+    if own:
+        rest = np.where(np.isfinite(robot.chain.limits), robot.chain.limits, rest)
+    return Region(between(np.where(np.isnan(found.ranges), rest, found.ranges), SAMPLES), name), found.files
+
+
+def _written(robot: Robot) -> bool:
+    """Whether somebody wrote the joint limits into the robot file, and not the maker's out of the catalogue."""
+    if robot.format != "yaml" or robot.path is None or not np.isfinite(robot.chain.limits).any():
+        return False
+    return not any(_same(robot.chain, catalog.get(name)) for name in catalog.names())
+
+
+def _same(one: Chain, other: Chain) -> bool:
+    return one.limits.shape == other.limits.shape and np.allclose(one.limits, other.limits, rtol=0.0, atol=1e-4)
+
+
+def select_groups(
+    robot: Robot, data: DataSet, names: Sequence[str], options: Options, watch: Watch | None = None
+) -> tuple[Robot, tuple[Tried, ...]]:
+    """The robot with the groups that the data support, asked of the rows that the identification will fit: what it
+    holds out stays unseen. Raises ModelError for an unknown group."""
+    there = {g.name for g in robot.chain.groups}
+    extra: dict[str, dict[str, Any]] = {rule_of(n).name: {} for n in names if n not in there}
+    if not extra and not there:
+        return robot, ()
+    from robocal.prove.nongeometric.groups import choose_groups
+
+    share = options.hold_out
+    if share is None:
+        many = len(np.unique(places(data.configurations)))
+        share = SHARE if many >= FEW and options.folds is None else 0.0
+    split = make_split(data, share, folds=options.folds, blocks=options.blocks, seed=options.seed)
+    if len(split) and options.folds is None:
+        data = data.take(split.configurations(0)[0])
+    choice = choose_groups(robot.chain, data, extra, options, watch)
+    return replace(robot, chain=choice.model), choice.tried
+
+
+def guard_layer(found: Identification[Chain], data: DataSet, watch: Watch | None = None) -> Guarded:
+    """Asks whether a residual layer helps on top of an identification to these data."""
+    from robocal.prove.nongeometric.layered import try_layer
+
+    noisy = apply_noise(data, {(g.name, g.unit): g.tau for g in found.groups if g.tau > 0})
+    made = build(found.nominal, noisy, free=found.correlation_names)
+    return try_layer(found.nominal, noisy, made, made.with_table(found.table).start, watch)
+
+
+def group_results(robot: Robot, tried: Sequence[Tried]) -> dict[str, Any]:
+    """The groups of a result: what was tried, and what the robot has, so that it can be made again."""
+    told = [
+        shown(files.GroupTried, t, reason=str(t.reason), code=t.reason.code, orders={j: list(o) for j, o in t.orders})
+        for t in tried
+    ]
+    beyond = [files.Beyond(name=g.name, options=plain_options(g.options)) for g in robot.chain.groups]
+    return {"groups_tried": told, "beyond": beyond}
+
+
+def layer_result(found: Guarded | None) -> files.LayerSummary | None:
+    """The residual layer of a result, in mm."""
+    if found is None:
+        return None
+    points = 0 if found.layer is None else len(found.layer.points)
+    said: dict[str, Any] = {"reason": str(found.reason), "code": found.reason.code}
+    return shown(files.LayerSummary, found, used=found.layer is not None, n=found.rows, points=points, **said)
+
+
+def methods_of(words: str | None, chosen: str) -> tuple[str, ...]:
+    """The methods of `--compare`: all that are worth it, or those named, the chosen one first where it is among them.
+    Raises ModelError for an unknown name."""
+    if words is None:
+        return ()
+    from robocal.prove import compare as solver
+
+    named = solver.DEFAULT if words == "all" else tuple(w.strip() for w in words.split(",") if w.strip())
+    if not named:
+        raise ModelError("no method is named", key="--compare", found=words, expected=", ".join(ESTIMATORS))
+    for name in named:
+        estimator(name)
+    return tuple(dict.fromkeys((chosen, *named)))
+
+
+def compared(
+    chain: Chain, data: DataSet, methods: Sequence[str], options: Options, known: tuple[Identification[Chain], float], watch: Watch | None
+) -> files.Comparison:  # fmt: skip
+    """The methods side by side, in mm or deg; `known` is the identification that was done, with its seconds."""
+    from robocal.prove import compare as solver
+
+    found = solver.compare(chain, data, methods, options, known=known, watch=watch)
+    return shown(files.Comparison, found)

@@ -1,0 +1,95 @@
+"""`new`: files to start from, or the list of what there is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from shlex import quote
+
+from robocal.report.sections import Section, Text, quiet, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, arg, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Write a robot file, a data file and a table to fill in; of a cable robot its file and a list of poses.
+
+    A robot that has a file, such as a URDF, keeps it: its data file and table are written.
+
+    \b
+    robocal new --list
+    robocal new ur10 -o cell
+    robocal new robot.urdf -o cell
+    robocal new mdh-hayati --joints 5 -o cell
+    robocal new cable -o cell
+    """
+
+    robot: str | None = arg(None, "ROBOT", "A catalogue name, a convention, cable, or the file of a robot.")
+    output: Path = opt(Path("."), "Folder for the files", short="-o", metavar="DIR")
+    joints: int = opt(6, "How many, when ROBOT is a convention", metavar="N", least=1, most=30)
+    kind: w.Kind = "position"
+    listing: bool = opt(False, "List the catalogue and the conventions", name="--list")
+    force: w.Force = False
+    base: w.Base = None
+    tip: w.Tip = None
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Writes robot.yaml, data.yaml and measurements.csv; of a cable robot robot.yaml and poses.csv. Raises ModelError for an
+    unknown name, FileError for a file that exists."""
+    from robocal.errors import ModelError
+    from robocal.verbs.new.result import CABLE, listing, new, new_cable
+
+    if o.listing:
+        found = listing()
+        return Outcome(found, lambda: found)
+    if o.robot is None:
+        raise ModelError(
+            "which robot? give a name of the catalogue, a convention, cable, or the file of a robot",
+            expected="robocal new --list shows them",
+        )
+    if o.robot == CABLE:
+        for name in ("joints", "kind", "base", "tip"):
+            if o.departs(name):
+                found = getattr(o, name)
+                raise ModelError("a cable robot has no such thing", key=f"--{name}", found=found, expected="an arm")
+        made = new_cable(o.output, o.force)
+    else:
+        made = new(o.robot, o.output, o.joints, o.kind, o.force, o.base, o.tip)
+    document = {"name": made.name, "convention": made.convention, "written": [str(p) for p in made.written]}
+    return Outcome(made, lambda: document, written=made.written)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """What was written and what to do with it; or the catalogue and the conventions."""
+    found = made.result
+    if not made.written:
+        title = "Catalogue: these names are accepted wherever a robot is"
+        rows = [(r["name"], r["robot"], str(r["joints"]), r["convention"]) for r in found["robots"]]
+        yield Section.of("", table("robot", "", "joints", "convention", right=(2,), title=title, rows=rows))
+        title = "Conventions: for a robot of your own"
+        rules = [(c["name"], c["formula"], "yes" if c["complete"] else "no") for c in found["conventions"]]
+        words = (
+            "complete: every small geometric error can be written, parallel axes included",
+            "cable: a robot on cables",
+        )
+        yield Section.of("", table("convention", "each joint is", "complete", title=title, rows=rules), *quiet(*words))
+        return
+    head = f"{found.name}, convention {found.convention}:" if found.convention else f"{found.name}:"
+    verb = "check" if found.convention else "cable tension"
+    yield Section.of(
+        "",
+        Text.of(head),
+        *(Text.of(str(path), indent=2) for path in made.written),
+        Text.of(f"Fill them in, then: robocal {verb} {quote(str(found.robot))} {quote(_second(made))}"),
+    )
+
+
+def _second(made: Outcome) -> str:
+    """What the robot's file is checked with: the data file, or the poses of a cable robot."""
+    return str(next(p for p in made.written if p != made.result.robot))

@@ -1,0 +1,104 @@
+"""Files to start from."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robocal.arms import catalog
+from robocal.arms.chain import Chain
+from robocal.arms.conventions import CONVENTIONS
+from robocal.errors import ModelError, nearest
+from robocal.files.cable.templates import cable_templates
+from robocal.files.templates import convention_chain, templates
+from robocal.files.writing import refuse_existing, write_files
+from robocal.measure.data import DataSet
+from robocal.session.inputs import open_arm
+from robocal.session.simulate import sample_joints
+from robocal.simulation.rigs import RIGS, Instrument, measure
+
+__all__ = ["CABLE", "New", "listing", "new", "new_cable"]
+
+ROWS = 12  # of the example table
+CABLE = "cable"  # what a cable robot is asked for by
+
+
+@dataclass(frozen=True)
+class New:
+    """What the files are of, the robot's own file, and what was written; a cable robot has no convention."""
+
+    name: str
+    convention: str | None
+    robot: Path
+    written: tuple[Path, ...]
+
+
+def listing() -> dict[str, list[dict[str, Any]]]:
+    """What `new` can start from: the catalogue and the conventions."""
+    arms = [(name, catalog.get(name)) for name in catalog.names()]
+    return {
+        "robots": [
+            {"name": n, "robot": a.name, "convention": a.convention, "joints": len(a.joints), "source": a.source}
+            for n, a in arms
+        ],
+        "conventions": [
+            {"name": c.name, "formula": c.formula, "complete": c.complete, "source": c.source}
+            for c in CONVENTIONS.values()
+        ],
+    }
+
+
+def new_cable(output: Path, force: bool) -> New:
+    """Writes robot.yaml and poses.csv of a cable robot. Raises FileError for a file that exists."""
+    texts = cable_templates()
+    refuse_existing(output, list(texts), force)
+    written = write_files(output, texts)
+    return New("my cable robot", None, written[0], written)
+
+
+def new(
+    robot: str, output: Path, joints: int, kind: str, force: bool, base: str | None = None, tip: str | None = None
+) -> New:
+    """Writes robot.yaml, data.yaml and measurements.csv of an arm; of one that has a file of its own, all but the first. Raises
+    ModelError for an unknown name, FileError for a file that exists."""
+    if kind not in RIGS:
+        raise ModelError(
+            "unknown kind", key="--kind", found=kind, expected=", ".join(RIGS), suggestion=nearest(kind, RIGS)
+        )
+    own = Path(robot) if os.path.isfile(robot) else None
+    if own is not None:
+        arm = open_arm(own, base=base, tip=tip).chain
+    elif robot in catalog.names():
+        arm = catalog.get(robot)
+    elif robot in CONVENTIONS:
+        arm = convention_chain(robot, joints)
+    else:
+        known = [*catalog.names(), *CONVENTIONS, CABLE]
+        raise ModelError(
+            "neither a file nor a robot of the catalogue, nor a convention, nor cable",
+            found=robot,
+            expected="a name of robocal new --list, or the file of a robot",
+            suggestion=nearest(robot, known),
+        )
+    texts = templates(arm, kind=kind, example=_example(arm, kind))
+    if own is not None:
+        del texts["robot.yaml"]
+    refuse_existing(output, list(texts), force)
+    written = write_files(output, texts)
+    return New(arm.name, arm.convention, own or written[0], written)
+
+
+def _example(arm: Chain, kind: str) -> DataSet | None:
+    """Rows that a perfect instrument would read of the nominal robot; the templates make those of positions and poses."""
+    if kind in ("position", "pose"):
+        return None
+    within = np.clip(sample_joints(arm, ROWS, np.random.default_rng(1)), -1.0, 1.0)
+    # Joint values that are short to read.
+    short = np.where(
+        [j.type == "prismatic" for j in arm.joints], np.round(within, 2), np.radians(np.round(np.degrees(within)))
+    )
+    return measure(arm, short, Instrument(kind), None)

@@ -1,0 +1,170 @@
+"""`plan`: which poses to measure, written as a joint program with the data file to be filled in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from shlex import quote
+from typing import Any
+
+from robocal.report.sections import Detail, Section, Text, Written, ends, figure, quiet, strong, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, arg, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+__all__ = ["Options", "run", "sections"]
+
+FILES = ("poses.csv", "data.yaml", "data.csv", "plan.json", "plan.html")
+BOX = "x0,y0,z0,x1,y1,z1"
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Choose which poses to measure, and say how many are enough.
+
+    Writes a joint program in an order that is short to travel, and the data file to be filled in.
+
+    \b
+    robocal plan ur10 -n 25 -o plan
+    robocal plan robot.yaml data.yaml --accuracy 0.2 --floor 0 -o plan
+    robocal plan robot.yaml --after data.yaml -n 10 -o more
+    """
+
+    robot: w.Robot
+    data: str | None = arg(
+        None,
+        "DATA",
+        "A data file that says which instrument will measure; its measurements do not count (see --after).",
+    )
+    output: Path | None = opt(
+        None, "Write poses.csv, data.yaml, plan.json and plan.html here", short="-o", metavar="DIR"
+    )
+    count: int | None = opt(
+        None, "How many poses", name="--poses", short="-n", metavar="N", least=1, most=500, otherwise="enough"
+    )
+    criterion: str = opt("I", "I: mean error at test poses; G: the largest; D, A, E, O1 to O5", metavar="NAME")
+    accuracy: float | None = opt(
+        None, "Mean error at test poses that is enough", metavar="LENGTH", unit="length", above=0
+    )
+    after: tuple[str, ...] = opt((), "Continue from these measurements: what they know counts", metavar="DATA")
+    kind: w.Kind = "position"
+    noise: w.Noise = None
+    frame: w.Frame = "auto"
+    candidates: int = opt(
+        5000, "How many candidates to draw in the region", name="--draw", metavar="N", least=20, most=100_000
+    )
+    listed: str | None = opt(
+        None, "Choose from this list of poses (CSV with joint columns, data.yaml)", name="--candidates", metavar="FILE"
+    )
+    tests: str | None = opt(None, "Predict at these poses, not at a sample", metavar="FILE")
+    task: str | None = opt(
+        None,
+        f"Predict inside {BOX} of the tool point, while measuring anywhere allowed",
+        metavar="BOX",
+        unit="length",
+        numbers=BOX,
+    )
+    box: str | None = opt(
+        None, f"Measure only with the tool point inside {BOX}", metavar="BOX", unit="length", numbers=BOX
+    )
+    floor: float | None = opt(
+        None, "Keep tool point and flange above this height over the base", metavar="Z", unit="length"
+    )
+    pedestal: str | None = opt(
+        None, "Keep both out of a cylinder of radius R up to height H around the base", numbers="R,H", unit="length"
+    )
+    distance: str | None = opt(
+        None, "Keep the target this far from the instrument", name="--range", numbers="MIN,MAX", unit="length"
+    )
+    cone: float | None = opt(
+        None, "Keep it within this angle of the instrument's z axis", metavar="ANGLE", unit="angle", above=0
+    )
+    facing: float | None = opt(
+        None, "Let its z axis point at the instrument within this angle", metavar="ANGLE", unit="angle", above=0
+    )
+    seed: w.Seed = 0
+    force: w.Force = False
+    base: w.Base = None
+    tip: w.Tip = None
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Plans and, given a folder, writes. Raises InputError."""
+    from robocal.files.plain import json_text
+    from robocal.files.writing import refuse_existing
+    from robocal.verbs.plan.result import planned
+
+    refuse_existing(o.output, FILES, o.force)
+    made, texts = planned(o, watch, command)
+    document = made.document
+    outcome = Outcome(made, lambda: document, remarks=made.warnings)
+    return outcome.paged(
+        o.output, sections(outcome), lambda: {**texts, "plan.json": json_text(document)}, "plan.html",
+        title=made.robot.name, kind="Plan of poses", facts=_facts(document),
+    )  # fmt: skip
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """Accuracy against the number of poses, and what to do next."""
+    from robocal.report.plan import foretold, places
+    from robocal.verbs.plan.result import points
+
+    found = made.document()
+    n = found["poses"]
+    head = f"   {n} poses of {found['candidates']} candidates, kind {found['kind']}, criterion {found['criterion']}"
+    before = [f"{found['measured_before']} poses were measured before and count"] if found["measured_before"] else []
+    yield Section.of("", Text.of((found["robot"], "strong"), head), *quiet(*before))
+    shown = [row for row in found["forecast"] if (k := row["poses"]) == n or (k and k % 5 == 0)]
+    rows = (
+        (
+            str(row["poses"]), figure(row["mean_mm"]), figure(row["p95_mm"]), figure(row["random_mm"]),
+            "" if row["gain_mm"] is None else f"-{figure(row['gain_mm'], 2)}",
+        )
+        for row in shown
+    )  # fmt: skip
+    forecast = table(
+        "poses", "mean", "95 %", "random", "last pose", right=(0, 1, 2, 3, 4), title="Foretold error [mm] at other poses",
+        rows=rows, styles=["strong" if row["poses"] == n else "" for row in shown],
+    )  # fmt: skip
+    yield Section.of(
+        "", Detail(lambda: foretold(found)), forecast, *quiet(*_near(found)), *map(strong, _enough(found)),
+        title="How many poses", key="forecast",
+    )  # fmt: skip
+    yield Section.of("", Detail(lambda: places(points(made.result))), title="Where", key="places")
+    yield from ends(made.remarks)
+    if made.written:
+        ready = next((p for p in made.written if p.name == "data.yaml"), None)
+        words = (
+            ready
+            and f"next: measure, fill in {ready.with_suffix('.csv')}, then "
+            f"robocal identify {quote(str(made.result.opened))} {quote(str(ready))}"
+        )
+        yield Section.of("", Written(made.written), Text.of(words) if words else None)
+
+
+def _facts(found: dict[str, Any]) -> tuple[tuple[str, str], ...]:
+    """What stands below the title of its page."""
+    candidates = f"{found['candidates']} candidates"
+    named = ("Poses", "poses"), ("Measured before", "measured_before"), ("Kind", "kind"), ("Criterion", "criterion")
+    return (*((name, str(found[key])) for name, key in named), ("Chosen from", candidates))
+
+
+def _near(found: dict[str, Any]) -> Iterator[str]:
+    """How far the forecast depends on the nominal model, and how far the choice is from the best."""
+    low, high = min(found["perturbed_models_mm"]), max(found["perturbed_models_mm"])
+    yield f"at models that are off as far as expected: {figure(low)} to {figure(high)} mm"
+    value, limit = found["selection"]["value"], found["selection"]["limit"]
+    if found["criterion"] == "I" and limit:
+        more = 100 * ((value / limit) ** 0.5 - 1)
+        # Fewer poses than unknowns leave the limit so far away that it says nothing.
+        if more < 100:
+            yield f"no {found['poses']} of these candidates are better by more than {figure(more, 2)} %"
+
+
+def _enough(found: dict[str, Any]) -> list[str]:
+    """How many poses are enough, where that can be said."""
+    enough, asked = found["enough"], found["asked_accuracy_mm"]
+    if asked is not None:
+        return [f"{enough} poses reach {figure(asked)} mm"] if enough else []
+    return [f"{enough} poses are enough: five more gain less than 5 %" if enough else "more poses still help"]

@@ -1,0 +1,213 @@
+"""Which poses to measure, written as a joint program with the data file to be filled in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.errors import ModelError
+from robocal.files.datawrite import data_text, table_text
+from robocal.files.parts import made_by
+from robocal.files.plain import plain
+from robocal.files.poses import poses_text, read_poses
+from robocal.files.robot import Robot
+from robocal.files.text import InputFile
+from robocal.measure.data import DataSet
+from robocal.planning.candidates import Region, Template, observed
+from robocal.planning.poses import Plan, PlanOptions, plan
+from robocal.planning.route import length, travel
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark, told
+from robocal.session.inputs import open_arm, read_inputs, robot_files
+from robocal.session.watching import Watch, computable
+from robocal.verbs.plan.instruments import known, template
+
+__all__ = ["Planned", "planned", "points"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A plan, with the robot and files that it was made from."""
+
+    robot: Robot
+    opened: str  # what the robot was opened by
+    plan: Plan
+    options: PlanOptions
+    template: Template  # with the sigma that is stated
+    inputs: tuple[InputFile, ...]
+    warnings: tuple[Remark, ...]
+    command: str = ""
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """plan.json: lengths in mm, joint values in SI."""
+        p, f = self.plan, self.plan.forecast
+        distance = travel(self.robot.chain, p.q)
+        n = len(p.q)
+        found: dict[str, Any] = plain(
+            {
+                "robot": self.robot.chain.name,
+                "kind": p.template[0].kind,
+                "instruments": [o.label for o in p.template],
+                "criterion": p.criterion,
+                "poses": n,
+                "measured_before": p.measured,
+                "candidates": len(p.candidates),
+                "tests": len(p.tests),
+                "parameters": list(p.parameters),
+                "accuracy": {"mean_mm": f.mean[n] * 1e3, "p95_mm": f.p95[n] * 1e3, "random_mm": f.random[n] * 1e3},
+                "enough": p.enough,
+                "asked_accuracy_mm": None if self.options.accuracy is None else self.options.accuracy * 1e3,
+                "forecast": [
+                    {
+                        "poses": int(k), "mean_mm": a * 1e3, "p95_mm": b * 1e3, "random_mm": r * 1e3,
+                        "gain_mm": (f.mean[i - 1] - a) * 1e3 if i else None,
+                    }
+                    for i, (k, a, b, r) in enumerate(zip(f.count, f.mean, f.p95, f.random, strict=True))
+                ],
+                "perturbed_models_mm": (p.doubts * 1e3).tolist(),
+                "selection": {
+                    "greedy": p.design.start_value, "value": p.design.value, "exchanges": p.design.exchanges, "limit": p.limit,
+                },
+                "travel_rad": {"by_rank": length(distance, np.arange(n)), "path": length(distance, p.path)},
+                "program": [
+                    {"id": f"p{i + 1:0{len(str(n))}d}", "rank": int(k) + 1, "candidate": p.names[k], "joints_si": p.q[k]}
+                    for i, k in enumerate(p.path)
+                ],
+                **told(self.warnings),
+                "provenance": made_by(self.command, self.inputs),
+            }
+        )  # fmt: skip
+        return found
+
+
+def planned(o: Any, watch: Watch | None = None, command: str = "") -> tuple[Planned, dict[str, str]]:
+    """A plan by the options of the verb, and the files that go with it where they are to be written. Raises InputError."""
+    arm = open_arm(o.robot, base=o.base, tip=o.tip)
+    si = o.si(arm.units)
+    if o.noise == 0:
+        raise ModelError("out of range", key="--noise", found=o.noise, expected="a finite number above 0")
+    warnings, files = arm.warnings, robot_files(arm, o.robot)
+    links: dict[str, Any] = {"base": o.base, "tip": o.tip, "watch": watch}
+    done = read_inputs(o.robot, o.after, **links) if o.after else None
+    given = read_inputs(o.robot, [o.data], **links) if o.data else None
+    for more in (done, given):
+        if more is not None:
+            warnings = tuple(dict.fromkeys((*warnings, *more.warnings)))
+            files = tuple(dict.fromkeys((*files, *more.files)))
+    region = _region(o, si)
+    with computable(o.robot, *o.after):
+        stated = template(arm, done, given, o.kind, si.noise, o.frame)
+        at_work, measured, values = known(arm, stated, done, given, watch)
+    if region.needs_instrument and done is None and given is None and o.frame == "auto":
+        raise ModelError(
+            "it is not known where the instrument stands", key="--frame", found=o.frame,
+            expected="x,y,z,rx,ry,rz of the base seen from it, or measurements",
+        )  # fmt: skip
+    choices, there = None, None
+    if o.listed is not None:
+        names, q, read = read_poses(o.listed, arm.chain)
+        choices, files = (names, q), (*files, *read)
+    if o.tests is not None:
+        _, there, read = read_poses(o.tests, arm.chain)
+        files = (*files, *read)
+    warnings = (*warnings, *(remark for file in files for remark in file.remarks))
+    options = PlanOptions(
+        o.count, o.criterion, o.candidates, accuracy=si.accuracy, seed=o.seed, region=region,
+        task=None if o.task is None else replace(region, box=_box("--task", o.task, si.task)),
+    )  # fmt: skip
+    with computable(o.robot, *o.after):
+        made = plan(
+            arm.chain, at_work, options, listed=choices, tests=there, measured=measured, values=values, watch=watch
+        )
+    warnings = (*warnings, *_doubts(made, si.accuracy, at_work))
+    found = Planned(arm, o.robot, made, options, stated, files, warnings, command)
+    if o.output is None:
+        return found, {}
+    texts, said = _texts(found)
+    return replace(found, warnings=(*found.warnings, *said)), texts
+
+
+def _region(said: Any, si: Any) -> Region:
+    """Where may be measured, from the options of the verb as they were said and in SI. Raises ModelError."""
+    for option, found, good, expected in (
+        ("--pedestal", said.pedestal, si.pedestal is None or si.pedestal[0] > 0, "R,H with R above 0"),
+        (
+            "--range",
+            said.distance,
+            si.distance is None or 0 <= si.distance[0] < si.distance[1],
+            "MIN,MAX with 0 <= MIN < MAX",
+        ),
+    ):
+        if not good:
+            raise ModelError("out of range", key=option, found=found, expected=expected)
+    return Region(_box("--box", said.box, si.box), si.floor, si.pedestal, si.distance, si.cone, si.facing)
+
+
+def _box(
+    option: str, said: str | None, ends: Array | None
+) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
+    """A box from its ends x0,y0,z0,x1,y1,z1 (6,) in m. Raises ModelError for an empty one."""
+    if ends is None:
+        return None
+    a, b, c, d, e, f = ends.tolist()
+    if not (a < d and b < e and c < f):
+        raise ModelError(
+            "an empty box", key=option, found=said, expected="x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1, z0 < z1"
+        )
+    return (a, b, c), (d, e, f)
+
+
+def _doubts(made: Plan, wanted: float | None, at_work: Template) -> tuple[Remark, ...]:
+    """What to know of the forecast."""
+    out = []
+    if wanted is not None and made.enough is None:
+        best, after = Quantity(float(made.forecast.mean[-1])), int(made.forecast.count[-1])
+        out.append(Remark.of(Code.ACCURACY_NOT_REACHED, best=best, poses=after))
+    if any(o.sigma is None for o in at_work):
+        out.append(Remark.of(Code.SIGMA_ASSUMED))
+    return tuple(out)
+
+
+def _texts(made: Planned) -> tuple[dict[str, str], tuple[Remark, ...]]:
+    """The joint program, and the data file with its table to be filled in; and a warning where a kind has no table."""
+    p, chain, units = made.plan, made.robot.chain, made.robot.units
+    n = len(p.q)
+    names = tuple(f"p{i + 1:0{len(str(n))}d}" for i in range(n))
+    q = p.q[p.path]
+    program = poses_text(chain, names, q, [int(k) + 1 for k in p.path], units)
+    blank = observed(made.template, q, names, {})
+    unknown = []
+    for obs in blank.observations:
+        frame = obs.frame
+        if frame is not None and all(frame.free):
+            frame = replace(frame, value=(0.0,) * 6)
+        unknown.append(replace(obs, value=np.full_like(obs.value, np.nan), frame=frame))
+    try:
+        data = DataSet(blank.configurations, tuple(unknown))
+        table, said = table_text(data, chain, units), data_text(data, chain, "data.csv", units)
+    except ModelError as error:
+        left = Remark.of(Code.NO_DATA_FILE, reason=f"{error.message} ({error.found})")
+        return {"poses.csv": program}, (left,)
+    empty = "\n".join(",".join("" if c == ".nan" else c for c in r.split(",")) for r in table.split("\n"))
+    return {"poses.csv": program, "data.csv": empty, "data.yaml": said}, ()
+
+
+def points(made: Planned) -> dict[str, list[list[float]]]:
+    """Tool positions (m) of candidates, chosen and test poses, for the picture."""
+    chain, p = made.robot.chain, made.plan
+    some = p.candidates[:1000]
+    return {
+        name: chain.pose(q, {})[:, :3, 3].tolist() if not _columns(made) else []
+        for name, q in (("candidates", some), ("tests", p.tests), ("chosen", p.q[p.path]))
+    }
+
+
+def _columns(made: Planned) -> bool:
+    """Whether the model needs more than joint values to say where the tool is."""
+    return bool(set(made.robot.chain.program.columns) - set(made.robot.chain.joint_names))

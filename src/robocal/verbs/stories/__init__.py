@@ -1,1 +1,0 @@
-"""The cases of the demo: stories made of other verbs."""

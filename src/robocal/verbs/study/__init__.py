@@ -1,0 +1,158 @@
+"""`study`: many simulated trials of one procedure, as a file says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from robocal.errors import FileError, ModelError
+from robocal.report.sections import Cell, Section, Text, ends, figure, quiet, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, arg, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.studies.cluster import Cluster
+
+__all__ = ["Options", "details", "run", "sections"]
+
+SHOWN = {"m": (1e3, "mm"), "1": (1.0, "")}
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Simulate a study: so many trials of a calibration at every point of a sweep, over all cores.
+
+    The same numbers for the same seed, however many workers there are; a page with pictures of the sweep is written beside them. What
+    is done is kept beside the result until all is: after any interruption --resume goes on.
+
+    \b
+    robocal study examples/studies/figure-3.8.yaml
+    robocal study study.yaml --workers 2 -o result.csv
+    robocal study study.yaml --resume
+    """
+
+    study: str = arg(..., "STUDY", "study.yaml: robot, poses, noise, trials and what is varied.")
+    workers: int | None = opt(
+        None, "Processes on this machine", metavar="N", least=1, most=1024, otherwise="as many as cores"
+    )
+    cluster: str | None = opt(
+        None,
+        "A Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT: workers read the robot where it is here",
+        metavar="ADDRESS",
+    )
+    tls_ca: Path | None = opt(None, "For --cluster: certificate of the authority", metavar="FILE")
+    tls_cert: Path | None = opt(None, "For --cluster: our certificate", metavar="FILE")
+    tls_key: Path | None = opt(None, "For --cluster: its key", metavar="FILE")
+    resume: bool = opt(False, "Go on with a study that was interrupted")
+    output: Path | None = opt(
+        None, "Every trial as .npz, or as .csv", short="-o", metavar="FILE", otherwise="beside the study, as .npz"
+    )
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Runs a study; the file holds every output of every trial, the .json beside it what is said of them. Raises InputError."""
+    import os
+
+    from robocal.files.alone import alone
+    from robocal.files.plain import json_text
+    from robocal.files.studyfile import read_study
+    from robocal.files.writing import refuse_existing, refuse_unwritable, write_files
+    from robocal.report.page import page
+    from robocal.studies.run import clear, conduct, parts_of
+    from robocal.verbs.study.result import document, lost, written
+
+    far = _far(o)
+    study = read_study(o.study)
+    result = study.path.with_suffix(".npz") if o.output is None else o.output
+    written(result)  # which way, before anything is worked out
+    summed, drawn = result.with_suffix(".json"), result.with_suffix(".html")
+    with alone(parts_of(result)):
+        for place in (result, summed, drawn):
+            refuse_existing(place, (), o.force)
+            refuse_unwritable(place)
+        if o.force and not o.resume:  # with it, the result is replaced by what was begun
+            clear(result)
+        workers = o.workers or os.cpu_count() or 1
+        found = conduct(study, result, workers=workers, resume=o.resume, cluster=far, watch=watch)
+        files = {result.name: written(result)(found)}
+        remarks, whole = lost(found)
+        outcome = Outcome(found, lambda: document(found, command), whole, remarks)
+        files[summed.name] = json_text(outcome.document()).encode("utf-8")
+        if len(study.points) > 1:
+            head, *tables = sections(outcome)
+            told, recipe = (head, *details(outcome), *tables), outcome.document()["provenance"]
+            files[drawn.name] = page(study.path.name, told, kind="Study", recipe=recipe).encode("utf-8")
+        places = write_files(result.parent, files, remove=(drawn.name,))
+        clear(result)
+    return outcome.kept(places)
+
+
+def _far(o: Options) -> Cluster | None:
+    """The cluster that is asked for. Raises ModelError for what is said of one where there is none, and of processes here where there is
+    one."""
+    from robocal.studies.cluster import Cluster
+
+    tls = {"--tls-ca": o.tls_ca, "--tls-cert": o.tls_cert, "--tls-key": o.tls_key}
+    said = {name: value for name, value in tls.items() if value is not None}
+    if o.cluster is not None:
+        if o.workers is not None:
+            raise ModelError(
+                "a cluster has its own workers", key="--workers", found=o.workers, expected="--cluster alone"
+            )
+        for name, file in said.items():
+            if not file.is_file():
+                raise FileError("there is no such file", file=file, key=name)
+        return Cluster(o.cluster, *(None if v is None else str(v) for v in tls.values()))
+    for name, file in said.items():
+        raise ModelError("this is about a cluster", key=name, found=str(file), expected="--cluster tls://HOST:PORT")
+    return None
+
+
+def details(made: Outcome) -> Iterator[Section]:
+    """A picture of every output."""
+    from robocal.verbs.study.page import pictures
+
+    yield from pictures(made.result)
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """Root mean square, mean and scatter of every output at every point, and what theory foretells."""
+    from robocal.verbs.study.result import summary
+
+    found = made.result
+    study = found.study
+    yield Section.of(
+        "",
+        Text.of(
+            (study.path.name, "strong"),
+            f"   {study.trials} trials at each of {len(study.points)} points, seed {study.seed}",
+        ),
+    )
+    varied = [name for name, _ in study.points[0].varied]
+    for name, si in found.units.items():
+        factor, unit = SHOWN[si]
+        rows: list[tuple[Cell, ...]] = []
+        for point, s in zip(study.points, summary(found, name), strict=True):
+            told = figure(factor * s.foretold) if s.foretold is not None else ""
+            lost = str(s.lost) if s.lost else ""
+            rows.append(
+                (*(v for _, v in point.varied), *(figure(factor * v) for v in (s.rms, s.mean, s.scatter)), told, lost)
+            )
+        columns: list[Any] = [
+            *varied,
+            f"{name}: rms [{unit}]" if unit else f"{name}: rms",
+            "mean",
+            "scatter",
+            "foretold",
+            "lost",
+        ]
+        yield Section.of(
+            "", table(*columns, right=tuple(range(len(varied), len(columns))), rows=rows),
+            *quiet("rms and mean over trials, scatter: standard deviation of one trial; lost: trials without it, not among these"),
+            title=name, key=name,
+        )  # fmt: skip
+    yield from ends(made.remarks, made.written)

@@ -1,0 +1,134 @@
+"""The page of a study: its numbers, and a picture of every output against what was varied."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.files.studyfile import QUANTITIES
+from robocal.files.units import UNITS
+from robocal.report.sections import Figure, Section, Text
+from robocal.report.sweep import Axis, Curve, curves, levels
+from robocal.studies.run import Found
+from robocal.verbs.study.result import summary
+
+__all__ = ["pictures"]
+
+Array = NDArray[np.float64]
+SHOWN = {"m": UNITS["mm"], "rad": UNITS["deg"]}
+DIGITS = 1e-9  # of the unit that is shown
+FEW = 3  # values along an axis; lines of equal error take as many of both
+
+
+@dataclass(frozen=True)
+class _Key:
+    """What was varied: its name, its values as they were written, in order, and as numbers of the unit that is shown."""
+
+    name: str
+    words: tuple[str, ...]
+    numbers: tuple[float, ...] | None
+
+    @property
+    def axis(self) -> Axis:
+        si = QUANTITIES.get(self.name)
+        title = f"{self.name} [{SHOWN[si].name}]" if si else self.name
+        if self.numbers is None:
+            return Axis(title, np.arange(len(self.words), dtype=float), self.words)
+        return Axis(title, np.array(self.numbers))
+
+
+def _keys(found: Found) -> list[_Key]:
+    points = found.study.points
+    out = []
+    for i, (name, _) in enumerate(points[0].varied):
+        seen = {p.varied[i][1]: p for p in points}
+        si, at = QUANTITIES.get(name), [dict(p.settings).get(name) for p in seen.values()]
+        numbers = [float(v) for v in at if isinstance(v, int | float) and not isinstance(v, bool)]
+        shown = tuple(SHOWN[si].from_si(v) if si else v for v in numbers)
+        out.append(_Key(name, tuple(seen), shown if len(shown) == len(seen) else None))
+    return out
+
+
+def pictures(found: Found) -> Iterator[Section]:
+    """A picture of every output: against the number that was varied most, a curve for each combination of the rest; where two numbers
+    were varied, lines of equal error."""
+    keys = _keys(found)
+    order = sorted(range(len(keys)), key=lambda i: (keys[i].numbers is None, -len(keys[i].words)))
+    many = [i for i in order if keys[i].numbers is not None and len(keys[i].words) >= FEW]
+    axes = many[:2] if len(many) > 1 else order[:1]
+    axes.sort()
+    rest = [i for i in range(len(keys)) if i not in axes]
+    for name, si in found.units.items():
+        values, told, of = _values(found, name)
+        unit = SHOWN[si].name if si in SHOWN else ""
+        blocks: list[Text | Figure] = []
+        if len(axes) == 2:
+            x, y = keys[axes[0]].axis, keys[axes[1]].axis
+            for k, more in enumerate(_combined(keys, rest)):
+                at = [
+                    _at(found, keys, rest, more, axes, pair)
+                    for pair in itertools.product(*(keys[i].words for i in axes))
+                ]
+                shape = (len(x.values), len(y.values))
+                grid, theory = values[at].reshape(shape), told[at].reshape(shape)
+                said = f"Lines of equal {name} ({of}) over {x.title} and {y.title}{_where(_told(keys, rest, more))}; dotted: as foretold."
+                drawn = levels(x, y, grid, theory if np.isfinite(theory).any() else None, unit, said, f"{name}-{k}")
+                blocks += [Text.of(said), *([Figure(drawn)] if drawn else [])]
+        else:
+            x = keys[axes[0]].axis
+            lines = []
+            for more in _combined(keys, rest):
+                at = [_at(found, keys, rest, more, axes, (word,)) for word in keys[axes[0]].words]
+                theory = told[at]
+                lines.append(
+                    Curve(", ".join(_told(keys, rest, more)), values[at], theory if np.isfinite(theory).any() else None)
+                )
+            said = f"{name} ({of}) against {x.title}."
+            if any(c.told is not None for c in lines):
+                said += " Dotted: as linear theory foretells; below: by how much what was found is more."
+            if unit and np.nanmax(values, initial=0.0) < DIGITS:
+                blocks.append(Text.of(f"{name} ({of}): below {DIGITS:g} {unit} everywhere, what digits leave."))
+            else:
+                drawn = curves(x, lines, f"{name}: {of}" + (f" [{unit}]" if unit else ""), said, name)
+                blocks += [Text.of(said), *([Figure(drawn)] if drawn else [])]
+        yield Section("", tuple(blocks), f"{name}, drawn", f"{name}-drawn")
+
+
+def _values(found: Found, name: str) -> tuple[Array, Array, str]:
+    """What is drawn of an output at every point, as shown, what is foretold of it, and what it is: theory speaks of the root mean
+    square."""
+    every, si = summary(found, name), found.units[name]
+    factor = 1.0 / SHOWN[si].factor if si in SHOWN else 1.0
+    told = np.array([np.nan if s.foretold is None else s.foretold for s in every])
+    foretold = bool(np.isfinite(told).any())
+    return (
+        factor * np.array([s.rms if foretold else s.mean for s in every]),
+        factor * told,
+        "rms" if foretold else "mean",
+    )
+
+
+def _combined(keys: list[_Key], rest: list[int]) -> Iterator[tuple[str, ...]]:
+    return itertools.product(*(keys[i].words for i in rest))
+
+
+def _told(keys: list[_Key], rest: list[int], more: tuple[str, ...]) -> tuple[str, ...]:
+    """A combination in words: a number says of what it is."""
+    return tuple(w if keys[i].numbers is None else f"{keys[i].name} {w}" for i, w in zip(rest, more, strict=True))
+
+
+def _where(more: tuple[str, ...]) -> str:
+    return f", {', '.join(more)}" if more else ""
+
+
+def _at(
+    found: Found, keys: list[_Key], rest: list[int], more: tuple[str, ...], axes: list[int], pair: tuple[str, ...]
+) -> int:
+    """The number of the point with these words."""
+    words = dict(zip((*rest, *axes), (*more, *pair), strict=True))
+    sizes = [len(k.words) for k in keys]
+    return int(np.ravel_multi_index([k.words.index(words[i]) for i, k in enumerate(keys)], sizes))

@@ -1,0 +1,188 @@
+"""`validate`: how wrong a robot model is on data that it was not fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from robocal.report.sections import (
+    SPREAD,
+    Block,
+    Cell,
+    Detail,
+    Facts,
+    Noted,
+    Section,
+    Text,
+    Verdict,
+    ends,
+    figure,
+    quiet,
+    spread,
+    table,
+)
+from robocal.verbs import words as w
+from robocal.verbs.option import Told, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.validate.result import Validation
+
+__all__ = ["Options", "run", "sections"]
+
+FIGURES = {
+    "AP": ("pose accuracy", "from the commanded position to the barycentre"),
+    "RP": ("pose repeatability", "mean distance to the barycentre plus three standard deviations"),
+    "vAP": ("multi-directional variation", "largest distance between barycentres"),
+    "AD": ("distance accuracy", "mean measured distance minus the commanded one"),
+    "RD": ("distance repeatability", "three standard deviations"),
+}
+
+FILES = ("validation.json", "validation.html")
+TOOL = ("tool.x", "tool.y", "tool.z")
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Measure the error of a robot model on data that it was not fitted to.
+
+    With repeated visits also pose accuracy and repeatability, and distance accuracy, as ISO 9283 defines them.
+
+    The robot stays as it is. Frames of instruments that the data leave free are fitted again; the figures are then
+    labelled profiled.
+
+    \b
+    robocal validate run other.yaml --against robot.yaml
+    robocal validate robot.yaml other.yaml --offsets offsets.csv
+    """
+
+    robot: w.Robot
+    data: w.Data
+    against: str | None = opt(None, "Compare with this robot, say the nominal", metavar="ROBOT")
+    offsets: str | None = opt(None, "Judge these joint offsets (CSV, ROS, xacro) on the nominal robot", metavar="FILE")
+    distances: str = opt(
+        "consecutive",
+        "Between which places: consecutive, all, group, or a column of the configurations",
+        metavar="PAIRS",
+    )
+    exclude: w.Exclude = ()
+    output: Path | None = opt(None, f"Write {FILES[0]} and {FILES[1]} here", short="-o", metavar="DIR")
+    force: w.Force = False
+    seed: w.Seed = 0
+    base: w.Base = None
+    tip: w.Tip = None
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Validates a robot on data files; a folder gets validation.json and validation.html. Raises InputError."""
+    from robocal.files.plain import json_text
+    from robocal.files.writing import refuse_existing
+    from robocal.verbs.validate.result import validated
+
+    refuse_existing(o.output, FILES, o.force)
+    made = validated(o, command, watch)
+    outcome = Outcome(made, lambda: made.document, made.trusted, made.warnings)
+    facts = (("Compared with", made.against.name if made.against else ""),)
+    return outcome.paged(
+        o.output, sections(outcome), lambda: {FILES[0]: json_text(made.document)}, FILES[1],
+        title=made.robot.name, kind="Validation report", facts=facts,
+    )  # fmt: skip
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """The errors of a model, and of another one."""
+    from robocal.report.validation import standing
+
+    found: Validation = made.result
+    head: list[Block] = [Text.of((found.robot.name, "strong"), f"   {len(found.poses)} measured positions")]
+    if found.offsets is not None:
+        head += quiet(f"judged: the nominal robot with the joint offsets of {found.offsets}")
+    if found.reasons:
+        advice = tuple(dict.fromkeys(r.advice for r in found.reasons if r.advice))
+        head.append(Verdict("not to be trusted", "bad", tuple(r.sentence for r in found.reasons), advice))
+    yield Section.of("", *head)
+    yield Section.of("", *_errors(found), title="Errors of single measurements", key="errors")
+    if found.iso:
+        more = Detail(lambda: standing(found.iso, found.against is not None))
+        yield Section.of("", *_standard(found.iso), more, title=str(found.iso.get("standard")), key="standard")
+    told = list(_told(found))
+    worst = sorted(found.poses, key=lambda p: -p["error_mm"])[:3]
+    if len(found.poses) > 3:
+        told += quiet("worst: " + ", ".join(f"{p['configuration']} {figure(p['error_mm'], 3)} mm" for p in worst))
+    if told:
+        yield Section.of("", *told)
+    yield from ends(made.remarks, key="warnings")
+    yield Section.of("", Detail(lambda: _recipe(found)), title="Recipe", key="recipe")
+    yield from ends(written=made.written)
+
+
+def _recipe(found: Validation) -> Iterator[Block]:
+    yield Facts((("Command", found.command),))
+    rows: list[tuple[Cell, ...]] = [(str(i.file), (i.sha256, "code")) for i in found.inputs]
+    yield table("file", "SHA-256", rows=rows, title="Inputs")
+
+
+def _errors(found: Validation) -> Iterator[Block]:
+    """A table of lengths and one of angles."""
+    for unit, mine, theirs in (
+        ("mm", found.statistic, found.statistic_against),
+        ("deg", found.angle, found.angle_against),
+    ):
+        if mine is None:
+            continue
+        rows = [
+            (label, *spread(s), "profiled" if s.profiled else "")
+            for label, s in (("this robot", mine), ("against", theirs))
+            if s is not None
+        ]
+        if found.constant is not None and unit == "mm":
+            rows.append(("predicting the mean", figure(found.constant), "", "", "", "", ""))
+        yield table(f"error [{unit}]", *SPREAD, "", right=(1, 2, 3, 4, 5), rows=rows)
+
+
+def _told(found: Validation) -> Iterator[Block]:
+    """What was fitted to these data, and by how much one robot is better."""
+    if found.frames:
+        yield from quiet(
+            f"profiled: {len(found.frames)} parameters of frames were fitted to these data; the errors are enlarged by what that took away"
+        )
+    own = found.robot.chain.table
+    if all(n in own.free and own[n].value == 0 and n not in found.frames for n in TOOL):
+        # A file that says nothing of the tool: its whole length stands in the errors, and nothing else would say so.
+        yield from quiet(
+            f"{', '.join(TOOL)} of this robot are 0 and were not fitted: a target that sits elsewhere on the tool is part of these errors; "
+            "of a robot after --against they are fitted"
+        )
+    tool = [n for n in found.frames_against if n.startswith("tool.")]
+    if tool:
+        yield from quiet(f"of the robot compared with, {', '.join(tool)} were fitted to these data too")
+    if found.gain is not None:
+        mean, low, high = found.gain
+        word, ends = ("smaller", (low, high)) if mean >= 0 else ("larger", (-high, -low))
+        span = f"{figure(ends[0])} to {figure(ends[1])} mm"
+        yield Text.of(f"mean error {word} by {figure(abs(mean))} mm, 95 % interval {span}")
+
+
+def _standard(iso: Mapping[str, Any]) -> Iterator[Block]:
+    """AP, RP, vAP, AD, RD: mean and largest over the places or pairs; what cannot be computed, and why."""
+    compared = any("against" in (iso.get(part) or {}).get("summary", {}) for part in ("pose", "distance"))
+    columns = ("ISO 9283", "mean", "max", *(("against: mean", "max") if compared else ()), "n", "")
+    rows = []
+    for part in ("pose", "distance"):
+        found = iso.get(part)
+        if not found:
+            continue
+        for name, s in found["summary"]["this"].items():
+            other = found["summary"].get("against", {}).get(name, {})
+            unit = found.get("angle_unit", "") if "_" in name else found["unit"]
+            # Of repeatability there is only one: no model enters.
+            there = (figure(other.get("mean")), figure(other.get("max"))) if name.startswith("A") else ("", "")
+            what, how = FIGURES.get(name, ("", ""))
+            note = what + (f", {found['pairs']}" if name == "AD" else "")
+            cells = (figure(s["mean"]), figure(s["max"]), *(there if compared else ()), str(s["n"]))
+            rows.append((Noted(f"{name} [{unit}]", how), *cells, (note, "quiet")))
+    yield table(*columns, right=tuple(range(1, len(columns) - 1)), rows=rows)
+    yield from quiet(*(f"{name}: not computable: {why}" for name, why in iso.get("not_computable", {}).items()))
+    yield from quiet(*iso.get("notes", ()))

@@ -1,0 +1,216 @@
+"""How wrong a robot model is on data that it was not fitted to.
+
+The robot stays as it is. Frames that the data leave free belong to the instrument's day, so they are fitted again.
+That makes every figure a little too good, by sqrt((rows - fitted) / rows) for normal errors; it is put back, and the
+figures are labelled `profiled`. The robot to compare with gets its free tool fitted too, as the baseline of an
+identification: what its file does not say of the tool is no error of its geometry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.apply.iso9283 import Standard, standard
+from robocal.arms.chain import Chain
+from robocal.estimate.choosing.choice import choose
+from robocal.files.parts import made_by
+from robocal.files.robot import Robot
+from robocal.files.text import InputFile
+from robocal.fit.misfit import errors
+from robocal.measure.data import DataSet
+from robocal.prove.evidence import bootstrap_gain, constant_errors
+from robocal.prove.identify import baseline, frame_names
+from robocal.prove.split import leave_one_out_rounds
+from robocal.prove.statistics import Statistic
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Quantity, Remark, documents, sentences
+from robocal.session.inputs import Inputs, open_arm, read_inputs, robot_files
+from robocal.session.reference import OffsetRobot, offset_robot
+from robocal.session.watching import Watch, computable
+from robocal.verbs.validate.layered import layer_beside, layer_words
+from robocal.verbs.validate.seen import unseen
+
+__all__ = ["Errors", "Validation", "model_errors", "validated"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of one model by SI unit: values (N,) with the configuration of each (N,), and the frame parameters that
+    were fitted."""
+
+    position: Array
+    position_at: Ints
+    angle: Array
+    fitted: tuple[str, ...]
+    rows: int
+    values: Mapping[str, float] = field(default_factory=dict)  # of every parameter of the problem
+
+    @property
+    def factor(self) -> float:
+        """What fitting the frames took away from the errors."""
+        return (
+            float(np.sqrt(self.rows / (self.rows - len(self.fitted)))) if self.rows > len(self.fitted) else float("inf")
+        )
+
+
+@dataclass(frozen=True)
+class Validation:
+    """Errors (mm, deg) of a model, and of another one to compare with; `reasons` why they are not to be trusted."""
+
+    robot: Robot
+    against: Robot | None
+    statistic: Statistic | None
+    statistic_against: Statistic | None
+    angle: Statistic | None
+    angle_against: Statistic | None
+    gain: tuple[float, float, float] | None  # mean reduction and its 95 % interval
+    constant: float | None
+    frames: tuple[str, ...]
+    frames_against: tuple[str, ...]
+    poses: tuple[dict[str, Any], ...]
+    reasons: tuple[Remark, ...]
+    warnings: tuple[Remark, ...]
+    inputs: tuple[InputFile, ...]
+    command: str
+    layer: Statistic | None  # with the residual layer of the run folder on top
+    iso: Standard
+    offsets: Path | None  # the file of joint offsets that was judged, on the nominal robot
+
+    @property
+    def trusted(self) -> bool:
+        """Whether nothing speaks against these figures."""
+        return not self.reasons
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What validation.json holds."""
+        named = (("this", self.statistic), ("against", self.statistic_against))
+        angles = (("this", self.angle), ("against", self.angle_against))
+        return {
+            "robocal": 1,
+            "robot": self.robot.name,
+            "offsets": None if self.offsets is None else str(self.offsets),
+            "against": None if self.against is None else self.against.name,
+            "trusted": self.trusted,
+            "reasons": sentences(self.reasons),
+            "errors": {"unit": "mm"} | dict(named),
+            "angle": None if self.angle is None else {"unit": "deg"} | dict(angles),
+            "layer": None if self.layer is None else {"unit": "mm"} | asdict(self.layer),
+            "gain": None if self.gain is None else dict(zip(("mean", "low", "high"), self.gain, strict=True)),
+            "predicting_the_mean": self.constant,
+            "profiled": list(self.frames),
+            "profiled_against": list(self.frames_against),
+            "iso_9283": self.iso,
+            "poses": list(self.poses),
+            "warnings": sentences(self.warnings),
+            "remarks": documents((*self.reasons, *self.warnings)),
+            "provenance": made_by(self.command, self.inputs),
+        }
+
+
+def model_errors(chain: Chain, data: DataSet, watch: Watch | None = None, *, tool: bool = False) -> Errors:
+    """Errors of a model with its own parameters held, frames of instruments fitted; `tool`: what is free of its tool
+    too."""
+    free = tuple(n for n in chain.table.free if tool and n.startswith("tool."))
+    held = replace(chain, table=chain.table.with_free(free))
+    problem, x = baseline(held, data, np.arange(len(data.configurations)), watch)
+    frames = frame_names(held, problem)
+    kept = choose(problem.with_free(frames), x).kept if frames else ()
+    left = problem.residuals(x)
+    position, position_at = errors(left, "m")
+    angle, _ = errors(left, "rad")
+    rows = sum(r.value.size for r in left)
+    values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
+    return Errors(position, position_at, angle, kept, rows, values)
+
+
+def validated(o: Any, command: str = "", watch: Watch | None = None) -> Validation:
+    """Validates a robot on data files, by the options of the verb: compared with another robot when one is given; offsets are
+    judged on the nominal robot, and compared with it where nothing else is named. Raises InputError."""
+    inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, exclude=o.exclude, watch=watch)
+    other = None if o.against is None else open_arm(o.against, base=o.base, tip=o.tip)
+    places = (inputs.robot.path, None if o.offsets is None else Path(o.offsets))
+    inputs, used, left_out = unseen(inputs, places)
+    shifted = None if o.offsets is None else offset_robot(o.robot, inputs.robot, o.offsets)
+    if shifted is not None:
+        inputs, other = _shifted(inputs, shifted), other or shifted.nominal
+    with computable(o.robot, *o.data):
+        # A nominal robot says as little of its tool with offsets as without.
+        mine = model_errors(inputs.robot.chain, inputs.data, watch, tool=shifted is not None)
+        theirs = None if other is None else model_errors(other.chain, inputs.data, watch, tool=True)
+        second = None if other is None or theirs is None else (other.chain, theirs.values)
+        iso = standard(inputs.data, (inputs.robot.chain, mine.values), second, o.distances)
+    reasons = list(used)
+    if mine.rows < 2 * len(mine.fitted):
+        reasons.append(Remark.of(Code.FEW_AFTER_FRAMES, numbers=mine.rows, fitted=len(mine.fitted)))
+    if not len(mine.position):
+        reasons.append(Remark.of(Code.NO_LENGTHS))
+    elif not np.isfinite(mine.position).all():
+        reasons.append(Remark.of(Code.NO_POSITION))
+    constant = _constant(inputs.data)
+    worst = float(mine.position.mean()) * mine.factor if len(mine.position) and np.isfinite(mine.factor) else None
+    if worst is not None and constant is not None and worst >= 0.9 * constant:
+        reasons.append(Remark.of(Code.MEAN_AS_GOOD, error=Quantity(worst), constant=Quantity(constant)))
+    gain = None
+    if theirs is not None and len(theirs.position) == len(mine.position) and worst is not None:
+        low = bootstrap_gain(theirs.position * theirs.factor, mine.position * mine.factor, mine.position_at, o.seed)
+        gain = (low[0] * 1e3, low[1] * 1e3, low[2] * 1e3)
+    layer = None if shifted is not None else layer_beside(o.robot, inputs, mine.values, mine.factor)
+    warnings = (
+        *inputs.warnings,
+        *left_out,
+        *layer_words(layer),
+        *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
+    )
+    files = (*inputs.files, *(() if other is None or o.against is None else robot_files(other, o.against)))
+    return Validation(
+        inputs.robot, other, _statistic(mine, "m"), _statistic(theirs, "m"), _statistic(mine, "rad"), _statistic(theirs, "rad"),
+        gain, None if constant is None else constant * 1e3, mine.fitted, () if theirs is None else theirs.fitted,
+        _poses(inputs.data, mine, theirs), tuple(reasons), warnings, files, command, layer, iso,
+        None if shifted is None else shifted.file.path,
+    )  # fmt: skip
+
+
+def _shifted(inputs: Inputs, shifted: OffsetRobot) -> Inputs:
+    """The same data for the nominal robot with offsets."""
+    file = InputFile(shifted.file.path, shifted.file.sha256)
+    said = (*inputs.warnings, *shifted.warnings)
+    return replace(inputs, robot=shifted.robot, files=(*inputs.files, file), warnings=said)
+
+
+def _statistic(e: Errors | None, unit: str) -> Statistic | None:
+    if e is None:
+        return None
+    values = e.position * 1e3 if unit == "m" else np.degrees(e.angle)
+    values = values * e.factor if np.isfinite(e.factor) else values
+    return Statistic.of(values, profiled=bool(e.fitted))
+
+
+def _constant(data: DataSet) -> float | None:
+    """The mean error of predicting the mean of all the other measurements, where one instrument measured positions."""
+    found = [o for o in data.observations if o.kind in ("position", "pose")]
+    if len(found) != 1 or (found[0].target is not None and len(np.unique(found[0].target)) > 1):
+        return None
+    missed = constant_errors(found[0].value[:, :3], found[0].configuration, leave_one_out_rounds(data))
+    return float(missed.mean())
+
+
+def _poses(data: DataSet, mine: Errors, theirs: Errors | None) -> tuple[dict[str, Any], ...]:
+    """One row per measured position: its configuration and errors in mm."""
+    ids = data.configurations.ids
+    out = []
+    for i, unit in enumerate(mine.position_at):
+        row: dict[str, Any] = {"configuration": ids[unit], "error_mm": float(mine.position[i]) * 1e3}
+        if theirs is not None and len(theirs.position) == len(mine.position):
+            row["against_mm"] = float(theirs.position[i]) * 1e3
+        out.append(row)
+    return tuple(out)

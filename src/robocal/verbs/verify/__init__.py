@@ -1,0 +1,152 @@
+"""`verify`: poses of a robot, or of several ways to measure it, against an external instrument."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from robocal.remarks.remark import percent
+from robocal.report.sections import Cell, Section, Text, ends, figure, quiet, table
+from robocal.verbs import words as w
+from robocal.verbs.option import Arg, Told, arg, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.apply.verification import Agreement, Anova
+
+__all__ = ["Options", "run", "sections"]
+
+FILE, PAGE = "verify.json", "report.html"
+SOURCES = Arg("SOURCES...", "The poses that are judged: of the robot, of its camera, ...; the same ids.")
+LEVEL = 0.05
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Compare poses with those that an external instrument saw: as measured, relative to the first one, and after the best alignment.
+
+    Files of poses are CSV whose headers carry units (id, x [mm], ..., rx [deg], ...) or data.yaml with kind: pose, whatever the form of
+    their orientations. Of two sources and a reference it is said who agrees with whom, and whether means of errors differ (one-way
+    analysis of variance).
+
+    \b
+    robocal verify tracker.csv robot.csv
+    robocal verify tracker.csv robot.csv camera.csv -o verified
+    robocal verify groups.csv --summary
+
+    With --summary the one file holds means and standard deviations: group, n, NAME_mean, NAME_sd. Exit status 3 when a source cannot be
+    of the reference's poses: another unit, mirrored, other rows.
+    """
+
+    reference: str = arg(..., "REFERENCE", "What the external instrument saw; with --summary a table of groups.")
+    sources: Annotated[tuple[str, ...], SOURCES] = ()
+    summary: bool = opt(False, "Analysis of variance from means and standard deviations")
+    output: Path | None = opt(None, f"Write {FILE} and {PAGE} here", short="-o", metavar="DIR")
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+    """Compares poses, or means. Raises InputError."""
+    from robocal.errors import ModelError
+    from robocal.files.plain import json_text
+    from robocal.files.writing import refuse_existing
+    from robocal.verbs.verify.result import summarised, verified
+
+    refuse_existing(o.output, (FILE, PAGE), o.force)
+    if o.summary and o.sources:
+        raise ModelError(
+            "a summary is one file", key="--summary", found=", ".join(o.sources), expected="nothing beside it"
+        )
+    made: Any = summarised(o.reference, command) if o.summary else verified(o.reference, o.sources, command)
+    outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
+    return outcome.paged(
+        o.output, list(sections(outcome)), lambda: {FILE: json_text(made.document)}, PAGE,
+        title="Poses against an external instrument", kind="Verification",
+    )  # fmt: skip
+
+
+def sections(made: Outcome) -> Iterator[Section]:
+    """Errors by view, the analysis of variance, and who agrees with whom."""
+    found = made.result
+    if hasattr(found, "groups"):
+        yield Section.of("", Text.of(f"{len(found.groups)} groups: {', '.join(found.groups)}"))
+        yield Section.of(
+            "",
+            _anova([(name, one) for name, one in found.found.items()]),
+            title="One-way analysis of variance",
+            key="anova",
+        )
+        yield from ends(written=made.written)
+        return
+    yield Section.of("", Text.of((found.reference.name, "strong"), f"   {len(found.reference.ids)} poses in all files"))
+    rows: list[tuple[Cell, ...]] = []
+    for source, each in zip(found.sources, found.errors, strict=True):
+        for view, e in each.items():
+            deg = 57.29577951308232
+            rows.append((source.name, view, *_spread(1e3 * e.position), *_spread(deg * e.orientation)))
+    columns = ("source", "errors", "position [mm]", "± sd", "largest", "orientation [deg]", "± sd", "largest")
+    yield Section.of(
+        "", table(*columns, right=(2, 3, 4, 5, 6, 7), rows=rows),
+        *quiet("aligned: the source in the reference's frame; another point: it may watch another frame on the platform as well"),
+        title="Errors", key="errors",
+    )  # fmt: skip
+    if found.anova:
+        both = [
+            (f"{view}, {what}", a)
+            for view, pair in found.anova.items()
+            for what, a in zip(("position", "orientation"), pair, strict=True)
+        ]
+        yield Section.of("", _anova(both), title="Do the means of the sources differ?", key="anova")
+    if found.agreement is not None:
+        names = [*(s.name for s in found.sources), found.reference.name]
+        yield Section.of("", *_agreed(found.agreement, names), title="Who agrees with whom", key="agreement")
+    yield from ends(made.remarks, made.written)
+
+
+def _spread(values: Any) -> tuple[str, ...]:
+    spread = figure(float(values.std(ddof=1)), 3) if len(values) > 1 else ""
+    return figure(float(values.mean()), 3), spread, figure(float(values.max()), 3)
+
+
+def _anova(found: Sequence[tuple[str, Anova]]) -> Any:
+    rows = [
+        (
+            name,
+            figure(a.f, 3),
+            f"{a.between}, {a.within}",
+            f"{a.chance:.2g}",
+            "differ" if a.chance < LEVEL else "not shown to differ",
+        )
+        for name, a in found
+    ]
+    return table("means of", "F", "degrees of freedom", "chance", f"at {percent(1 - LEVEL)}", right=(1, 3), rows=rows)
+
+
+def _agreed(found: tuple[Agreement, Agreement], names: Sequence[str]) -> Iterator[Any]:
+    position, turned = found
+    pairs = ((0, 1), (0, 2), (1, 2))
+    rows: list[tuple[Cell, ...]] = [
+        (f"{names[i]} - {names[j]}", figure(1e3 * position.apart[k], 3), figure(57.29577951308232 * turned.apart[k], 3))
+        for k, (i, j) in enumerate(pairs)
+    ]
+    rows += [
+        (
+            f"{n} by itself",
+            *(
+                figure(v, 3) if v == v else "none left"
+                for v in (1e3 * position.own[i], 57.29577951308232 * turned.own[i])
+            ),
+        )
+        for i, n in enumerate(names)
+    ]
+    yield table("rms, aligned to the reference", "position [mm]", "orientation [deg]", right=(1, 2), rows=rows)
+    yield from quiet("by itself: if the errors of the three have nothing in common (Grubbs)")
+    for what, one in (("positions", position), ("orientations", turned)):
+        if one.shared is not None:
+            a, b = (names[i] for i in one.shared)
+            third = next(n for i, n in enumerate(names) if i not in one.shared)
+            yield Text.of(
+                f"{what}: {a} and {b} agree better than errors of their own allow: they share an error, or {third} errs"
+            )
