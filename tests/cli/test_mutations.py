@@ -43,7 +43,7 @@ from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
 from robocal.geometry import fits
 from robocal.measure.data import DataSet
-from robocal.verbs.validate.result import model_errors
+from robocal.prove.model_errors import model_errors
 
 TOTAL = int(os.environ.get("ROBOCAL_MUTATIONS", "4000"))
 LOG = os.environ.get("ROBOCAL_MUTATIONS_LOG")

@@ -17,7 +17,7 @@ from robocal.fit.options import Options
 from robocal.measure.base import synthesise
 from robocal.measure.data import DataSet
 from robocal.prove.identify import identify
-from robocal.verbs.validate.result import model_errors
+from robocal.prove.model_errors import model_errors
 
 ROBOTS = ("rv-2aj", "ur10", "panda")
 TRIALS = int(os.environ.get("ROBOCAL_TRIALS", "6"))

@@ -17,7 +17,7 @@ from robocal.files.dataset import read_dataset
 from robocal.files.robot import read_robot
 from robocal.fit.options import Options
 from robocal.prove.identify import identify
-from robocal.verbs.validate.result import model_errors
+from robocal.prove.model_errors import model_errors
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ur10-tracker"
 FILES = {"C": "Series_C/measurements_random_poses.csv", "D": "Series_D/measurements_iso_cubes.csv"}

@@ -13,10 +13,10 @@ from robocal.fit.misfit import errors
 from robocal.fit.options import Options
 from robocal.measure.base import problem
 from robocal.prove.evidence import bootstrap_gain
+from robocal.prove.model_errors import model_errors
 from robocal.prove.nongeometric.groups import choose_groups
 from robocal.prove.nongeometric.layered import layer_rows, layered_errors, try_layer
 from robocal.prove.split import make_split
-from robocal.verbs.validate.result import model_errors
 
 GROUPS = {name: {} for name in ("gain", "eccentricity", "ripple", "compliance", "bending", "expansion")}
 

@@ -25,11 +25,11 @@ from robocal.files.result import Result
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS, parse_unit, same
 from robocal.measure.data import DataSet
+from robocal.prove.model_errors import Errors, model_errors
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.inputs import choose
 from robocal.session.reference import nominal_chain, run_result
-from robocal.verbs.validate.result import Errors, model_errors
 
 __all__ = ["OFFSETS", "OFFSETS_ONLY", "THIS_FILE", "OffsetText", "offset_text", "worth_of", "worth_unseen"]
 

@@ -8,8 +8,7 @@ identification: what its file does not say of the tool is no error of its geomet
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.apply.iso9283 import Standard, standard
-from robocal.arms.chain import Chain
-from robocal.estimate.choosing.choice import choose
 from robocal.files.parts import made_by
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
-from robocal.fit.misfit import errors
 from robocal.measure.data import DataSet
 from robocal.prove.evidence import bootstrap_gain, constant_errors
-from robocal.prove.identify import baseline, frame_names
+from robocal.prove.model_errors import Errors, model_errors
 from robocal.prove.split import leave_one_out_rounds
 from robocal.prove.statistics import Statistic
 from robocal.remarks.code import Code
@@ -36,30 +32,10 @@ from robocal.session.watching import Watch, computable
 from robocal.verbs.validate.layered import layer_beside, layer_words
 from robocal.verbs.validate.seen import unseen
 
-__all__ = ["Errors", "Validation", "model_errors", "validated"]
+__all__ = ["Validation", "validated"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Errors:
-    """Errors of one model by SI unit: values (N,) with the configuration of each (N,), and the frame parameters that
-    were fitted."""
-
-    position: Array
-    position_at: Ints
-    angle: Array
-    fitted: tuple[str, ...]
-    rows: int
-    values: Mapping[str, float] = field(default_factory=dict)  # of every parameter of the problem
-
-    @property
-    def factor(self) -> float:
-        """What fitting the frames took away from the errors."""
-        return (
-            float(np.sqrt(self.rows / (self.rows - len(self.fitted)))) if self.rows > len(self.fitted) else float("inf")
-        )
 
 
 @dataclass(frozen=True)
@@ -115,22 +91,6 @@ class Validation:
             "remarks": documents((*self.reasons, *self.warnings)),
             "provenance": made_by(self.command, self.inputs),
         }
-
-
-def model_errors(chain: Chain, data: DataSet, watch: Watch | None = None, *, tool: bool = False) -> Errors:
-    """Errors of a model with its own parameters held, frames of instruments fitted; `tool`: what is free of its tool
-    too."""
-    free = tuple(n for n in chain.table.free if tool and n.startswith("tool."))
-    held = replace(chain, table=chain.table.with_free(free))
-    problem, x = baseline(held, data, np.arange(len(data.configurations)), watch)
-    frames = frame_names(held, problem)
-    kept = choose(problem.with_free(frames), x).kept if frames else ()
-    left = problem.residuals(x)
-    position, position_at = errors(left, "m")
-    angle, _ = errors(left, "rad")
-    rows = sum(r.value.size for r in left)
-    values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
-    return Errors(position, position_at, angle, kept, rows, values)
 
 
 def validated(o: Any, command: str = "", watch: Watch | None = None) -> Validation:

@@ -1,0 +1,58 @@
+"""Errors of a model as it is: its own parameters fixed, frames of instruments fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.estimate.choosing.choice import choose
+from robocal.fit.baseline import baseline, frame_names
+from robocal.fit.misfit import errors
+from robocal.measure.data import DataSet
+from robocal.measure.machine import Machine
+
+__all__ = ["Errors", "model_errors"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Watch = Callable[[dict[str, object]], None]
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of one model by SI unit: values (N,) with the configuration of each (N,), and the frame parameters that
+    were fitted."""
+
+    position: Array
+    position_at: Ints
+    angle: Array
+    fitted: tuple[str, ...]
+    rows: int
+    values: Mapping[str, float] = field(default_factory=dict)  # of every parameter of the problem
+
+    @property
+    def factor(self) -> float:
+        """What fitting the frames took away from the errors."""
+        return (
+            float(np.sqrt(self.rows / (self.rows - len(self.fitted)))) if self.rows > len(self.fitted) else float("inf")
+        )
+
+
+def model_errors(model: Machine, data: DataSet, watch: Watch | None = None, *, tool: bool = False) -> Errors:
+    """Errors of a model with its own parameters held, frames of instruments fitted; `tool`: what is free of its tool
+    too."""
+    free = tuple(n for n in model.table.free if tool and n.startswith("tool."))
+    held: Machine = replace(cast(Any, model), table=model.table.with_free(free))
+    problem, x = baseline(held, data, np.arange(len(data.configurations)), watch)
+    frames = frame_names(held, problem)
+    kept = choose(problem.with_free(frames), x).kept if frames else ()
+    left = problem.residuals(x)
+    position, position_at = errors(left, "m")
+    angle, _ = errors(left, "rad")
+    rows = sum(r.value.size for r in left)
+    values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
+    return Errors(position, position_at, angle, kept, rows, values)
