@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from calibrate.test_segments import moved, rig
+from prove.test_segments import moved, rig
 from trials import observations, open_robot, perturbed
 
 from robocal.fit.baseline import baseline

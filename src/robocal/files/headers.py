@@ -68,7 +68,7 @@ def joint_columns(table: CsvTable, chain: Machine) -> list[str]:
 
 def cables_of(machine: Machine) -> tuple[str, ...]:
     """The names of a machine's cables; none of an arm."""
-    return tuple(getattr(machine, "cables", ()))
+    return machine.parts.get("cable", ())
 
 
 def vocabulary(chain: Machine) -> tuple[str, ...]:

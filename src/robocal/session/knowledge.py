@@ -12,7 +12,7 @@ from robocal.files.accuracy import accuracy_columns, accuracy_text
 from robocal.files.covariance import COVARIANCE, Knowledge, covariance_text
 from robocal.files.runfolder import ACCURACY
 from robocal.fit.estimators import estimator
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Machine, freedom_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.identification import Identification
 
@@ -36,7 +36,7 @@ def _placed(found: Identification[Machine]) -> bool:
     """Whether an instrument stood still on the base: no frame was free, and of a platform on cables one of the instruments is no part
     of the robot."""
     assert found.total is not None
-    if not found.nominal.freedom:
+    if not freedom_of(found.nominal):
         return all(n in found.nominal.table for n in found.total.names)
     frames = [n for n in found.total.names if n not in found.nominal.table and n.rpartition(".")[2] in FRAME_SYMBOLS]
     return not frames and any(g.kind not in ABOARD for g in found.groups)
@@ -47,7 +47,7 @@ def map_columns(found: Identification[Machine]) -> dict[str, list[Any]]:
     nobody recorded."""
     if found.total is None or found.baseline is None or estimator(found.options.method).blind:
         return {}
-    if found.nominal.freedom is not None:
+    if freedom_of(found.nominal) is not None:
         return {}  # joint values do not say where it is
     before = {n: found.baseline[n].value for n in found.nominal.table.names if n in found.baseline}
     try:

@@ -21,7 +21,7 @@ from robocal.files.parts import kept
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.shown import shown
 from robocal.fit.estimators import ended, estimator
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Machine, joints_of
 from robocal.prove.bootstrap import Resampled
 from robocal.prove.identification import Identification, ParameterResult, RowTable
 from robocal.remarks.code import Code
@@ -69,7 +69,7 @@ def to_result(
     method, loss = estimator(found.options.method).title, found.options.loss
     return files.Result(
         robot=files.RobotSummary(
-            name=machine.name, convention=robot.convention, joints=len(machine.joints), source=robot.source
+            name=machine.name, convention=robot.convention, joints=len(joints_of(machine)), source=robot.source
         ),
         method=method if loss == "none" else f"{method}, {loss} loss",
         verdict=shown(files.Verdict, found.verdict, reasons=sentences(found.verdict.reasons)),
