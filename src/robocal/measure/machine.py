@@ -22,7 +22,7 @@ from robocal.geometry.path.unjointed import Unjointed
 from robocal.parameters import Table
 from robocal.remarks.remark import Remark
 
-__all__ = ["Machine", "Mechanism", "Model", "Rig", "freedom_of", "joints_of"]
+__all__ = ["Mechanism", "Model", "Rig", "freedom_of", "joints_of"]
 
 Array = NDArray[np.float64]
 P = TypeVar("P")
@@ -114,9 +114,6 @@ def freedom_of(model: Model) -> tuple[int, ...] | None:
 def joints_of(model: Model) -> tuple[Joint, ...]:
     """The joints; none where nothing is driven."""
     return () if model.mechanism is None else model.mechanism.joints
-
-
-Machine = Mechanism
 
 
 @dataclass(frozen=True)

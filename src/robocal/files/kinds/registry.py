@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 
 from robocal.files.kinds.base import KindFile
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 
 __all__ = ["READERS", "reader_of", "readers_of"]
 
@@ -59,7 +59,7 @@ def reader_of(name: str) -> KindFile:
     return _readers(OF_PARTS)[name]
 
 
-def readers_of(machine: Machine) -> Readers:
+def readers_of(machine: Model) -> Readers:
     """The kinds by which a machine can be measured: some are of machines that have certain parts alone."""
     return _readers(machine.parts)
 
