@@ -128,8 +128,23 @@ class Turntable:
     open_zeros: tuple[object, ...] = ()
     motions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
+    parts: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"joint": ("turn",)})
+
+    @property
+    def mechanism(self):
+        return self
+
+    def part(self, kind):
+        return self if isinstance(self, kind) else None
+
+    def row(self, name):
+        return name
+
     def with_values(self, values: Mapping[str, float]):
-        return replace(self, table=self.table.with_values(values))
+        return self.with_table(self.table.with_values(values))
+
+    def with_table(self, table: Table):
+        return replace(self, table=table)
 
     def phi(self, joints, extra=None, program=None):
         program = program or compile_path(self.elements, self.table)

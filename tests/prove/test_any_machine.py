@@ -14,6 +14,7 @@ from robocal.files.result import Provenance
 from robocal.fit.options import Options
 from robocal.measure.base import synthesise
 from robocal.prove.identify import identify
+from robocal.session.opened import Opened
 from robocal.session.outcome import Outcome, residual_columns, save, to_result
 
 MACHINES = {
@@ -107,7 +108,7 @@ def test_a_machine_of_somebody_elses_has_a_run_folder(tmp_path):
     rng = np.random.default_rng(5)
     robot, truth, data = made.turntable(rng, 40)
     found = identify(robot, made.recorded(truth, data, rng, forget=False))
-    opened = Bare(robot, convention="turntable")
+    opened = Opened(Bare(robot, convention="turntable"))
     result = to_result(found, opened, Provenance(version=""))
     kept = save(Outcome(result, residual_columns(found), found, opened), tmp_path / "run")
     assert {p.name for p in kept.written} >= {"result.json", "residuals.csv", "report.html", "calibrated.yaml"}

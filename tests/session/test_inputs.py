@@ -62,17 +62,17 @@ def test_frames_of_one_name_must_agree(tmp_path: Path) -> None:
 def test_choices_by_name_symbol_owner_and_frame(tmp_path: Path) -> None:
     small(tmp_path)
     inputs = read_inputs(tmp_path / "robot.yaml", [tmp_path / "data.yaml"])
-    robot, data = choose(
-        inputs.robot, inputs.data, free=["theta, j2.d"], fix=["j1", "tracker"], prior=["length=0.5", "j2.theta=0.1"]
+    opened, data = choose(
+        inputs.opened, inputs.data, free=["theta, j2.d"], fix=["j1", "tracker"], prior=["length=0.5", "j2.theta=0.1"]
     )
-    assert robot.chain.table.free == ("j2.theta", "j2.d", "j3.theta") or set(robot.chain.table.free) == {
+    assert opened.machine.table.free == ("j2.theta", "j2.d", "j3.theta") or set(opened.machine.table.free) == {
         "j2.theta",
         "j2.d",
         "j3.theta",
     }
-    assert robot.chain.table["j2.d"].prior == pytest.approx(5e-4)
-    assert robot.chain.table["j2.theta"].prior == pytest.approx(np.radians(0.1))
+    assert opened.machine.table["j2.d"].prior == pytest.approx(5e-4)
+    assert opened.machine.table["j2.theta"].prior == pytest.approx(np.radians(0.1))
     assert data.observations[0].frame is not None and not any(data.observations[0].frame.free)
     for bad in ({"free": ["thteta"]}, {"fix": ["trackr"]}, {"prior": ["j2.dd=1"]}):
         with pytest.raises(ModelError, match="did you mean"):
-            choose(inputs.robot, inputs.data, **bad)
+            choose(inputs.opened, inputs.data, **bad)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from robocal.estimate.uncertainty import Total, radius
 from robocal.geometry import fits
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Mechanism
 from robocal.measure.reach import places_by_joints, reach
 from robocal.prove.workspace import base_motion, parameters_of, predict, sample_joints
 
@@ -53,8 +53,8 @@ class AccuracyMap:
 
 
 def accuracy_map(
-    nominal: Machine,
-    corrected: Machine,
+    nominal: Mechanism,
+    corrected: Mechanism,
     total: Total,
     conditions: Mapping[str, float],
     measured: Array | None,

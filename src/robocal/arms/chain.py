@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,7 @@ __all__ = ["Chain", "Group"]
 
 Array = NDArray[np.float64]
 CHUNK = 2048  # configurations
+P = TypeVar("P")
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,10 @@ class Chain:
         """The same arm with other parameter values; columns that depend on them are taken anew."""
         table = self.table.with_values(values)
         return replace(self, table=table, derived=tuple(c.at(table) for c in self.derived))
+
+    def with_table(self, table: Table) -> Chain:
+        """The same arm with another table of the same values."""
+        return replace(self, table=table)
 
     def phi(
         self, joints: ArrayLike, extra: Mapping[str, ArrayLike] | None = None, program: Program | None = None
@@ -185,6 +190,24 @@ class Chain:
         return tuple(n for n in self.geometric if self.table[n].unit == "m")
 
     # --- what an identification asks of any machine -------------------------------------------------------------------------
+
+    @property
+    def mechanism(self) -> Self:
+        """Itself: it moves."""
+        return self
+
+    @property
+    def parts(self) -> Mapping[str, tuple[str, ...]]:
+        """The names of its joints."""
+        return {"joint": self.joint_names}
+
+    def part(self, kind: type[P], /) -> P | None:
+        """Itself, where it is of this kind."""
+        return self if isinstance(self, kind) else None
+
+    def row(self, name: str, /) -> str:
+        """The parameter that stands for a name: its own."""
+        return name
 
     def remarks(self) -> tuple[Remark, ...]:
         """What its geometry shows before anything is measured: parallel axes that the convention cannot tilt."""

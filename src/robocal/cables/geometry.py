@@ -94,7 +94,12 @@ class CableRobot(Unjointed):
         """The seven numbers of every cable in the order of SYMBOLS, (m, 7)."""
         return np.array([[self.table[self.row(f"{c}.{s}")].value for s in SYMBOLS] for c in self.cables])
 
-    def row(self, name: str) -> str:
+    @property
+    def parts(self) -> Mapping[str, tuple[str, ...]]:
+        """The names of its cables."""
+        return {"cable": self.cables}
+
+    def row(self, name: str, /) -> str:
         """The parameter that stands for a name: its own, or that of the cable whose anchor it shares."""
         return self.shared.get(name, name)
 
@@ -175,7 +180,11 @@ class CableRobot(Unjointed):
 
     def with_values(self, values: Mapping[str, float]) -> Self:
         """The same robot with other anchors and zeros."""
-        return replace(self, table=self.table.with_values(values))
+        return self.with_table(self.table.with_values(values))
+
+    def with_table(self, table: Table) -> Self:
+        """The same robot with another table."""
+        return replace(self, table=table)
 
     @property
     def geometric(self) -> tuple[str, ...]:

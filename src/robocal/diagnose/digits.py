@@ -25,7 +25,7 @@ from robocal.fit.noise import owners
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 
 if TYPE_CHECKING:
     from robocal.fit.fit import Fit
@@ -41,7 +41,7 @@ STEP = 1e-6  # rad or m
 EPS = float(np.finfo(float).eps)
 
 
-def rounded(model: Machine, data: DataSet, problem: Problem, x: Array, few: DataSet | None = None) -> DataSet:
+def rounded(model: Model, data: DataSet, problem: Problem, x: Array, few: DataSet | None = None) -> DataSet:
     """The data with what rounding leaves in every component of every row, at x (1, P) of their problem; unchanged where the
     digits are not known, and where a few of many rows say already that it is nothing beside the noise."""
     if data.configurations.digits is None and all(o.digits is None for o in data.observations):
@@ -57,7 +57,7 @@ def rounded(model: Machine, data: DataSet, problem: Problem, x: Array, few: Data
     )
 
 
-def _nothing(model: Machine, data: DataSet, few: DataSet, problem: Problem, x: Array) -> bool:
+def _nothing(model: Model, data: DataSet, few: DataSet, problem: Problem, x: Array) -> bool:
     """Whether rounding would stay below the noise of every row, were each MARGIN times as sensitive as the worst of few and
     written as coarsely as the worst of all."""
     digits = data.configurations.digits
@@ -75,7 +75,7 @@ def _nothing(model: Machine, data: DataSet, few: DataSet, problem: Problem, x: A
     return all(bool((MARGIN * np.sqrt(most[own]) < t.sigma).all()) for own, t in owners(data, problem))
 
 
-def carried(model: Machine, data: DataSet, found: Fit, told: Bools) -> float | None:
+def carried(model: Model, data: DataSet, found: Fit, told: Bools) -> float | None:
     """Root mean square over the told rows (N,), those with lengths as in `evidence.errors`, of what rounding leaves, in m;
     None where it is so coarse that nothing can be said."""
     problem, x = found.problem, found.solution.x
@@ -87,7 +87,7 @@ def carried(model: Machine, data: DataSet, found: Fit, told: Bools) -> float | N
     return level if level < FINE else None
 
 
-def _square(model: Machine, data: DataSet, problem: Problem, x: Array) -> list[Array]:
+def _square(model: Model, data: DataSet, problem: Problem, x: Array) -> list[Array]:
     """The variance that rounding leaves in every component of the rows of every term, (m, d): of the measured values, where
     the file says them as they are compared, and of the joint values."""
     here = problem.residuals(x)

@@ -39,7 +39,7 @@ from robocal.fit.noise import assess, owners, under
 from robocal.fit.thin import thinned
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 
 __all__ = ["MOST", "Sifted", "neither", "set_aside", "share", "sift"]
 
@@ -57,7 +57,7 @@ SETTLED = 0.05  # of a robust sigma: so well it need be known here
 class _Search:
     """Data, and the configurations whose rows are fitted."""
 
-    model: Machine
+    model: Model
     data: DataSet
     configurations: Ints
 
@@ -89,12 +89,12 @@ class Sifted:
     away: Farness
 
 
-def set_aside(model: Machine, data: DataSet, configurations: Ints, watch: Watch | None = None) -> DataSet:
+def set_aside(model: Model, data: DataSet, configurations: Ints, watch: Watch | None = None) -> DataSet:
     """The data with the gross rows among those of some configurations marked as not used."""
     return sift(model, data, configurations, watch).data
 
 
-def sift(model: Machine, data: DataSet, configurations: Ints, watch: Watch | None = None) -> Sifted:
+def sift(model: Model, data: DataSet, configurations: Ints, watch: Watch | None = None) -> Sifted:
     """The data with the gross rows among those of some configurations marked as not used; see the module. Rows of others
     are not judged."""
     if watch:
@@ -169,7 +169,7 @@ def _close(new: Tau, old: Tau) -> bool:
     return set(new) == set(old) and all(abs(new[k] - old[k]) <= SETTLED * old[k] for k in new)
 
 
-def neither(model: Machine, data: DataSet, base: Baseline, found: Fit, configurations: Ints) -> tuple[Bools, ...]:
+def neither(model: Model, data: DataSet, base: Baseline, found: Fit, configurations: Ints) -> tuple[Bools, ...]:
     """Rows of every term that neither the baseline nor the identified model comes near, both fitted to some configurations."""
     frames = frame_names(model, base.problem)
     one = far_from(data, base.problem.with_free(frames), base.x, configurations).strange

@@ -20,7 +20,7 @@ from robocal.diagnose.numbers import SURE, score
 from robocal.diagnose.verdict import Verdict
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -63,7 +63,7 @@ class Late:
         return Remark.of(code, group=self.group, before=before, after=after, z=self.z, share=self.share)
 
 
-def late(model: Machine, fit: Fit) -> Late | None:
+def late(model: Model, fit: Fit) -> Late | None:
     """The instrument whose readings belong most clearly to another moment; None where none does, or the arm stood still."""
     told = pace(fit.data.configurations)
     joints = fit.data.configurations.joints

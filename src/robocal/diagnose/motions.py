@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 UNSEEN = 1e-5  # of what a motion does to the residuals by itself: the roots of normal equations have half the digits
 
 
-def open_motions(model: Machine, fit: Fit) -> tuple[str, ...]:
+def open_motions(model: Model, fit: Fit) -> tuple[str, ...]:
     """The motions of a machine that a fit to its data cannot tell, by what people call them."""
     seen = fit.identifiability
     names = {n: i for i, n in enumerate(seen.names)}
@@ -32,7 +32,8 @@ def open_motions(model: Machine, fit: Fit) -> tuple[str, ...]:
     there = model.with_values({n: float(seen.x[0, table.index[n]]) for n in model.table.names if n in table})
     others = [i for n, i in names.items() if n not in model.table]
     out = []
-    for what, rates in there.motions.items():
+    moving = there.mechanism
+    for what, rates in () if moving is None else moving.motions.items():
         if not set(rates) <= set(names):
             continue  # a part of it is held: the motion is not open
         moved = seen.root[:, [names[n] for n in rates]] @ np.array(list(rates.values()))
@@ -45,7 +46,7 @@ def open_motions(model: Machine, fit: Fit) -> tuple[str, ...]:
     return tuple(out)
 
 
-def open_remarks(model: Machine, fit: Fit) -> tuple[Remark, ...]:
+def open_remarks(model: Model, fit: Fit) -> tuple[Remark, ...]:
     """What is said of them: which, and the parameters that stay where they were for it."""
     motions = open_motions(model, fit)
     if not motions:
@@ -63,11 +64,17 @@ def open_remarks(model: Machine, fit: Fit) -> tuple[Remark, ...]:
     return tuple(out)
 
 
-def lacking(model: Machine, fit: Fit) -> Remark | None:
+def lacking(model: Model, fit: Fit) -> Remark | None:
     """What refuses a fit whose configurations leave fewer numbers, beyond their own poses, than there are to be found; None where
     they suffice or priors that were stated fill the gap."""
     seen, problem = fit.identifiability, fit.problem
-    if not problem.families or not model.motions or problem.stated.any() or not len(seen.names):
+    if (
+        not problem.families
+        or model.mechanism is None
+        or not model.mechanism.motions
+        or problem.stated.any()
+        or not len(seen.names)
+    ):
         return None
     used = problem.numbers > 0
     unknown = len(seen.names) - len(open_motions(model, fit))
@@ -80,7 +87,7 @@ def lacking(model: Machine, fit: Fit) -> Remark | None:
     return Remark.of(Code.TOO_FEW_POSES, poses=int(used.sum()), left=max(left, 0), unknown=unknown, needed=needed)
 
 
-def _bare(model: Machine, fit: Fit, motions: tuple[str, ...]) -> tuple[Array, float]:
+def _bare(model: Model, fit: Fit, motions: tuple[str, ...]) -> tuple[Array, float]:
     """Standard deviations (m) of what the measurements alone tell of a machine's own lengths where as many numbers are held as there
     are open motions, chosen by QR with pivoting; and the error that was expected of them before."""
     from scipy.linalg import qr

@@ -23,7 +23,7 @@ from robocal.diagnose.verdict import Verdict
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.parameters import Parameter
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -73,7 +73,7 @@ class Held:
         )
 
 
-def held_number(model: Machine, fit: Fit) -> Held | None:
+def held_number(model: Model, fit: Fit) -> Held | None:
     """The held number of an instrument that the data contradict most; None where they contradict none."""
     data = replace(fit.data, observations=tuple(map(_named, fit.data.observations)))
     own = _own(data)

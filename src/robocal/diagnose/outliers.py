@@ -33,7 +33,7 @@ from robocal.fit.noise import owners
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -72,7 +72,7 @@ class Outlier:
 
 
 def find_outliers(
-    model: Machine, data: DataSet, found: Fit, counted: Mapping[str, Bools] | None = None
+    model: Model, data: DataSet, found: Fit, counted: Mapping[str, Bools] | None = None
 ) -> tuple[Outlier, ...]:
     """Rows that are far from a fit to all others, the farthest first; `data` marks those that were set aside, `counted`
     are those whose error the verdict counts, by unit in the order of `evidence.errors`."""
@@ -82,7 +82,7 @@ def find_outliers(
 
 
 def named(
-    model: Machine,
+    model: Model,
     data: DataSet,
     problem: Problem,
     x: Array,
@@ -139,7 +139,7 @@ def _causes(obs: Observations, term: Rows, x: Array, strange: Ints, of_targets: 
     return {i: told.get(i, said) if said.code is Code.CAUSE_ALONE else said for i, said in alone.items()}
 
 
-def _of_targets(model: Machine, data: DataSet, own: int, rows: Ints, problem: Problem, x: Array) -> Array | None:
+def _of_targets(model: Model, data: DataSet, own: int, rows: Ints, problem: Problem, x: Array) -> Array | None:
     """What some rows of one instrument would read of each of its targets, (n, T, d); None where it has one target."""
     obs = data.observations[own]
     if obs.target is None or len(obs.targets) < 2 or not len(rows):

@@ -26,7 +26,7 @@ from scipy import special
 from robocal.diagnose.verdict import Verdict
 from robocal.estimate.uncertainty import Total
 from robocal.measure.base import Rows
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -84,7 +84,7 @@ class Scale:
         return (Remark.of(Code.SCALE_DOUBTED if self.stated else Code.SCALED, **numbers),)
 
 
-def scale_of(model: Machine, fit: Fit, off: Total) -> Scale | None:
+def scale_of(model: Model, fit: Fit, off: Total) -> Scale | None:
     """The common scale of the fitted lengths; None where none was fitted. `off` is what the parameters may be off by."""
     table, x = fit.problem.table, fit.solution.x[0]
     fitted = set(fit.problem.free)

@@ -18,7 +18,7 @@ from robocal.files.units import UNITS, Unit
 from robocal.files.unread import near_miss
 from robocal.files.yamlio import Document, Path_
 from robocal.measure.data import Configurations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.measure.reach import names_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -44,7 +44,7 @@ class Places:
     angle: Unit
 
 
-def read_configurations(model: DataModel, table: CsvTable, chain: Machine, document: Document) -> Places:
+def read_configurations(model: DataModel, table: CsvTable, chain: Model, document: Document) -> Places:
     """Rows with the same id are the same configuration. Raises FormatError."""
     q, angle, digits = joint_values(model.joints, table, chain, document, ("joints",))
     columns, groups = recorded(model, table, chain, document)
@@ -54,7 +54,7 @@ def read_configurations(model: DataModel, table: CsvTable, chain: Machine, docum
     second = getattr(model, "second", None)
     if second is None:
         made, index = _merge(Configurations(ids, q, columns, groups=groups, digits=digits), table, every)
-        if chain.freedom is not None and not chain.joints:
+        if freedom_of(chain) is not None and not joints_of(chain):
             made = replace(made, joints=None, digits=None)
         return Places(made, index, None, q, every, angle)
     if second.columns is None and second.id is not None:
@@ -100,7 +100,7 @@ def _default_ids(table: CsvTable) -> tuple[str, ...]:
     return tuple(f"{table.path.name}:{line}" for line in table.lines)
 
 
-def _second_joints(second: SecondModel, first: JointsModel, table: CsvTable, chain: Machine) -> JointsModel:
+def _second_joints(second: SecondModel, first: JointsModel, table: CsvTable, chain: Model) -> JointsModel:
     """The other joints' columns, by default `second.` and the first ones' names; their unit is the first ones'."""
     columns = second.columns
     if columns is None:
@@ -112,10 +112,10 @@ def _second_joints(second: SecondModel, first: JointsModel, table: CsvTable, cha
 
 
 def joint_values(
-    model: JointsModel, table: CsvTable, chain: Machine, document: Document, at: Path_
+    model: JointsModel, table: CsvTable, chain: Model, document: Document, at: Path_
 ) -> tuple[Array, Unit, Array]:
     """Joint values (k, n) in rad or m, the unit of the angles, and what one unit in the last digit means (k, n)."""
-    n = len(chain.joints)
+    n = len(joints_of(chain))
     columns = model.columns
     if columns is None:
         columns = joint_columns(table, chain)
@@ -125,7 +125,7 @@ def joint_values(
     unit = model.unit
     if isinstance(unit, list) and len(unit) != n:
         document.fail("wrong number of units", (*at, "unit"), found=len(unit), expected=f"one unit, or {n}")
-    si = ["m" if j.type == "prismatic" else "rad" for j in chain.joints]
+    si = ["m" if j.type == "prismatic" else "rad" for j in joints_of(chain)]
     units = column_units(table, columns, unit, si, document, at)
     angle = next((u for u in units if u.si == "rad"), UNITS["rad"])
     factors = np.array([u.factor for u in units])
@@ -133,7 +133,7 @@ def joint_values(
 
 
 def recorded(
-    model: DataModel, table: CsvTable, chain: Machine, document: Document
+    model: DataModel, table: CsvTable, chain: Model, document: Document
 ) -> tuple[dict[str, Array], tuple[str, ...] | None]:
     """What was recorded with each row, by name in SI, and the label of its group."""
     columns: dict[str, Array] = {}
@@ -146,8 +146,8 @@ def recorded(
             if name == "group":
                 groups = table.texts(given.column)
         elif isinstance(given, ValueModel):
-            if name not in PER_JOINT or len(given.columns or ()) != len(chain.joints):
-                expected = f"one column, or for {' and '.join(PER_JOINT)} one per joint, {len(chain.joints)}"
+            if name not in PER_JOINT or len(given.columns or ()) != len(joints_of(chain)):
+                expected = f"one column, or for {' and '.join(PER_JOINT)} one per joint, {len(joints_of(chain))}"
                 document.fail("wrong number of columns", (*at, "columns"), found=given.columns, expected=expected)
             for joint, column in zip(names_of(chain), given.columns, strict=True):
                 key = f"{name}.{joint}"
@@ -174,7 +174,7 @@ def carried(model: DataModel, document: Document) -> tuple[Remark, ...]:
 
 
 def _column(
-    name: str, column: str | int, stated: str | None, table: CsvTable, chain: Machine, document: Document, at: Path_
+    name: str, column: str | int, stated: str | None, table: CsvTable, chain: Model, document: Document, at: Path_
 ) -> Array:
     """One column of a configuration in SI. Raises FormatError for a name without a meaning or a unit."""
     stem, _, joint = name.partition(".")
@@ -185,7 +185,7 @@ def _column(
             document.fail(
                 "no joint has this name", at, found=joint, expected=names, suggestion=nearest(joint, names_of(chain))
             )
-        prismatic = chain.joints[names_of(chain).index(joint)].type == "prismatic"
+        prismatic = joints_of(chain)[names_of(chain).index(joint)].type == "prismatic"
         si = "1" if stem == "approach" else "N" if prismatic else "N m"
     elif name in CONFIGURATION:
         si = CONFIGURATION[name]

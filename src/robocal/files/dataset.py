@@ -35,7 +35,7 @@ from robocal.files.units import UNITS, Unit, Units
 from robocal.files.unread import Unread, left_over, unread_remarks
 from robocal.files.yamlio import Document, load
 from robocal.measure.data import DataSet, Frame, Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.remarks.remark import Remark
 
 __all__ = ["Reading", "read_dataset", "read_datasets"]
@@ -77,7 +77,7 @@ class Reading:
 
 def read_datasets(
     paths: Sequence[str | os.PathLike[str]],
-    chain: Machine,
+    chain: Model,
     *,
     kind: str | None = None,
     group: str | None = None,
@@ -106,7 +106,7 @@ def read_datasets(
 @discreet
 def read_dataset(
     path: str | os.PathLike[str],
-    chain: Machine,
+    chain: Model,
     *,
     kind: str | None = None,
     taken: set[str] | frozenset[str] = frozenset(),
@@ -149,7 +149,7 @@ def read_dataset(
 
 
 def _read_rows(
-    model: DataModel, table: CsvTable, chain: Machine, kind: KindFile, document: Document, name: str,
+    model: DataModel, table: CsvTable, chain: Model, kind: KindFile, document: Document, name: str,
     exclude: Sequence[Excluded | None],
 ) -> Reading:  # fmt: skip
     """A table without the rows that are left out: those that were named, and where the file says so, those that lack
@@ -185,7 +185,7 @@ def _read_rows(
     return replace(made, left_out=tuple(left), warnings=said, unread=(left_over(table, vocabulary(chain)),))
 
 
-def _reader(kind: object, document: Document, machine: Machine) -> KindFile:
+def _reader(kind: object, document: Document, machine: Model) -> KindFile:
     known = readers_of(machine)
     if kind is None:
         document.fail("a key is missing", ("kind",), expected=", ".join(known))
@@ -197,7 +197,7 @@ def _reader(kind: object, document: Document, machine: Machine) -> KindFile:
 
 
 def _read_table(
-    model: DataModel, table: CsvTable, chain: Machine, kind: KindFile, document: Document, name: str
+    model: DataModel, table: CsvTable, chain: Model, kind: KindFile, document: Document, name: str
 ) -> Reading:
     values = kind.read(model, table, document)
     places = read_configurations(model, table, chain, document)
@@ -260,7 +260,7 @@ def _units(model: DataModel, values: Values, angle: Unit, document: Document) ->
 
 
 def _frame_name(
-    model: DataModel, place: Path, csv: Path, chain: Machine, taken: set[str] | frozenset[str], document: Document
+    model: DataModel, place: Path, csv: Path, chain: Model, taken: set[str] | frozenset[str], document: Document
 ) -> str:
     """The instrument's name: as stated, else the file's, made unlike any owner of a parameter."""
     owners = {n.rpartition(".")[0] for n in chain.table.names}
@@ -290,7 +290,7 @@ def _instrument(given: InstrumentModel, name: str, units: Units) -> Frame:
 
 
 def _targets(
-    model: DataModel, table: CsvTable, kind: KindFile, chain: Machine, frame: str, units: Units, document: Document
+    model: DataModel, table: CsvTable, kind: KindFile, chain: Model, frame: str, units: Units, document: Document
 ) -> tuple[tuple[Frame, ...], Ints | None]:
     """The targets and which one each row sees (None: the tool itself)."""
     models: Mapping[str, FrameModel] = model.targets

@@ -17,7 +17,7 @@ from scipy import special
 from robocal.files.units import UNITS, Unit
 from robocal.measure.base import kind_of
 from robocal.measure.data import Configurations, DataSet, Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import limits_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -90,12 +90,12 @@ class Suspicion:
 
 
 def suspicions(
-    obs: Observations, joints: Array, chain: Machine, angle: Unit, length: Unit | None
+    obs: Observations, joints: Array, chain: Model, angle: Unit, length: Unit | None
 ) -> tuple[Suspicion, ...]:
     """Angles that look like the other of deg and rad, and positions that no arm of this size reaches or hardly
     leaves."""
     out = []
-    turning = tuple(i for i, j in enumerate(chain.joints) if j.type != "prismatic")
+    turning = tuple(i for i, j in enumerate(joints_of(chain)) if j.type != "prismatic")
     found = _angles(joints[:, turning], limits_of(chain)[list(turning)], angle) if turning else None
     if found:
         other, reason = found
@@ -109,7 +109,7 @@ def suspicions(
         geometry = sum(
             abs(p.value) for p in chain.table.rows if p.unit == "m" and p.name.rpartition(".")[0] not in ("base",)
         )
-        geometry += sum(float(np.ptp(joints[:, i])) for i, j in enumerate(chain.joints) if j.type == "prismatic")
+        geometry += sum(float(np.ptp(joints[:, i])) for i, j in enumerate(joints_of(chain)) if j.type == "prismatic")
         moved = float(np.ptp(joints, axis=0).max(initial=0.0)) > 0.2
         reason = Remark.of(Code.SPREAD_UNLIKE, spread=spread, reach=geometry)
         other_unit = None
@@ -124,12 +124,12 @@ def suspicions(
 
 
 def alternatives(
-    obs: Observations, joints: Array, chain: Machine, angle: Unit, length: Unit | None, section: str
+    obs: Observations, joints: Array, chain: Model, angle: Unit, length: Unit | None, section: str
 ) -> tuple[Suspicion, ...]:
     """Every unit that people mix up with the stated one, whether or not the values look odd; for when nothing fits. `section`
     holds the lengths that were read, "" where a kind reads none."""
     out = []
-    turning = tuple(i for i, j in enumerate(chain.joints) if j.type != "prismatic")
+    turning = tuple(i for i, j in enumerate(joints_of(chain)) if j.type != "prismatic")
     reason = Remark.of(Code.AS_STATED_UNFIT)
     other = {"rad": UNITS["deg"], "deg": UNITS["rad"]}.get(angle.name)
     if turning and other is not None:
@@ -167,13 +167,13 @@ def _outside(q: Array, limits: Array) -> NDArray[np.bool_]:
     return np.asarray((q < limits[:, 0] - slack) | (q > limits[:, 1] + slack))
 
 
-def limit_warning(joints: Array, chain: Machine, lines: NDArray[np.int64], file: object) -> tuple[Remark, ...]:
+def limit_warning(joints: Array, chain: Model, lines: NDArray[np.int64], file: object) -> tuple[Remark, ...]:
     """One line on the rows that are outside the joint limits."""
     outside = _outside(joints, limits_of(chain))
     rows = np.flatnonzero(outside.any(axis=1))
     if not len(rows):
         return ()
-    names = tuple(chain.joints[i].name for i in np.flatnonzero(outside.any(axis=0)))
+    names = tuple(joints_of(chain)[i].name for i in np.flatnonzero(outside.any(axis=0)))
     first = int(lines[rows[0]])
     return (Remark.of(Code.OUTSIDE_LIMITS, file=str(file), rows=len(rows), joints=names, row=first),)
 

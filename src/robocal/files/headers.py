@@ -8,7 +8,7 @@ from typing import Any
 from robocal.errors import FormatError
 from robocal.files.csvtable import CsvTable
 from robocal.files.unread import near_miss
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import names_of
 
 __all__ = [
@@ -42,9 +42,9 @@ TURNS: tuple[tuple[tuple[str, ...], str], ...] = (
 )
 
 
-def joint_columns(table: CsvTable, chain: Machine) -> list[str]:
+def joint_columns(table: CsvTable, chain: Model) -> list[str]:
     """The columns named like the robot's joints, or q1, q2, ... Raises FormatError when there are none or too few."""
-    n = len(chain.joints)
+    n = len(joints_of(chain))
     if not n:
         return []
     for names in (
@@ -66,12 +66,12 @@ def joint_columns(table: CsvTable, chain: Machine) -> list[str]:
     raise table.fail("there are no columns for the joints", found=", ".join(table.names), expected=expected)
 
 
-def cables_of(machine: Machine) -> tuple[str, ...]:
+def cables_of(machine: Model) -> tuple[str, ...]:
     """The names of a machine's cables; none of an arm."""
-    return tuple(getattr(machine, "cables", ()))
+    return machine.parts.get("cable", ())
 
 
-def vocabulary(chain: Machine) -> tuple[str, ...]:
+def vocabulary(chain: Model) -> tuple[str, ...]:
     """Every header that has a meaning in some table of this arm."""
     joints = names_of(chain)
     numbered = [f"{stem}{i}" for stem in ("q", "j") for i in range(1, len(joints) + 1)]
@@ -83,7 +83,7 @@ def vocabulary(chain: Machine) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*known, *joints, *numbered, *each, *cables_of(chain))))
 
 
-def self_description(table: CsvTable, chain: Machine, kind: str | None) -> dict[str, Any]:
+def self_description(table: CsvTable, chain: Model, kind: str | None) -> dict[str, Any]:
     """The mapping that a data.yaml for this table would hold. Raises FormatError when the headers do not say enough."""
     joints = joint_columns(table, chain)
     out: dict[str, Any] = {"robocal": 1, "file": table.path.name}

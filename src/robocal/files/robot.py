@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, FiniteFloat
@@ -63,6 +63,10 @@ class Robot:
     def machine(self) -> Chain:
         """The chain, as what an identification is made of."""
         return self.chain
+
+    def with_machine(self, machine: Chain) -> Self:
+        """Another chain of the same file."""
+        return replace(self, chain=machine)
 
     @property
     def convention(self) -> str:

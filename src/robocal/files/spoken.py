@@ -20,7 +20,7 @@ from robocal.files.kinds.position import PositionModel, matrix_columns, place_co
 from robocal.files.units import UNITS, Unit
 from robocal.files.yamlio import Document
 from robocal.geometry import so3
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 
 __all__ = ["Form", "Spoken", "spoken"]
 
@@ -61,7 +61,7 @@ class Spoken:
 
 
 def spoken(
-    model: DataModel, table: CsvTable, chain: Machine, document: Document, angle: Unit, length: Unit | None
+    model: DataModel, table: CsvTable, chain: Model, document: Document, angle: Unit, length: Unit | None
 ) -> Spoken:
     """How a table speaks that was read already."""
     columns = model.joints.columns if model.joints.columns is not None else joint_columns(table, chain)

@@ -21,7 +21,7 @@ from robocal.fit.starts import search as starts
 from robocal.fit.thin import thinned
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, same_rows
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["Baseline", "baseline", "frame_names", "known_baseline", "renoised"]
@@ -42,14 +42,14 @@ class Baseline:
     converged: bool = True
 
 
-def frame_names(model: Machine, problem: Problem) -> tuple[str, ...]:
+def frame_names(model: Model, problem: Problem) -> tuple[str, ...]:
     """The free parameters of the baseline: instruments' frames, targets, other kinds' parameters, and the tool."""
     tool = {f"tool.{s}" for s in FRAME_SYMBOLS}
     return tuple(n for n in problem.table.free if n not in model.table or n in tool)
 
 
 def known_baseline(
-    model: Machine,
+    model: Model,
     data: DataSet,
     configurations: Ints,
     loss: str = "none",
@@ -85,7 +85,7 @@ def known_baseline(
 Placed = tuple[Array, tuple[str, ...], bool]
 
 
-def _remembered(model: Machine, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
+def _remembered(model: Model, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
     """As `_placed`. Where the search for gross rows marked none, what it began with is what is asked again: what rounding leaves in
     rows moves no fit."""
     memo, key = data.configurations.memo, ("baseline", configurations.tobytes())
@@ -103,7 +103,7 @@ def _remembered(model: Machine, data: DataSet, configurations: Ints, made: Probl
     return found
 
 
-def _placed(model: Machine, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
+def _placed(model: Model, data: DataSet, configurations: Ints, made: Problem, near: Array | None) -> Placed:
     """Frames and tool by plain least squares: x (1, P), the names that were seen, and whether the fit converged."""
     frames = frame_names(model, made)
     few, own = thinned(model, data, configurations)
@@ -122,7 +122,7 @@ def _placed(model: Machine, data: DataSet, configurations: Ints, made: Problem, 
 
 
 def renoised(
-    model: Machine,
+    model: Model,
     before: tuple[DataSet, Baseline],
     data: DataSet,
     configurations: Ints,
@@ -138,7 +138,7 @@ def renoised(
     return known_baseline(model, data, configurations, loss, tuning, near=found.x)
 
 
-def baseline(model: Machine, data: DataSet, configurations: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:
+def baseline(model: Model, data: DataSet, configurations: Ints, watch: Watch | None = None) -> tuple[Problem, Array]:
     """The same by plain least squares: the problem over all data, and x (1, P)."""
     found = known_baseline(model, data, configurations, watch=watch)
     return found.problem, found.x

@@ -32,7 +32,7 @@ from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.remarks.remark import Remark
 
 __all__ = ["Fit", "chosen_weights", "fit", "near", "posed_again", "softly"]
@@ -107,7 +107,7 @@ def chosen_weights(count: int, configurations: Ints) -> Array:
 
 
 def fit(
-    model: Machine, stated: DataSet, configurations: Ints, options: Options, start: Array, watch: Watch | None = None
+    model: Model, stated: DataSet, configurations: Ints, options: Options, start: Array, watch: Watch | None = None
 ) -> Fit:
     """Fits everything that is free and seen to some configurations, starting from x (1, P)."""
     weights = chosen_weights(len(stated.configurations), configurations)

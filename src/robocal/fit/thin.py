@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.measure.data import DataSet, Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model, freedom_of
 
 __all__ = ["ENOUGH", "thinned"]
 
@@ -21,14 +21,14 @@ ENOUGH = 1000  # and so many of more
 GOLDEN = 0.6180339887498949
 
 
-def thinned(machine: Machine, data: DataSet, configurations: Ints) -> tuple[DataSet, Ints]:
+def thinned(machine: Model, data: DataSet, configurations: Ints) -> tuple[DataSet, Ints]:
     """The data with ENOUGH of the used rows of some configurations where an instrument has MANY of a target, spread over all of them,
     and only the configurations that these rows touch; and which of those are of the chosen ones.
 
     The same data where no instrument has so many or one has no row there, and where configurations have poses of their own, each
     of which needs its rows.
     """
-    if machine.freedom or all(len(o) <= MANY for o in data.observations):
+    if freedom_of(machine) or all(len(o) <= MANY for o in data.observations):
         return data, configurations
     chosen = np.zeros(len(data.configurations), dtype=bool)
     chosen[configurations] = True

@@ -18,7 +18,7 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term
 from robocal.measure.builder import Builder
 from robocal.measure.data import DataSet, Frame, same_rows
-from robocal.measure.machine import Machine, Rig
+from robocal.measure.machine import Model, Rig, freedom_of
 from robocal.measure.rows import KINDS, Kind, Rows, kind_of, register
 from robocal.parameters import Parameter, Table, Together
 
@@ -26,7 +26,7 @@ __all__ = [
     "KINDS",
     "Builder",
     "Kind",
-    "Machine",
+    "Model",
     "Rig",
     "Rows",
     "kind_of",
@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 
 
 def problem(
-    machine: Machine,
+    machine: Model,
     data: DataSet,
     *,
     free: Sequence[str] | None = None,
@@ -77,8 +77,8 @@ def problem(
     if values:
         table = table.with_values(values)
     families = []
-    if machine.freedom:
-        families.append(Family(_starts(data), machine.freedom))
+    if free_pose := freedom_of(machine):
+        families.append(Family(_starts(data), free_pose))
     if local_targets:
         families.append(_targets(data, local_targets))
     axes = families[-1].axes if local_targets else ()
@@ -98,7 +98,7 @@ def problem(
     return made
 
 
-def _made_before(machine: Machine, data: DataSet) -> Problem | None:
+def _made_before(machine: Model, data: DataSet) -> Problem | None:
     """The last problem of these configurations, where it was made of the same rows and machine."""
     known = data.configurations.memo.get("problem")
     if known is None or known[0] is not machine or not same_rows(known[1], data.observations):
@@ -136,7 +136,7 @@ def _targets(data: DataSet, names: Sequence[str]) -> Family:
     return Family(np.array([by_name[n].value for n in names]), axes)
 
 
-def _one_meaning(machine: Machine, known: dict[str, tuple[Frame, bool]], frame: Frame, sees: bool) -> None:
+def _one_meaning(machine: Model, known: dict[str, tuple[Frame, bool]], frame: Frame, sees: bool) -> None:
     """One name stands for one frame: the same number under two meanings would be fitted to both."""
     if any(p.name in machine.table for p in frame.parameters):
         raise ModelError(
@@ -154,7 +154,7 @@ def _one_meaning(machine: Machine, known: dict[str, tuple[Frame, bool]], frame: 
 
 
 def synthesise(
-    machine: Machine,
+    machine: Model,
     data: DataSet,
     rng: np.random.Generator | None = None,
     *,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,7 @@ from robocal.geometry import se3
 from robocal.geometry.path.program import Element, Program, compile_path, frame_element
 from robocal.measure.carriers import Carrier, Gathered, Inverse, KnownPose, LocalPose, Path, Product
 from robocal.measure.data import Configurations, Frame, Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Mechanism, Model, freedom_of, joints_of
 from robocal.parameters import Table
 
 __all__ = ["Builder", "gathered"]
@@ -26,7 +26,7 @@ Ints = NDArray[np.int64]
 class Builder:
     """Makes the carriers that kinds ask for."""
 
-    machine: Machine
+    machine: Model
     table: Table
     configurations: Configurations
     local_targets: tuple[str, ...] = ()  # targets that are local blocks
@@ -34,8 +34,7 @@ class Builder:
 
     def rows(self, names: Iterable[str]) -> Ints:
         """The table rows of some parameters."""
-        shared: Mapping[str, str] = getattr(self.machine, "shared", {})
-        return np.array([self.table.index[shared.get(name, name)] for name in names], dtype=np.int64)
+        return np.array([self.table.index[self.machine.row(name)] for name in names], dtype=np.int64)
 
     def path(self, elements: Sequence[Element], configuration: Ints) -> Path:
         """A path of elements at some configurations."""
@@ -54,6 +53,13 @@ class Builder:
             )
         return Path(program, phi, trig)
 
+    @property
+    def mechanism(self) -> Mechanism:
+        """What moves. Raises ModelError for a model that has no place."""
+        if self.machine.mechanism is None:
+            raise ModelError("this measures where something is, and the model has no place", found=self.machine.name)
+        return self.machine.mechanism
+
     def _driven(self, program: Program) -> tuple[Array, Array]:
         """What the configurations drive a program with, (1, U, C), and its cosines (1, U, D, 2): the same in every problem of
         one machine and its configurations."""
@@ -63,21 +69,22 @@ class Builder:
             if c.joints is None:
                 raise ModelError(
                     "the model needs joint values that the data lack",
-                    expected=", ".join(j.name for j in self.machine.joints),
+                    expected=", ".join(j.name for j in joints_of(self.machine)),
                 )
-            phi = np.ascontiguousarray(self.machine.phi(c.joints, c.columns, program)[None])
+            phi = np.ascontiguousarray(self.mechanism.phi(c.joints, c.columns, program)[None])
             known = c.memo["driven"] = self.machine, what, phi, program.cosines(phi)
         return known[2], known[3]
 
     def tool(self, configuration: Ints, before: Sequence[Element] = (), after: Sequence[Element] = ()) -> Carrier:
         """The machine's tool or platform frame, with frames before and behind it."""
-        first = (*before, *self.machine.elements)
-        if self.machine.freedom is None:
+        moving = self.mechanism
+        first = (*before, *moving.elements)
+        if moving.freedom is None:
             return self.path((*first, *after), configuration)
         own: Carrier
-        if self.machine.freedom:
+        if moving.freedom:
             many = len(self.configurations)
-            own = LocalPose(np.ascontiguousarray(configuration), len(self.table), many, self.machine.freedom)
+            own = LocalPose(np.ascontiguousarray(configuration), len(self.table), many, moving.freedom)
         else:
             own = KnownPose(se3.from_vector(self.starts[configuration]))
         if first:
@@ -103,7 +110,7 @@ class Builder:
 
     def local(self, block: Ints) -> LocalPose:
         """The frames of targets that are local blocks, (m,): they come behind the poses, where these are free too."""
-        second = bool(self.machine.freedom)
+        second = bool(freedom_of(self.machine))
         at = len(self.table) + 6 * len(self.configurations) * second
         return LocalPose(block, at, len(self.local_targets), self.target_axes, int(second))
 

@@ -11,20 +11,20 @@ options["gain"] names the drums, of which a length g times as long winds up what
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal._jit import as_kernel_array
-from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
+from robocal.cables.geometry import SYMBOLS, lengths
 from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
 from robocal.estimate.rows import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.cable.material import Material
+from robocal.measure.cable.robot import cable_robot_of
 from robocal.measure.data import Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.measure.rows import Kind, Rows, register
 from robocal.parameters import Parameter
 
@@ -35,6 +35,7 @@ Ints = NDArray[np.int64]
 CHUNK = 1 << 17  # numbers of poses and their Jacobians at once
 UNSTATED = (1e-3,)
 ZERO = "l0"
+WHAT = "cable lengths"
 DRUM = 0.02  # of its circumference, with the cable that lies on it
 ANYWHERE = 10.0  # m, of a zero that nobody has said
 
@@ -49,7 +50,7 @@ class LengthRows(Rows):
         gains = gain_names(obs)
         # Of every cable, where its gain is behind the seven numbers of all; nowhere where lengths are as their sensors show.
         self.gains = np.resize(np.arange(len(gains)) + len(numbers), len(cables)) if gains else None
-        robot, tense = cast(CableRobot, builder.machine), "tension" in obs.extra
+        robot, tense = cable_robot_of(builder.machine, WHAT), "tension" in obs.extra
         self.material = Material(
             robot, obs.extra["tension"][index] if tense else None, obs.extra["cable"][index].astype(np.int64)
         )
@@ -179,10 +180,10 @@ def parameters(obs: Observations) -> list[Parameter]:
     return [*zeros, *(Parameter(n, _gain(obs), "1", loose, expected=DRUM) for n in gain_names(obs))]
 
 
-def zeros_at(machine: Machine, obs: Observations, index: Ints, pose: Array) -> dict[str, float]:
+def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array) -> dict[str, float]:
     """The zeros of such lengths by name, where the platform stood at poses (k, 4, 4) when rows `index` (k,) were read: the median of
     what the robot's lengths are beyond them."""
-    robot, cable = cast(CableRobot, machine), obs.extra["cable"][index].astype(np.int64)
+    robot, cable = cable_robot_of(machine, WHAT), obs.extra["cable"][index].astype(np.int64)
     out = {}
     for i, name in enumerate(robot.cables):
         mine = np.flatnonzero(cable == i)
@@ -194,10 +195,7 @@ def zeros_at(machine: Machine, obs: Observations, index: Ints, pose: Array) -> d
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term for all cables, their rows one cable after the other."""
-    machine = builder.machine
-    cables: tuple[str, ...] = getattr(machine, "cables", ())
-    if not cables:
-        raise ModelError("cable lengths need a cable robot", found=machine.name, expected="kind: cable")
+    cables = cable_robot_of(builder.machine, WHAT).cables
     number = obs.extra["cable"].astype(np.int64)
     if len(number) and not 0 <= number.min() <= number.max() < len(cables):
         raise ModelError(
@@ -209,7 +207,7 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     return [LengthRows(builder, obs, cables, np.argsort(number, kind="stable"))] if len(number) else []
 
 
-def located(machine: Machine, obs: Observations, wanted: NDArray[np.bool_]) -> Array:
+def located(machine: Model, obs: Observations, wanted: NDArray[np.bool_]) -> Array:
     """T_base_platform (U, 4, 4) of the wanted configurations (U,) by forward kinematics, NaN where a length is missing or
     the lengths do not tell. Of fewer cables than the platform has freedoms it is where the platform would be without turning."""
     from robocal.cables.forward import forward
@@ -217,7 +215,7 @@ def located(machine: Machine, obs: Observations, wanted: NDArray[np.bool_]) -> A
     out = np.full((len(wanted), 4, 4), np.nan)
     if owner(obs):
         return out  # nobody knows what they count from
-    robot = cast(CableRobot, machine)
+    robot = cable_robot_of(machine, WHAT)
     table = np.full((len(wanted), len(robot.cables)), np.nan)
     table[obs.configuration, obs.extra["cable"].astype(np.int64)] = _gain(obs) * obs.value[:, 0]
     some = np.flatnonzero(wanted & np.isfinite(table).all(axis=1))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from robocal.errors import ModelError
 from robocal.geometry import so3
 from robocal.measure.builder import Builder
+from robocal.measure.cable.robot import cable_robot_of
 from robocal.measure.data import Observations
 from robocal.measure.rows import Kind, Number, Rows, number_names, numbers, register
 from robocal.parameters import Parameter
@@ -27,6 +28,7 @@ ENDS = ("ax", "ay", "az", "bx", "by", "bz")
 BODY = ("mass", "cx", "cy", "cz")
 GRAVITY = 9.80665  # m/s^2, along -z of the base
 UNSTATED = (1.0,)
+WHAT = "load cells"
 NUMBERS = (
     Number("platform", "mass", "kg", 0.0, 1.0),
     *(Number("platform", s, "m", 0.0, 0.02) for s in BODY[1:]),
@@ -37,9 +39,9 @@ class LoadRows(Rows):
     """The rows of all configurations; columns are the carrier's, then the cables' ends and the platform's mass and centre."""
 
     def __init__(self, builder: Builder, obs: Observations) -> None:
-        machine = builder.machine
-        cables: tuple[str, ...] = machine.cables  # type: ignore[attr-defined]
-        self.axes = np.array(machine.axes, dtype=np.int64)  # type: ignore[attr-defined]
+        robot = cable_robot_of(builder.machine, WHAT)
+        cables = robot.cables
+        self.axes = np.array(robot.axes, dtype=np.int64)
         configurations, sight = np.unique(obs.configuration, return_inverse=True)
         own = builder.rows([*(f"{c}.{s}" for c in cables for s in ENDS), *number_names(obs, NUMBERS)])
         every = np.arange(len(obs))
@@ -127,10 +129,7 @@ def parameters(obs: Observations) -> list[Parameter]:
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term for all configurations."""
-    machine = builder.machine
-    if not getattr(machine, "cables", ()):
-        raise ModelError("load cells need a cable robot", found=machine.name, expected="kind: cable")
-    if getattr(machine, "pulleys", None) is not None:
+    if cable_robot_of(builder.machine, WHAT).pulleys is not None:
         raise ModelError("load cells of cables over pulleys are not modelled", key="pulley", expected="straight cables")
     if not obs.options.get("platform"):
         raise ModelError("load cells need the platform's mass", key=obs.label, expected="options['platform']")

@@ -1,4 +1,4 @@
-"""What an identification asks of a machine, whatever it is; and the machine that has no joints.
+"""What an identification asks of a model and of a mechanism, whatever they are; and the mechanism that has no joints.
 
     T_base_tool = elements(theta, phi(q)) * pose,    q joint values, pose the configuration's own
 
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Protocol, Self
+from typing import Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,13 +22,14 @@ from robocal.geometry.path.unjointed import Unjointed
 from robocal.parameters import Table
 from robocal.remarks.remark import Remark
 
-__all__ = ["Machine", "Rig"]
+__all__ = ["Mechanism", "Model", "Rig", "freedom_of", "joints_of"]
 
 Array = NDArray[np.float64]
+P = TypeVar("P")
 
 
-class Machine(Protocol):
-    """A model with named parameters, and where the frame that it carries is."""
+class Model(Protocol):
+    """A thing with named parameters that are to be found: a motor, a camera, a map of markers, or a mechanism."""
 
     @property
     def name(self) -> str:
@@ -38,8 +39,41 @@ class Machine(Protocol):
     def table(self) -> Table:
         """Its parameters, in SI."""
 
+    def row(self, name: str, /) -> str:
+        """The parameter of the table that stands for a name: its own, or the one that it shares with another part."""
+
     def with_values(self, values: Mapping[str, float], /) -> Self:
-        """The same machine with other parameter values."""
+        """The same model with other parameter values."""
+
+    def with_table(self, table: Table, /) -> Self:
+        """The same model with another table of the same names."""
+
+    @property
+    def geometric(self) -> tuple[str, ...]:
+        """The parameters that its making leaves."""
+
+    @property
+    def lengths(self) -> tuple[str, ...]:
+        """Those that are lengths of the machine and share its scale; a coordinate is none."""
+
+    @property
+    def anywhere(self) -> frozenset[str]:
+        """Geometric parameters that may be anything: how far they change says nothing of its making."""
+
+    @property
+    def parts(self) -> Mapping[str, tuple[str, ...]]:
+        """The names of its parts by the word for them: joint, cable, ...; the first is what its size is told in."""
+
+    def part(self, kind: type[P], /) -> P | None:
+        """What of it is of this kind: itself or one of its parts; None where it has none."""
+
+    @property
+    def mechanism(self) -> Mechanism | None:
+        """The same where it moves; None where it has no place."""
+
+
+class Mechanism(Model, Protocol):
+    """A model that says where the frame that it carries is."""
 
     @property
     def elements(self) -> tuple[Element, ...]:
@@ -60,28 +94,26 @@ class Machine(Protocol):
         """The columns (m, C) that a program reads, from joint values (m, n) and what else was recorded."""
 
     @property
-    def geometric(self) -> tuple[str, ...]:
-        """The parameters that its making leaves."""
-
-    @property
-    def lengths(self) -> tuple[str, ...]:
-        """Those that are lengths of the machine and share its scale; a coordinate is none."""
-
-    @property
-    def anywhere(self) -> frozenset[str]:
-        """Geometric parameters that may be anything: how far they change says nothing of its making."""
-
-    @property
     def open_zeros(self) -> tuple[Zero, ...]:
         """The zeros of the joints that an identification may move."""
 
     @property
     def motions(self) -> Mapping[str, Mapping[str, float]]:
-        """Motions of the frames in which it is told, by what people call them, as rates of its parameters: its own sensors need not
-        see them."""
+        """Motions of the frames in which it is described, by what people call them, as rates of its parameters: its own sensors need
+        not observe them."""
 
     def remarks(self) -> tuple[Remark, ...]:
         """What its geometry shows before anything is measured."""
+
+
+def freedom_of(model: Model) -> tuple[int, ...] | None:
+    """The freedom of a configuration's own pose; None where there is no such pose, or nothing moves."""
+    return None if model.mechanism is None else model.mechanism.freedom
+
+
+def joints_of(model: Model) -> tuple[Joint, ...]:
+    """The joints; none where nothing is driven."""
+    return () if model.mechanism is None else model.mechanism.joints
 
 
 @dataclass(frozen=True)
@@ -97,4 +129,8 @@ class Rig(Unjointed):
 
     def with_values(self, values: Mapping[str, float]) -> Self:
         """The same rig with other values."""
-        return replace(self, table=self.table.with_values(values))
+        return self.with_table(self.table.with_values(values))
+
+    def with_table(self, table: Table) -> Self:
+        """The same rig with another table."""
+        return replace(self, table=table)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.geometry.path.program import compile_path
 from robocal.measure.builder import Builder
 from robocal.measure.data import Configurations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Mechanism, Model, freedom_of, joints_of
 
 __all__ = ["believed", "limits_of", "names_of", "nominal_poses", "places_by_joints", "reach"]
 
@@ -20,7 +20,7 @@ CHUNK = 2048  # configurations whose columns are held at once
 
 
 def reach(
-    machine: Machine, joints: Array, names: Sequence[str] = (), columns: Mapping[str, ArrayLike] | None = None,
+    machine: Model, joints: Array, names: Sequence[str] = (), columns: Mapping[str, ArrayLike] | None = None,
     *, turn: bool = True,
 ) -> tuple[Array, Array]:  # fmt: skip
     """T_base_tool (m, 4, 4) at joint values (m, n), and how named parameters move it, J (m, 6, k): (v, w) in base axes,
@@ -43,7 +43,7 @@ def reach(
     return poses, jacobians
 
 
-def places_by_joints(machine: Machine, joints: Array) -> Array:
+def places_by_joints(machine: Mechanism, joints: Array) -> Array:
     """Where the tool is in base coordinates, (m, 3), at joint values (m, n) without what bends, grows or ripples: millimetres
     off, and many times faster where such columns would have to be computed."""
     alone = {"1", *names_of(machine)}
@@ -56,18 +56,18 @@ def places_by_joints(machine: Machine, joints: Array) -> Array:
     return places
 
 
-def believed(machine: Machine, configurations: Configurations) -> NDArray[np.bool_] | None:
+def believed(machine: Model, configurations: Configurations) -> NDArray[np.bool_] | None:
     """Of which configurations (U,) it is known where the machine is believed to stand; None where of none."""
     c = configurations
-    if c.joints is None and (machine.freedom is None or c.start is None):
+    if c.joints is None and (freedom_of(machine) is None or c.start is None):
         return None
     known = np.ones(len(c), dtype=np.bool_) if c.joints is None else np.isfinite(c.joints).all(axis=1)
-    if machine.freedom is not None and c.start is not None:
+    if freedom_of(machine) is not None and c.start is not None:
         known = known & np.isfinite(c.start).all(axis=1)
     return np.asarray(known)
 
 
-def nominal_poses(machine: Machine, configurations: Configurations) -> Array | None:
+def nominal_poses(machine: Model, configurations: Configurations) -> Array | None:
     """T_base_tool (U, 4, 4) where the machine is believed to stand, NaN where that is not known; None where it is of no
     configuration."""
     c, known = configurations, believed(machine, configurations)
@@ -82,11 +82,11 @@ def nominal_poses(machine: Machine, configurations: Configurations) -> Array | N
     return out
 
 
-def limits_of(machine: Machine) -> Array:
+def limits_of(machine: Model) -> Array:
     """Joint limits in rad or m, (n, 2)."""
-    return np.array([(j.lower, j.upper) for j in machine.joints]).reshape(-1, 2)
+    return np.array([(j.lower, j.upper) for j in joints_of(machine)]).reshape(-1, 2)
 
 
-def names_of(machine: Machine) -> tuple[str, ...]:
+def names_of(machine: Model) -> tuple[str, ...]:
     """The names of the joints."""
-    return tuple(j.name for j in machine.joints)
+    return tuple(j.name for j in joints_of(machine))

@@ -9,19 +9,18 @@ cable lie in one plane. Do not bring a platform anchor below its frame anchor: t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.cables.geometry import WHEEL, CableRobot
-from robocal.cables.pulley import Pulleys
 from robocal.errors import ModelError
 from robocal.measure.bearing import wrap
 from robocal.measure.builder import Builder
 from robocal.measure.cable.material import known
+from robocal.measure.cable.robot import cable_robot_of
 from robocal.measure.data import Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.measure.rows import Kind, Number, Rows, numbers, register
 from robocal.parameters import Parameter
 
@@ -34,6 +33,7 @@ SYMBOL = "swivel"
 UNSTATED = (2e-3,)
 ANYWHERE = 1.0  # rad, of a zero that nobody has said
 TINY = 1e-300
+WHAT = "swivel angles"
 
 
 def across(axis: Array) -> tuple[Array, Array]:
@@ -93,7 +93,7 @@ class SwivelRows(Rows):
     def __init__(self, builder: Builder, obs: Observations, cables: Sequence[str]) -> None:
         configurations, sight = np.unique(obs.configuration, return_inverse=True)
         own = builder.rows(f"{c}.{s}" for c in cables for s in (*ENDS, SYMBOL))
-        robot = cast(CableRobot, builder.machine)
+        robot = cable_robot_of(builder.machine, WHAT)
         self.axes = Axes(robot)
         own = np.concatenate([own, builder.rows(self.axes.names)])
         every = np.arange(len(obs))
@@ -124,15 +124,15 @@ class SwivelRows(Rows):
         return r, np.concatenate([by_pose @ j, mine[:, :, None]], axis=3), by_pose @ jl
 
 
-def zeros_at(machine: Machine, obs: Observations, index: Ints, pose: Array) -> dict[str, float]:
+def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array) -> dict[str, float]:
     """The zero of every cable's encoder by name, where the platform stood at poses (k, 4, 4) when rows `index` (k,) were read: the
     mean direction of what is shown beyond the angle of the robot's ends."""
     names = _cables(obs)
     cable = obs.extra["cable"][index].astype(np.int64)
-    robot = cast(CableRobot, machine)
+    robot = cable_robot_of(machine, WHAT)
     end = robot.numbers[cable, :6]
-    pulleys: Pulleys | None = getattr(machine, "pulleys", None)
-    axis = np.tile([0.0, 0.0, 1.0], (len(names), 1)) if pulleys is None else np.asarray(pulleys.axis, float)
+    wheels = robot.pulleys
+    axis = np.tile([0.0, 0.0, 1.0], (len(names), 1)) if wheels is None else np.asarray(wheels.axis, float)
     one, two = (e[cable] for e in across(axis))
     d = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], end[:, 3:]) - end[:, :3]
     beyond = np.exp(1j * (swivels(d, one, two)[0] - obs.value[index, 0]))
@@ -161,8 +161,7 @@ def _owned(obs: Observations, cable: str) -> Observations:
 
 def terms(builder: Builder, obs: Observations) -> list[Rows]:
     """One term for all cables."""
-    cables: tuple[str, ...] = getattr(builder.machine, "cables", ())
-    names = _cables(obs)
+    cables, names = builder.machine.parts.get("cable", ()), _cables(obs)
     if names != cables:
         raise ModelError(
             "swivel angles are of the cables of a cable robot", found=", ".join(names), expected=", ".join(cables) or "cables"

@@ -21,7 +21,7 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term, spread
 from robocal.estimate.uncertainty import LEVEL, Total, quantile
 from robocal.fit.noise import Group, apply_noise
-from robocal.measure.base import Machine
+from robocal.measure.base import Model
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
 from robocal.prove.statistics import Coverage
@@ -123,7 +123,7 @@ def dense(term: Term, x: Array, first: int, last: int, n: int) -> Array:
 
 
 def measured_bands(
-    model: Machine, data: DataSet, values: Mapping[str, float], total: Total, groups: Iterable[Group]
+    model: Model, data: DataSet, values: Mapping[str, float], total: Total, groups: Iterable[Group]
 ) -> list[Bands]:
     """Bands of a data set that the fit has not seen: `values` by name are the identified ones, `groups` the noise as
     fitted (its tau joins the sigma that the data state)."""

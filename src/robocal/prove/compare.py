@@ -18,7 +18,7 @@ from robocal.fit.estimators import ended, estimator
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.prove.identification import Identification
 from robocal.prove.identify import FEW, identify
 from robocal.prove.statistics import Statistic
@@ -70,12 +70,12 @@ class Comparison:
 
 
 def compare(
-    model: Machine,
+    model: Model,
     data: DataSet,
     methods: Sequence[str],
     options: Options | None = None,
     *,
-    known: tuple[Identification[Machine], float] | None = None,
+    known: tuple[Identification[Model], float] | None = None,
     watch: Watch | None = None,
 ) -> Comparison:
     """Identifies with every method in turn; a method that cannot is told as failed. `known` is an identification that was
@@ -88,7 +88,7 @@ def compare(
     # With a fifth held out the proof is the same for all; leave-one-out is a gift where it is cheap.
     if few and options.leave_one_out is None and options.folds is None:
         options = replace(options, leave_one_out=True)
-    first: Identification[Machine] | None = None
+    first: Identification[Model] | None = None
     entries = []
     for name in dict.fromkeys(methods):
         if watch:
@@ -110,12 +110,12 @@ def compare(
 
 
 def _timed(
-    model: Machine,
+    model: Model,
     data: DataSet,
     options: Options,
-    known: tuple[Identification[Machine], float] | None,
+    known: tuple[Identification[Model], float] | None,
     watch: Watch | None,
-) -> tuple[Identification[Machine], float]:
+) -> tuple[Identification[Model], float]:
     """An identification and its seconds; what is known is not done again, unless it lacks leave-one-out."""
     if (
         known is not None
@@ -124,11 +124,11 @@ def _timed(
     ):
         return known
     clock = time.perf_counter()
-    found: Identification[Machine] = identify(model, data, options, watch)
+    found: Identification[Model] = identify(model, data, options, watch)
     return found, time.perf_counter() - clock
 
 
-def _entry(found: Identification[Machine], reference: Identification[Machine], title: str, seconds: float) -> Entry:
+def _entry(found: Identification[Model], reference: Identification[Model], title: str, seconds: float) -> Entry:
     farthest, sigmas = _farthest(found, reference) if found is not reference else ("", None)
     s = found.stages[0]
     return Entry(
@@ -146,7 +146,7 @@ def _entry(found: Identification[Machine], reference: Identification[Machine], t
     )
 
 
-def _farthest(found: Identification[Machine], reference: Identification[Machine]) -> tuple[str, float | None]:
+def _farthest(found: Identification[Model], reference: Identification[Model]) -> tuple[str, float | None]:
     """The parameter whose value differs most, in sigmas of the reference; those that it did not fit have none."""
     ours = {p.name: p for p in found.parameters}
     away = {

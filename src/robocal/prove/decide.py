@@ -36,7 +36,7 @@ from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.fit.starts.own import placed
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.prove.bands import total_of
 from robocal.prove.judge import unseen_of, verdict
 from robocal.prove.prove import FEW, Proven, prove
@@ -48,7 +48,7 @@ from robocal.prove.zeros import with_zeros
 __all__ = ["Decision", "decide"]
 
 Array = NDArray[np.float64]
-M = TypeVar("M", bound=Machine)
+M = TypeVar("M", bound=Model)
 Watch = Callable[[dict[str, object]], None]
 
 

@@ -29,7 +29,7 @@ from robocal.fit.baseline import frame_names
 from robocal.fit.fit import near
 from robocal.fit.misfit import errors
 from robocal.fit.poses import own_poses
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.prove.split import Split
 
 __all__ = [
@@ -238,7 +238,7 @@ def profile(problem: Problem, x: Array, held: Bools, names: tuple[str, ...]) -> 
     return least_squares(some.with_free(kept), x).x[0], np.where(used, factor, nothing)
 
 
-def local_names(model: Machine, problem: Problem) -> tuple[str, ...]:
+def local_names(model: Model, problem: Problem) -> tuple[str, ...]:
     """The parameters that may be profiled: free ones that are not the robot's."""
     return tuple(n for n in frame_names(model, problem) if n not in model.table)
 

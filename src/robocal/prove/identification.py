@@ -18,7 +18,7 @@ from robocal.estimate.least_squares import Reason
 from robocal.estimate.uncertainty import Total
 from robocal.fit.noise import Group
 from robocal.fit.options import Options
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.parameters import Table
 from robocal.prove.bootstrap import Resampled
 from robocal.prove.linear import Linearity
@@ -30,7 +30,7 @@ from robocal.remarks.remark import Remark
 __all__ = ["Band", "Identification", "ParameterResult", "RowTable"]
 
 Array = NDArray[np.float64]
-M_co = TypeVar("M_co", bound=Machine, covariant=True)
+M_co = TypeVar("M_co", bound=Model, covariant=True)
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from robocal.fit.estimators import batched, estimator
 from robocal.fit.options import Options
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.prove.bands import coverage_of, coverage_remarks, mean_conditions, measured_range
 from robocal.prove.bootstrap import bootstrap_words, resample
 from robocal.prove.decide import Decision, decide
@@ -35,7 +35,7 @@ from robocal.prove.warn import data_warnings
 
 __all__ = ["FEW", "baseline", "frame_names", "identify"]
 
-M = TypeVar("M", bound=Machine)
+M = TypeVar("M", bound=Model)
 Watch = Callable[[dict[str, object]], None]
 
 

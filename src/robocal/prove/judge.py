@@ -25,7 +25,7 @@ from robocal.fit.noise import owners
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.prove.bands import claimed, total_of
 from robocal.prove.evidence import PROOF, constant_errors, judge
 from robocal.prove.folds import Unseen
@@ -179,7 +179,7 @@ def _constant(data: DataSet, base: Problem, proof: Proof | None, everything: boo
 
 
 def verdict(
-    model: Machine,
+    model: Model,
     data: DataSet,
     base: Problem,
     part: Fit,
@@ -244,7 +244,7 @@ def _rms(values: Array) -> float:
 
 
 def _digits(
-    model: Machine, data: DataSet, part: Fit, before: Array, after: Array, told: NDArray[np.bool_]
+    model: Model, data: DataSet, part: Fit, before: Array, after: Array, told: NDArray[np.bool_]
 ) -> float | None:
     """What rounding leaves (m), where one of the two models is so good that it matters; see `digits`."""
     matters = min(_rms(before[told]), _rms(after[told])) < FINE
@@ -269,7 +269,7 @@ def drawn(split: Split, label: Ints, at: Ints) -> Ints:
     return label[at]
 
 
-def _second_thoughts(model: Machine, base: Problem, part: Fit, proof: Proof, found: Verdict) -> Verdict:
+def _second_thoughts(model: Model, base: Problem, part: Fit, proof: Proof, found: Verdict) -> Verdict:
     """An improvement that cannot be one: nothing of the robot was fitted, or a round leaves too little to fit."""
     problem = part.problem
     if not set(problem.free) - set(frame_names(model, base)):

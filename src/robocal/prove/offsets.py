@@ -26,7 +26,7 @@ from robocal.fit.baseline import frame_names
 from robocal.fit.fit import Fit
 from robocal.fit.repeats import places
 from robocal.geometry.path.joints import Zero
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model, joints_of
 from robocal.prove.evidence import PROOF, bootstrap_gain
 from robocal.prove.folds import local_names, unseen
 from robocal.prove.judge import Proof, drawn, units_of
@@ -95,10 +95,10 @@ class _Found:
     total: Total
 
 
-def offsets_alone(model: Machine, base_x: Array, whole: Fit, proven: Proven, seed: int) -> OffsetsAlone | None:
+def offsets_alone(model: Model, base_x: Array, whole: Fit, proven: Proven, seed: int) -> OffsetsAlone | None:
     """Fits and proves the joint offsets alone; `base_x` (1, P) is the baseline of all measurements. None where no joint's
     zero may move."""
-    zeros = model.open_zeros
+    zeros = () if model.mechanism is None else model.mechanism.open_zeros
     if not zeros:
         return None
     found = _fitted(model, whole, base_x, zeros)
@@ -116,7 +116,7 @@ def offsets_alone(model: Machine, base_x: Array, whole: Fit, proven: Proven, see
     return _judged(whole, main, alone, offsets, converged, unit, seed)
 
 
-def _fitted(model: Machine, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Found:
+def _fitted(model: Model, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Found:
     """The zeros fitted from a baseline x (1, P), with the rows, the noise and the loss of a fit."""
     names = [*frame_names(model, fit.problem), *(z.parameter for z in zeros)]
     every = fit.problem.with_free(names)
@@ -149,12 +149,12 @@ def _note(hidden: Combination) -> Remark:
     return hidden.remark if hidden.partners else Remark.of(Code.BELOW_THE_REST)
 
 
-def _offsets(model: Machine, found: _Found, zeros: Sequence[Zero]) -> tuple[JointOffset, ...]:
+def _offsets(model: Model, found: _Found, zeros: Sequence[Zero]) -> tuple[JointOffset, ...]:
     """The offset of every joint, in SI; joints whose zero may not move have none."""
     known, table = {z.joint: z for z in zeros}, found.problem.table
     sigma, reach = dict(zip(found.total.names, found.total.sigma, strict=True)), quantile(found.total.dof)
     out = []
-    for joint in model.joints:
+    for joint in joints_of(model):
         unit = "m" if joint.type == "prismatic" else "rad"
         z = known.get(joint.name)
         if z is None:

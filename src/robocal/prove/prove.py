@@ -22,7 +22,7 @@ from robocal.fit.poses import own_poses
 from robocal.fit.repeats import places
 from robocal.fit.starts.own import placed
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.prove.folds import (
     Unseen,
     alike,
@@ -96,7 +96,7 @@ class Proven:
 
 
 def prove(
-    model: Machine,
+    model: Model,
     data: DataSet,
     clean: DataSet,
     split: Split,
@@ -140,7 +140,7 @@ def prove(
     return Proven(proofs, one.base, one.base_x, one.part, fitted, held, embargoed, left_out)
 
 
-def _in_batch(model: Machine, clean: DataSet, base: Baseline, whole: Fit, split: Split) -> Proof:
+def _in_batch(model: Model, clean: DataSet, base: Baseline, whole: Fit, split: Split) -> Proof:
     """Every round of a split with the columns and the noise of the fit to everything."""
     problem, x = base.problem, base.x
     told, local = units_of(problem), local_names(model, problem)
@@ -151,7 +151,7 @@ def _in_batch(model: Machine, clean: DataSet, base: Baseline, whole: Fit, split:
     return Proof(split, before, after, _units(problem, _never_near(model, clean, base, whole)))
 
 
-def _never_near(model: Machine, clean: DataSet, base: Baseline, whole: Fit) -> tuple[Bools, ...]:
+def _never_near(model: Model, clean: DataSet, base: Baseline, whole: Fit) -> tuple[Bools, ...]:
     """Rows that the fit to everything does not use, and that the baseline does not come near either."""
     unused = tuple(~t.used for t in whole.problem.terms)
     if not any(u.any() for u in unused):
@@ -165,7 +165,7 @@ def _units(problem: Problem, aside: Sequence[Bools]) -> dict[str, Bools]:
 
 
 def _rounds(
-    model: Machine,
+    model: Model,
     data: DataSet,
     clean: DataSet,
     base: Baseline,
@@ -204,7 +204,7 @@ class Trial:
 
 
 def trial(
-    model: Machine,
+    model: Model,
     data: DataSet,
     split: Split,
     k: int,

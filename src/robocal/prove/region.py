@@ -32,7 +32,7 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, band
 from robocal.fit.working_range import Region
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import reach
 from robocal.prove.bands import mean_conditions, measured_range
 from robocal.prove.workspace import motion_field, parameters_of, sample_joints
@@ -74,19 +74,19 @@ class Holds:
         return "working" if self.band <= self.moved and sure else "measured"
 
 
-def limited(chain: Machine, data: DataSet) -> Region:
+def limited(chain: Model, data: DataSet) -> Region:
     """The joint limits of a chain; the measured range where a limit is infinite."""
     return Region(*sample_joints(chain, measured_range(data.configurations), SAMPLES))
 
 
-def spanned(chain: Machine, data: DataSet) -> Region:
+def spanned(chain: Model, data: DataSet) -> Region:
     """Configurations on the way from one measured one to another.
 
     A box of the measured joints would hold what nobody measured or meant: where a grid was measured with the tool held
     upright, it holds every attitude.
     """
     q = data.configurations.joints
-    q = np.zeros((0, len(chain.joints))) if q is None else q[np.isfinite(q).all(axis=1)]
+    q = np.zeros((0, len(joints_of(chain)))) if q is None else q[np.isfinite(q).all(axis=1)]
     if not len(q):
         return limited(chain, data)
     rng = np.random.default_rng(0)
@@ -96,7 +96,7 @@ def spanned(chain: Machine, data: DataSet) -> Region:
 
 
 def _shape(
-    model: Machine,
+    model: Model,
     data: DataSet,
     whole: Fit,
     off: Total,
@@ -123,7 +123,7 @@ def _shape(
 
 
 def where_it_holds(
-    model: Machine,
+    model: Model,
     data: DataSet,
     whole: Fit,
     off: Total,

@@ -21,7 +21,7 @@ from robocal.measure.base import KINDS, Rows
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
 from robocal.measure.fingerprint import fingerprints
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.parameters import Table
 from robocal.prove.bands import claimed, mean_conditions
 from robocal.prove.identification import Band, ParameterResult, RowTable
@@ -42,7 +42,7 @@ ROUNDING = 1e-12  # rad
 
 
 def parameter_results(
-    model: Machine, fit: Fit, u: Uncertainty, off: Total, stated: Uncertainty | None
+    model: Model, fit: Fit, u: Uncertainty, off: Total, stated: Uncertainty | None
 ) -> tuple[ParameterResult, ...]:
     """Every parameter of the problem, in table order, with status and note; `off` is what it may be off by in all,
     `stated` the covariance under the stated noise alone."""
@@ -196,7 +196,7 @@ def _told(r: Residuals) -> Array:
     return out
 
 
-def prediction_band(model: Machine, data: DataSet, fit: Fit, off: Total, region: Region | None = None) -> Band | None:
+def prediction_band(model: Model, data: DataSet, fit: Fit, off: Total, region: Region | None = None) -> Band | None:
     """One standard deviation of the error of the predicted position over joint space: of the model, with hidden
     parameters as uncertain as expected, and of what it leaves at every pose.
 

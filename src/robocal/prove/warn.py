@@ -26,7 +26,7 @@ from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit
 from robocal.geometry import fits
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.measure.rows import KINDS, Rows
 from robocal.prove.bands import total_of
 from robocal.remarks.code import Code
@@ -48,7 +48,7 @@ FLAT = 0.02  # thickness of the measured points against their extent
 
 
 def data_warnings(
-    model: Machine,
+    model: Model,
     data: DataSet,
     fit: Fit,
     configurations: NDArray[np.int64],
@@ -75,7 +75,7 @@ def data_warnings(
         if g.name in arms and g.unit == "m" and g.rms < COMPUTED and g.dof > 0.5:
             out.append(Remark.of(Code.COMPUTED, group=g.name, left=Quantity(g.rms)))
     # A machine that stands where its own sensors say has coordinates only as far as something sees them.
-    if model.freedom and not any(o.frame or o.targets or o.kind in ABSOLUTE for o in data.observations):
+    if freedom_of(model) and not any(o.frame or o.targets or o.kind in ABSOLUTE for o in data.observations):
         out.append(Remark.of(Code.PLACE_OPEN))
     out.extend(open_remarks(model, fit))
     rows_of = [fit.problem.table[n] for n in fit.problem.free]
@@ -96,10 +96,10 @@ def few_numbers(numbers: int, parameters: int) -> tuple[Remark, ...]:
     return (Remark.of(Code.FEW_MEASUREMENTS, numbers=numbers, parameters=parameters),) if few else ()
 
 
-def input_remarks(model: Machine, data: DataSet | None = None) -> tuple[Remark, ...]:
+def input_remarks(model: Model, data: DataSet | None = None) -> tuple[Remark, ...]:
     """What a model and measurements show before anything is fitted: parallel axes that the convention cannot tilt, identical
     poses, joints that stand still, points of one plane."""
-    out: list[Remark] = list(model.remarks())
+    out: list[Remark] = [] if model.mechanism is None else list(model.mechanism.remarks())
     if data is None:
         return tuple(out)
     q = data.configurations.joints
@@ -107,10 +107,11 @@ def input_remarks(model: Machine, data: DataSet | None = None) -> tuple[Remark, 
     if q is not None and len(q) > 1 and np.ptp(q, axis=0).max(initial=0.0) < 1e-9:
         out.append(Remark.of(Code.ONE_PLACE))
     elif q is not None and len(q) > 1:
-        still = [n for n, s in zip((j.name for j in model.joints), np.ptp(q, axis=0), strict=True) if s < 1e-9]
+        still = [n for n, s in zip((j.name for j in joints_of(model)), np.ptp(q, axis=0), strict=True) if s < 1e-9]
         if still:
             out.append(Remark.of(Code.JOINTS_STILL, joints=tuple(still)))
-    spatial = model.freedom is None or {0, 1, 2} <= set(model.freedom)
+    freedom = freedom_of(model)
+    spatial = freedom is None or {0, 1, 2} <= set(freedom)
     for obs in data.observations:
         if spatial and obs.kind in ("position", "pose") and len(obs) > 3 and obs.value.ndim == 2:
             points = obs.value[:, :3] if obs.used is None else obs.value[obs.used, :3]
@@ -143,7 +144,7 @@ def _outliers(strange: Sequence[Outlier], fit: Fit) -> list[Remark]:
     return out
 
 
-def implausible(model: Machine, fit: Fit) -> list[Remark]:
+def implausible(model: Model, fit: Fit) -> list[Remark]:
     """Changes that no arm's making leaves: the nominal model, the order or the signs of the joints are likelier wrong."""
     names = [n for n in fit.problem.free if n in model.geometric]
     table = fit.problem.table
@@ -159,7 +160,7 @@ def implausible(model: Machine, fit: Fit) -> list[Remark]:
     return [Remark.of(Code.IMPLAUSIBLE, changes=worst)]
 
 
-def unmade(model: Machine, stated: Problem, fit: Fit) -> list[Remark]:
+def unmade(model: Model, stated: Problem, fit: Fit) -> list[Remark]:
     """Lengths and angles between axes that changed, beyond doubt, as no arm's making leaves them: what was written and what
     the data say. A joint's zero may be anywhere; and where parallel axes are written without Hayati's beta, a small tilt
     moves lengths along them by metres."""

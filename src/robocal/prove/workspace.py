@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.estimate.uncertainty import Total
 from robocal.geometry import so3
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.measure.reach import limits_of, reach
 
 __all__ = ["Predicted", "base_motion", "between", "motion_field", "predict", "sample_joints"]
@@ -48,7 +48,7 @@ class Predicted:
         return self.covariance[:, 3:, 3:]
 
 
-def sample_joints(chain: Machine, measured: Array | None, count: int, seed: int = 0) -> tuple[Array, str]:
+def sample_joints(chain: Model, measured: Array | None, count: int, seed: int = 0) -> tuple[Array, str]:
     """Joint values (count, n) drawn within the joint limits, the measured range (n, 2) where a limit is infinite; and
     the name of that region."""
     low, high = limits_of(chain).T
@@ -81,13 +81,13 @@ def base_motion(jacobian: Array, points: Array) -> Array:
     return np.asarray(np.linalg.lstsq(field, jacobian[:, :3].reshape(len(field), -1), rcond=None)[0])
 
 
-def parameters_of(chain: Machine, total: Total) -> tuple[str, ...]:
+def parameters_of(chain: Model, total: Total) -> tuple[str, ...]:
     """The names of `total` that belong to the arm."""
     return tuple(n for n in total.names if n in chain.table)
 
 
 def predict(
-    chain: Machine, joints: Array, total: Total, conditions: Mapping[str, ArrayLike], motion: Array | None = None,
+    chain: Model, joints: Array, total: Total, conditions: Mapping[str, ArrayLike], motion: Array | None = None,
     *, turn: bool = True,
 ) -> Predicted:  # fmt: skip
     """The tool's pose at joint values (m, n) with its covariance; `conditions` are the other columns that the model

@@ -7,10 +7,9 @@ one that a controller takes: it is expected to be off by LOST, and the fit is ma
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar
 
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.prove.bands import total_of
 
 if TYPE_CHECKING:
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["with_zeros"]
 
-M = TypeVar("M", bound=Machine)
+M = TypeVar("M", bound=Model)
 ALIKELY = 10.0  # times what was expected: 10 mm, 3 deg
 SURE = 5.0  # standard deviations
 LOST = {"rad": 0.5, "m": 0.1}
@@ -33,7 +32,10 @@ def with_zeros(model: M, fit: Fit) -> M | None:
     if not far:
         return None
     # A zero with a stated prior is where its owner says.
-    zeros = {z.parameter: model.table[z.parameter] for z in model.open_zeros}
+    moving = model.mechanism
+    if moving is None:
+        return None
+    zeros = {z.parameter: model.table[z.parameter] for z in moving.open_zeros}
     lost = {n: LOST[z.unit] for n, z in zeros.items() if z.prior is None and z.unit in LOST and z.scale < LOST[z.unit]}
     alike = {c.name: far & {n for n, _ in c.partners} for c in fit.identifiability.combinations if c.name in lost}
     if not any(alike.values()):
@@ -43,6 +45,4 @@ def with_zeros(model: M, fit: Fit) -> M | None:
     likely = {name: lost[name] for name, like in alike.items() if any(change[n] > SURE * sigma[n] for n in like)}
     if not likely:
         return None
-    # Every machine is frozen data with a table.
-    made: M = replace(cast(Any, model), table=model.table.with_expected(likely))
-    return made
+    return model.with_table(model.table.with_expected(likely))

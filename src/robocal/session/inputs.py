@@ -1,153 +1,87 @@
-"""From names on a command line to a robot and data that belong together: opened, joined, their units doubted."""
+"""From names on a command line to a machine and data that belong together: opened, and chosen from for one run."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, TypeVar
 
-from robocal.arms.chain import Chain
-from robocal.errors import FileError, FormatError, InputError, ModelError, nearest
-from robocal.files.causes.naming import refuse_wrong
-from robocal.files.causes.unit_check import doubt_units, refuse_still
-from robocal.files.dataset import Reading, read_datasets
+from robocal.errors import FormatError, InputError, ModelError, nearest
 from robocal.files.kinds.registry import READERS, reader_of
-from robocal.files.opened import Speaks
-from robocal.files.robot import Robot, open_robot, render_robot
-from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
-from robocal.files.text import InputFile, read_text
-from robocal.files.units import parse_unit
+from robocal.files.opened import machine_kind
+from robocal.files.runfolder import ROBOTS
 from robocal.files.yamlio import load
-from robocal.measure.base import kind_of
-from robocal.measure.data import DataSet, Frame, Observations
-from robocal.measure.machine import Machine
+from robocal.measure.data import DataSet, Frame
+from robocal.measure.machine import Model
 from robocal.parameters import Table
-from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark
-from robocal.session.watching import Watch, computable
+from robocal.session.arm import OpenedArm, open_arm, robot_files
+from robocal.session.opened import Inputs, Opened, every_frame
+from robocal.session.watching import Watch
 
-__all__ = ["Inputs", "choose", "open_arm", "read_inputs", "robot_files"]
+__all__ = ["Inputs", "choose", "open_arm", "open_machine", "read_inputs", "register_machine", "robot_files"]
 
-
-@dataclass(frozen=True)
-class Inputs:
-    """A robot and what was measured on it; `files` are all that were read, with their hashes."""
-
-    robot: Robot
-    reading: Reading
-    files: tuple[InputFile, ...]
-    warnings: tuple[Remark, ...]
-
-    @property
-    def data(self) -> DataSet:
-        """The data set."""
-        return self.reading.dataset
+O = TypeVar("O", bound=Opened[Any])
+Name = str | os.PathLike[str]
+Opener = Callable[[Name, str | None, str | None], Opened[Any]]  # from a name and, for a URDF, two links
 
 
-def open_arm(name: str | os.PathLike[str], *, base: str | None = None, tip: str | None = None) -> Robot:
-    """A robot from a file, a run folder (its calibrated robot), or the catalogue; an existing file or folder wins."""
+def _arm(name: Name, base: str | None, tip: str | None) -> Opened[Any]:
+    return OpenedArm(open_arm(name, base=base, tip=tip), os.fspath(name))
+
+
+def _cable(name: Name, base: str | None, tip: str | None) -> Opened[Any]:
+    from robocal.session.cable.opened import open_cable
+
+    return open_cable(name)
+
+
+# How machines are opened, by the `kind` of their files.
+OPENERS: dict[str, Opener] = {"arm": _arm, "cable": _cable}
+
+
+def register_machine(kind: str, opener: Opener) -> None:
+    """Machines whose file says this `kind` are opened so from now on, by every verb. Raises ModelError for a kind that is there."""
+    if OPENERS.setdefault(kind, opener) is not opener:
+        raise ModelError("this kind of machine is registered already", key="kind", found=kind, expected="another name")
+
+
+def open_machine(name: Name, *, base: str | None = None, tip: str | None = None) -> Opened[Any]:
+    """A machine from its file, a run folder (the corrected one), or the catalogue of arms. Raises InputError."""
     place = Path(name)
-    run = find_run(place)
-    if place.is_dir():
-        return _opened(place, run, base, tip)
-    arm = _doubted(open_robot(name, base=base, tip=tip), run)
-    if place.name == "calibrated.urdf" and run is not None:
-        lost = _with_result(arm, run).left_out
-        if lost:
-            more = Remark.of(Code.RUN_HOLDS_MORE, file=str(place), names=lost, folder=str(place.parent))
-            return replace(arm, warnings=(*arm.warnings, more))
-    return arm
-
-
-def _opened(folder: Path, run: Run | None, base: str | None, tip: str | None) -> Robot:
-    """The calibrated robot of a folder."""
-    calibrated = next((folder / f for f in ROBOTS if (folder / f).is_file()), None)
-    if calibrated is None:
-        raise FileError("there is no calibrated robot in this folder", file=folder, expected=" or ".join(ROBOTS))
-    said = {} if run is None else run.result.provenance.options
-    base, tip = (given or (word if isinstance(word := said.get(key), str) else None)
-                 for given, key in ((base, "base"), (tip, "tip")))  # fmt: skip
-    arm = _doubted(open_robot(calibrated, base=base, tip=tip), run)
-    if arm.format != "urdf":
-        return arm  # a robot.yaml holds everything that was fitted; a URDF does not
-    if run is None:
-        return replace(arm, warnings=(*arm.warnings, Remark.of(Code.RESULT_MISSING, folder=str(folder))))
-    return _with_result(arm, run)
-
-
-def _doubted(arm: Robot, run: Run | None) -> Robot:
-    return arm if run is None else replace(arm, warnings=(*arm.warnings, *run.doubts))
-
-
-def _with_result(arm: Robot, run: Run) -> Robot:
-    """The robot with every parameter that its run identified: a URDF has no place for a tool or a gain."""
-    found, place = run.result, run.folder / RESULT
-    # What lies beyond geometry has no place in a URDF at all.
-    grown = arm.chain
-    if found.beyond:
-        from robocal.files.groups import added
-
-        grown = added(grown, [(g.name, g.options) for g in found.beyond])
-    arm, table = replace(arm, chain=grown), grown.table
-    values = {
-        p.name: parse_unit(p.unit, file=place, key=p.name).to_si(p.identified)
-        for p in found.parameters
-        if p.name in table and p.identified is not None
-    }
-    _, left_out = render_robot(arm, values)
-    return replace(arm, chain=arm.chain.with_values(values), left_out=left_out)
-
-
-def robot_files(robot: Robot, name: str | os.PathLike[str]) -> tuple[InputFile, ...]:
-    """The robot as an input of a run: its file, and of a run folder the numbers too."""
-    first = InputFile(robot.path if robot.path is not None else Path(f"catalogue:{name}"), robot.sha256)
-    numbers = Path(name) / RESULT
-    return (
-        (first, InputFile(numbers, read_text(numbers).sha256))
-        if robot.format == "urdf" and numbers.is_file()
-        else (first,)
-    )
+    file = place / ROBOTS[0] if place.is_dir() else place
+    return OPENERS.get(machine_kind(file), _arm)(name, base, tip)
 
 
 def read_inputs(
-    robot: str | os.PathLike[str],
-    data: Sequence[str | os.PathLike[str]],
+    robot: Name,
+    data: Sequence[Name],
     *,
     base: str | None = None,
     tip: str | None = None,
     group: str | None = None,
     exclude: Sequence[str] = (),
     watch: Watch | None = None,
+    choices: Mapping[str, Any] | None = None,
 ) -> Inputs:
-    """Opens a robot and its data files as one data set, without the rows that `exclude` names.
+    """Opens a machine and its data files as one data set, without the rows that `exclude` names.
 
-    Raises InputError for whatever is wrong with them, units that
-    are mixed up too."""
+    Raises InputError for whatever is wrong with them, and for `choices` of one run that this machine lacks."""
     if watch:
         watch({"stage": "read"})
     try:
-        arm = open_arm(robot, base=base, tip=tip)
+        opened = open_machine(robot, base=base, tip=tip)
     except FormatError:
         _refuse_other_kind(robot, READERS, "this is a data file, not a robot")
         raise
-
-    def reading_for(chain: Chain) -> Reading:
-        return read_datasets(data, chain, group=group, exclude=exclude)
-
+    opened.refuse(choices or {})
     try:
-        reading = reading_for(arm.chain)
+        return opened.read(data, group=group, exclude=exclude, watch=watch)
     except FormatError:
         for name in data:
-            _refuse_other_kind(name, ("arm", "cable"), "this is a robot file, not a data file")
+            _refuse_other_kind(name, OPENERS, "this is a robot file, not a data file")
         raise
-    _one_frame_per_name(reading)
-    with computable(robot, *data):
-        refuse_still(reading.dataset)
-        forgotten = tuple(w for w in arm.warnings if w.code == Code.KEYS_UNSTATED)
-        doubts = doubt_units(arm.chain, reading, watch, forgotten)
-        doubts += refuse_wrong(arm, reading, lambda chain: reading_for(chain).dataset)
-    return Inputs(arm, reading, (*robot_files(arm, robot), *reading.files), (*arm.warnings, *reading.warnings, *doubts))
 
 
 def _refuse_other_kind(name: str | os.PathLike[str], kinds: Container[object], message: str) -> None:
@@ -163,20 +97,6 @@ def _refuse_other_kind(name: str | os.PathLike[str], kinds: Container[object], m
         raise FormatError(message, file=place, key="kind", found=kind, expected="the robot first, then data files")
 
 
-def _one_frame_per_name(reading: Reading) -> None:
-    """Frames named alike in several files are one; files that say different things of it contradict each other."""
-    known: dict[str, tuple[object, str]] = {}
-    for obs in reading.dataset.observations:
-        for frame in every_frame(obs):
-            said = (frame.value, frame.free, frame.mount)
-            first = known.setdefault(frame.name, (said, obs.source))
-            if first[0] != said:
-                raise FormatError(
-                    "a frame of this name is described differently in another file", file=obs.source, key=frame.name,
-                    expected=f"what the data file of {first[1]} says, or another name",
-                )  # fmt: skip
-
-
 # --- what a person chooses for one run ------------------------------------------------------------------------------
 
 
@@ -186,18 +106,11 @@ def split_words(words: Sequence[str]) -> tuple[str, ...]:
 
 
 def choose(
-    robot: Robot, data: DataSet, *, free: Sequence[str] = (), fix: Sequence[str] = (), prior: Sequence[str] = ()
-) -> tuple[Robot, DataSet]:
-    """The robot and data with other free parameters and priors than their files say. Raises ModelError naming the
+    opened: O, data: DataSet, *, free: Sequence[str] = (), fix: Sequence[str] = (), prior: Sequence[str] = ()
+) -> tuple[O, DataSet]:
+    """The machine and data with other free parameters and priors than their files say. Raises ModelError naming the
     nearest name."""
-    table, data = chosen(robot.chain, robot.units, data, free=free, fix=fix, prior=prior)
-    return replace(robot, chain=replace(robot.chain, table=table)), data
-
-
-def chosen(
-    machine: Machine, units: Speaks, data: DataSet, *, free: Sequence[str], fix: Sequence[str], prior: Sequence[str]
-) -> tuple[Table, DataSet]:
-    """The same of any machine: its table and the data."""
+    machine, units = opened.machine, opened.units
     table = machine.table
     frames = {f.name: f for o in data.observations for f in every_frame(o)}
     for option, words in (("--free", free), ("--fix", fix)):
@@ -232,10 +145,11 @@ def chosen(
         )
         priors.update({n: units.of(table[n].unit).to_si(sigma) for n in names})
     fixed, loose = set(fix) & set(frames), set(free) & set(frames)
-    return table.with_priors(priors), _frames(data, fixed, loose) if fixed or loose else data
+    data = _frames(data, fixed, loose) if fixed or loose else data
+    return opened.with_table(table.with_priors(priors)), data
 
 
-def _select(word: str, chain: Machine, frames: Mapping[str, object], option: str) -> tuple[str, ...]:
+def _select(word: str, chain: Model, frames: Mapping[str, object], option: str) -> tuple[str, ...]:
     """Parameters of the robot that a word selects; a bare symbol speaks of joints only, as in the robot file."""
     names = chain.table.names
     owners = {n.rpartition(".")[0] for n in names}
@@ -264,11 +178,6 @@ def _names(table: Table, *frames: str) -> str:
     owners = dict.fromkeys(n.rpartition(".")[0] for n in table.names)
     example = next((n for n in table.free), table.names[0])
     return f"a parameter ({example}), a symbol ({', '.join(symbols)}), or all of {', '.join((*owners, *frames))}"
-
-
-def every_frame(obs: Observations) -> tuple[Frame, ...]:
-    """The instrument's frame, the targets, and the places and ends of the kind."""
-    return (*((obs.frame,) if obs.frame else ()), *obs.targets, *kind_of(obs).frames(obs))
 
 
 def _frames(data: DataSet, fixed: set[str], loose: set[str]) -> DataSet:

@@ -16,17 +16,16 @@ from numpy.typing import NDArray
 
 from robocal.files import result as files
 from robocal.files.layerfile import LAYER, layer_text
-from robocal.files.opened import Opened, rendered
 from robocal.files.parts import kept
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.shown import shown
 from robocal.fit.estimators import ended, estimator
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Mechanism, joints_of
 from robocal.prove.bootstrap import Resampled
 from robocal.prove.identification import Identification, ParameterResult, RowTable
-from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, sentences
 from robocal.session.knowledge import knowledge_files, map_columns
+from robocal.session.opened import Opened
 from robocal.session.strange import outlier
 from robocal.session.trusted import band_remarks, prediction_part, range_part, scale_part
 
@@ -45,8 +44,8 @@ class Outcome:
 
     result: files.Result
     residuals: dict[str, list[Any]]
-    identification: Identification[Machine]
-    robot: Opened
+    identification: Identification[Mechanism]
+    robot: Opened[Any]
     written: tuple[Path, ...] = ()
     left_out: tuple[str, ...] = ()
     layer: Layer | None = None
@@ -59,7 +58,7 @@ class Outcome:
 
 
 def to_result(
-    found: Identification[Machine], robot: Opened, recipe: files.Provenance, warnings: Sequence[Remark] = ()
+    found: Identification[Mechanism], robot: Opened[Any], recipe: files.Provenance, warnings: Sequence[Remark] = ()
 ) -> files.Result:
     """result.json of an identification."""
     said = tuple(dict.fromkeys((*warnings, *found.warnings, *band_remarks(found))))
@@ -69,7 +68,7 @@ def to_result(
     method, loss = estimator(found.options.method).title, found.options.loss
     return files.Result(
         robot=files.RobotSummary(
-            name=machine.name, convention=robot.convention, joints=len(machine.joints), source=robot.source
+            name=machine.name, convention=robot.convention, joints=len(joints_of(machine)), source=robot.source
         ),
         method=method if loss == "none" else f"{method}, {loss} loss",
         verdict=shown(files.Verdict, found.verdict, reasons=sentences(found.verdict.reasons)),
@@ -98,14 +97,14 @@ def to_result(
     )
 
 
-def _parameter(p: ParameterResult, robot: Opened, drawn: Resampled | None) -> files.ParameterResult:
+def _parameter(p: ParameterResult, robot: Opened[Any], drawn: Resampled | None) -> files.ParameterResult:
     at = None if drawn is None or p.name not in drawn.names else drawn.names.index(p.name)
     unit = robot.units.of(p.unit)
     ends = None if drawn is None or at is None else (unit.from_si(drawn.low[at]), unit.from_si(drawn.high[at]))
     return shown(files.ParameterResult, p, robot.units, bootstrap=ends)
 
 
-def _identifiability(found: Identification[Machine], robot: Opened) -> files.Identifiability:
+def _identifiability(found: Identification[Mechanism], robot: Opened[Any]) -> files.Identifiability:
     seen = found.identifiability
     units = {p.name: robot.units.of(p.unit) for p in found.parameters}
     combinations = []
@@ -126,7 +125,7 @@ def _identifiability(found: Identification[Machine], robot: Opened) -> files.Ide
     )
 
 
-def _residuals(found: Identification[Machine]) -> files.Residuals:
+def _residuals(found: Identification[Mechanism]) -> files.Residuals:
     """The errors of positions with those of angles beside them, else of pixels; of bearings alone, those of angles, once."""
     by_unit = {s.unit: s for s in found.stages}
     main = next((by_unit[u] for u in ("m", "px", "rad") if u in by_unit), None)
@@ -135,13 +134,13 @@ def _residuals(found: Identification[Machine]) -> files.Residuals:
     return files.Residuals(unit="mm") if main is None else shown(files.Residuals, main, angle=angle)
 
 
-def _fit(found: Identification[Machine]) -> files.Fit:
+def _fit(found: Identification[Mechanism]) -> files.Fit:
     sources = list(dict.fromkeys(g.sigma_source for g in found.groups))
     ends = ended(found.options.method, found.reason)[0]
     return shown(files.Fit, found, reason=ends, sigma_source=", ".join(sources))
 
 
-def residual_columns(found: Identification[Machine]) -> dict[str, list[Any]]:
+def residual_columns(found: Identification[Mechanism]) -> dict[str, list[Any]]:
     """The columns of residuals.csv; None where a row has no such number."""
     rows = found.rows
     numbers = {name: np.full(len(rows.parts), None, dtype=object) for name in RESIDUAL_COLUMNS}
@@ -199,26 +198,17 @@ def save(outcome: Outcome, folder: Path) -> Outcome:
     """Writes the run folder, all or nothing; warns of values left out."""
     from robocal.report.identified import report
 
-    robot = outcome.robot
-    values, code = {p.name: p.value for p in outcome.identification.corrected.table.rows}, Code.URDF_LACKS
-    more_left: tuple[str, ...] = ()
-    if getattr(outcome.identification.corrected, "cables", ()):
-        from robocal.session.cable.beyond import of_file
-
-        code = Code.CABLE_FILE_LACKS
-        values, more_left = of_file(outcome.identification, values)
-    text, left_out = rendered(robot, values)
-    left_out = (*left_out, *more_left)
-    if left_out:
-        lacks = Remark.of(code, names=left_out)
-        outcome = replace(outcome, result=_warned(outcome.result, lacks), left_out=left_out)
+    rendered = outcome.robot.render(outcome.identification)
+    if rendered.left_out:
+        lacks = Remark.of(rendered.code, names=rendered.left_out)
+        outcome = replace(outcome, result=_warned(outcome.result, lacks), left_out=rendered.left_out)
     cells = map_columns(outcome.identification)
     page = report(outcome.result, outcome.residuals, cells)
-    name = "calibrated.urdf" if robot.format == "urdf" else "calibrated.yaml"
+    name = "calibrated.urdf" if outcome.robot.file.format == "urdf" else "calibrated.yaml"
     more = dict(knowledge_files(outcome.identification, cells))
     if outcome.layer is not None:
         more[LAYER] = layer_text(outcome.layer)
-    written = write_run(folder, outcome.result, text, outcome.residuals, page, robot_name=name, more=more)
+    written = write_run(folder, outcome.result, rendered.text, outcome.residuals, page, robot_name=name, more=more)
     return replace(outcome, written=written)
 
 

@@ -67,7 +67,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 
 def sections(made: Outcome) -> Iterator[Section]:
     """Robot and cable set, every cable as CASPR and as robot.yaml call it, and where the file is."""
-    from robocal.session.cable.summed import summed
+    from robocal.session.cable.summed import summary
 
     found: Caspr = made.result
     robot = found.file.robot
@@ -75,6 +75,6 @@ def sections(made: Outcome) -> Iterator[Section]:
     which = f"cable set {found.cable_set}" if found.cable_set else "its cable set"
     words = f"   CASPR, {which}; {len(robot.cables)} cables: {', '.join(cables)}"
     yield Section.of("", Text.of((robot.name, "strong"), words))
-    yield from summed(found.file)
+    yield from summary(found.file)
     if made.written:
         yield Section.of("", Written(made.written))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from robocal.geometry import so3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Mechanism
 
 __all__ = ["Both", "Change", "What", "changes", "pairs"]
 
@@ -143,7 +143,7 @@ class Both:
 Factors = Mapping[str, Sequence[float]]
 
 
-def changes(chain: Machine, data: DataSet, angles: Factors, lengths: Factors) -> list[Change]:
+def changes(chain: Mechanism, data: DataSet, angles: Factors, lengths: Factors) -> list[Change]:
     """Every single change worth a trial; `angles` undo a wrong unit of each joint, `lengths` of each coordinate, by file
     (0 where there is no other unit)."""
     sources = list(dict.fromkeys(o.source for o in data.observations))[:4]
@@ -173,7 +173,7 @@ def _some(what: What, columns: Sequence[int], factors: Sequence[float]) -> Itera
             yield Change(what, at, factors=tuple(factors[i] for i in at))
 
 
-def _of_the_arm(chain: Machine) -> Iterator[Change]:
+def _of_the_arm(chain: Mechanism) -> Iterator[Change]:
     """Signs and zeros: the arm's own, so in every file."""
     for i, joint in enumerate(chain.joints):
         yield Change(What.SIGN, (i,))
@@ -182,7 +182,7 @@ def _of_the_arm(chain: Machine) -> Iterator[Change]:
                 yield Change(What.ZERO, (i,), turn)
 
 
-def _of_columns(chain: Machine, factors: Sequence[float]) -> Iterator[Change]:
+def _of_columns(chain: Mechanism, factors: Sequence[float]) -> Iterator[Change]:
     for a, b in combinations(range(len(chain.joints)), 2):
         if chain.joints[a].type == chain.joints[b].type:
             yield Change(What.SWAP, (a, b))

@@ -22,7 +22,7 @@ from robocal.diagnose.hypotheses.changes import Both, Change, What, pairs
 from robocal.diagnose.hypotheses.lockstep import Held, fitted, reach_of
 from robocal.diagnose.hypotheses.sights import Sights, sights, usable
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Mechanism
 
 __all__ = ["Doubt", "Explanation", "Trial", "alike", "doubted", "explain", "left_of", "rows_of", "taken"]
 
@@ -65,7 +65,7 @@ class Doubt:
         return left <= MAKING * self.reach and left * CLEARLY <= min(self.stated, self.lost)
 
 
-def doubted(chain: Machine, data: DataSet) -> Doubt | None:
+def doubted(chain: Mechanism, data: DataSet) -> Doubt | None:
     """Whether the misfit asks for a change; None where it does not or nobody can tell."""
     rows = rows_of(data)
     if rows is None:
@@ -82,7 +82,9 @@ def doubted(chain: Machine, data: DataSet) -> Doubt | None:
         return Doubt(rows, left, _lost(chain, stated, left), reach, stated.places < FEWEST)
 
 
-def explain(chain: Machine, data: DataSet, changes: Sequence[Change], doubt: Doubt | None = None) -> Explanation | None:
+def explain(
+    chain: Mechanism, data: DataSet, changes: Sequence[Change], doubt: Doubt | None = None
+) -> Explanation | None:
     """The changes that explain the data; None where nothing asks for one, or none does."""
     doubt = doubt or doubted(chain, data)
     if doubt is None or doubt.few:
@@ -106,7 +108,7 @@ def alike(left: float, best: float) -> bool:
     return left <= ALIKE * best + 1e-9
 
 
-def left_of(chain: Machine, data: DataSet, doubt: Doubt) -> float:
+def left_of(chain: Mechanism, data: DataSet, doubt: Doubt) -> float:
     """What another arm leaves of the same rows (m); inf where it cannot be told."""
     seen = sights(chain, [taken(data, doubt.rows)])
     if seen is None or not np.isfinite(seen.joints).all() or seen.places < FEWEST:
@@ -115,7 +117,7 @@ def left_of(chain: Machine, data: DataSet, doubt: Doubt) -> float:
         return float(fitted(chain, seen, Held.softly(chain, SOFT)).left[0])
 
 
-def _lost(chain: Machine, stated: Sights, as_stated: float) -> float:
+def _lost(chain: Mechanism, stated: Sights, as_stated: float) -> float:
     """What is left with the joints' zeros free; where these end near right angles, that is no lost mastering."""
     free = fitted(chain, stated, Held.softly(chain, LOST), rounds=20)
     turning = np.array([j.type != "prismatic" for j in chain.joints])
@@ -126,7 +128,7 @@ def _lost(chain: Machine, stated: Sights, as_stated: float) -> float:
 
 
 def _best(
-    chain: Machine, data: DataSet, small: DataSet, rows: list[NDArray[np.int64]], trials: Sequence[Trial], soft: Held
+    chain: Mechanism, data: DataSet, small: DataSet, rows: list[NDArray[np.int64]], trials: Sequence[Trial], soft: Held
 ) -> tuple[list[int], Array] | None:
     """The few best of a batch in order, and what each of the batch leaves; inf where it was not looked at again."""
     if not trials:

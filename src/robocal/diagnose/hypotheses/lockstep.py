@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from robocal.diagnose.hypotheses.sights import Sights
 from robocal.geometry import so3
 from robocal.geometry.path.program import compile_path
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Mechanism
 from robocal.measure.reach import reach
 
 __all__ = ["Held", "Outcome", "fitted", "reach_of"]
@@ -39,7 +39,7 @@ class Held:
     zeros: Array
 
     @classmethod
-    def softly(cls, chain: Machine, zeros: float) -> Held:
+    def softly(cls, chain: Mechanism, zeros: float) -> Held:
         """Every number of the geometry by thrice what is expected, the joints' zeros by `zeros` rad (or dm)."""
         names = tuple(n for n in chain.geometric if not chain.table[n].turn)
         sigma = LOOSE * np.array([chain.table[n].scale for n in names])
@@ -57,14 +57,14 @@ class Outcome:
     spread: Array
 
 
-def reach_of(chain: Machine, trials: Sights) -> float:
+def reach_of(chain: Mechanism, trials: Sights) -> float:
     """How far the nominal tool is from the base at the farthest, in the first trial (m)."""
     q = trials.joints[0]
     places = reach(chain, q, (), trials.columns)[0][:, :3, 3]
     return max(float(np.linalg.norm(places, axis=1).max()), 0.05)
 
 
-def fitted(chain: Machine, trials: Sights, held: Held | None = None, rounds: int = ROUNDS) -> Outcome:
+def fitted(chain: Mechanism, trials: Sights, held: Held | None = None, rounds: int = ROUNDS) -> Outcome:
     """Every trial after frames, things and, with `held`, the arm were fitted."""
     state = _State(chain, trials, held)
     state.start()
@@ -83,7 +83,7 @@ def fitted(chain: Machine, trials: Sights, held: Held | None = None, rounds: int
 class _State:
     """Where the iteration of all trials stands."""
 
-    def __init__(self, chain: Machine, trials: Sights, held: Held | None) -> None:
+    def __init__(self, chain: Mechanism, trials: Sights, held: Held | None) -> None:
         self.chain, self.trials, self.held = chain, trials, held
         b, k, n = trials.joints.shape
         self.size = b, k

@@ -14,7 +14,7 @@ from robocal.diagnose.hypotheses.explain import CLEARLY, FEWEST, MAKING, SOFT, r
 from robocal.diagnose.hypotheses.lockstep import Held, fitted, reach_of
 from robocal.diagnose.hypotheses.sights import Sights, sights, usable
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Mechanism
 
 __all__ = ["Remounted", "remounted"]
 
@@ -34,7 +34,7 @@ class Remounted:
     alone: bool
 
 
-def remounted(chain: Machine, data: DataSet) -> Remounted | None:
+def remounted(chain: Mechanism, data: DataSet) -> Remounted | None:
     """Whether the one target that several files share was put on anew between them; None where it was not, or nobody can
     tell."""
     shared = [o for o in data.observations if usable(o)]
@@ -65,5 +65,5 @@ def remounted(chain: Machine, data: DataSet) -> Remounted | None:
     return Remounted(names.pop(), sources, together, apart, alone)
 
 
-def _left(chain: Machine, trial: Sights) -> float:
+def _left(chain: Mechanism, trial: Sights) -> float:
     return float(fitted(chain, trial, Held.softly(chain, SOFT)).left[0])

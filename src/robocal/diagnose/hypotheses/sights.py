@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from robocal.geometry import se3, so3
 from robocal.measure.bearing import directions
 from robocal.measure.data import DataSet, Frame, Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Mechanism
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["Sights", "sights", "usable"]
@@ -70,7 +70,7 @@ def usable(obs: Observations) -> bool:
     return obs.kind == "pose" and mounts == {"base"}
 
 
-def sights(chain: Machine, trials: Sequence[DataSet]) -> Sights | None:
+def sights(chain: Mechanism, trials: Sequence[DataSet]) -> Sights | None:
     """The trials in this form, whose observations are alike but for joint values, readings and targets; None where none
     is of this form."""
     first = [i for i, o in enumerate(trials[0].observations) if usable(o)]

@@ -22,13 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.diagnose.segments.model import LEAST, Found, Model, spread
+from robocal.diagnose.segments.model import LEAST, Found, SegmentModel, spread
 from robocal.diagnose.segments.posed import ZERO
 from robocal.diagnose.segments.rows import runs
 from robocal.diagnose.segments.run import Run
 from robocal.diagnose.verdict import Verdict
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Number, Quantity, Remark
 
@@ -73,7 +73,7 @@ class Segment:
 
 
 def find_segments(
-    model: Machine, data: DataSet, start: Mapping[str, float], weights: Array | None = None
+    model: Model, data: DataSet, start: Mapping[str, float], weights: Array | None = None
 ) -> tuple[Segment, ...]:
     """The segments of every file, the strongest first; `start` holds the parameters of a fit, `weights` (1, U) which
     configurations count."""
@@ -81,7 +81,7 @@ def find_segments(
     long = [r for r in found if len(r.residual) >= 2 * LEAST]
     if not long:
         return ()
-    state = Model(found, [r.jacobian for r in found], info)
+    state = SegmentModel(found, [r.jacobian for r in found], info)
     tried = sum(len(r.candidates) * len(r.residual) ** 2 / 2 for r in long)
     out: list[Segment] = []
     while len(out) < MOST and (reset := _reset(state, long)) is not None:
@@ -124,7 +124,7 @@ def refused_by(found: tuple[Segment, ...], verdict: Verdict) -> Verdict:
     return verdict.refused(*segment_remarks(found)) if found else verdict
 
 
-def _best(state: Model, among: list[Run]) -> Found | None:
+def _best(state: SegmentModel, among: list[Run]) -> Found | None:
     """The segment that explains most. Its cause is the one that leaves least, once it is in the model."""
     out = [f for run in among for c in run.candidates if (f := state.segment(run, c)) is not None]
     # More columns explain more by chance.
@@ -139,14 +139,14 @@ def _best(state: Model, among: list[Run]) -> Found | None:
     return replace(rivals[best], either=len(causes) > 1)
 
 
-def _left_of(model: Model, best: Found) -> float:
+def _left_of(model: SegmentModel, best: Found) -> float:
     """What a model leaves of the rows of a segment, in units of the noise as it was fitted."""
     i = model.number(best.run)
     left = model.left[i][best.a : best.b]
     return float(np.prod([model.unit[i][a] * spread(left[:, a:b]) for a, b, _ in best.run.parts]))
 
 
-def _reset(state: Model, among: list[Run]) -> tuple[Segment, Model] | None:
+def _reset(state: SegmentModel, among: list[Run]) -> tuple[Segment, SegmentModel] | None:
     """A zero that is another one in a whole file, as after sensors were switched on again: with its rows given it need only be sure.
     The segment, and the model with it; None where there is none."""
     tried = [
@@ -165,7 +165,7 @@ def _reset(state: Model, among: list[Run]) -> tuple[Segment, Model] | None:
     return None if told is None else (told, after)
 
 
-def _judged(state: Model, best: Found, after: Model, tried: float, whole: bool = False) -> Segment | None:
+def _judged(state: SegmentModel, best: Found, after: SegmentModel, tried: float, whole: bool = False) -> Segment | None:
     """The segment for people, or None where it is not sure, large and abrupt; `after` has it in the model. A whole file that is
     off need only be sure."""
     i, c = state.number(best.run), best.candidate
@@ -239,7 +239,7 @@ def _moved(best: Found, mine: NDArray[np.bool_]) -> dict[str, float]:
     return out
 
 
-def _abrupt(state: Model, best: Found) -> bool:
+def _abrupt(state: SegmentModel, best: Found) -> bool:
     """Whether a step explains at least as much as any ramp about the same place."""
     rows = best.candidate.rows
     k = len(rows)

@@ -18,7 +18,7 @@ from scipy import special
 from robocal.diagnose.segments.run import Candidate, Run
 from robocal.fit.noise import median
 
-__all__ = ["LEAST", "Found", "Model", "spread"]
+__all__ = ["LEAST", "Found", "SegmentModel", "spread"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -66,7 +66,7 @@ class Found:
         return self.candidate.column * inside[:, None, None]
 
 
-class Model:
+class SegmentModel:
     """Residuals `left` (k, d) of every run in units of themselves, `unit` (d,) those units, `weight` (k,) of the rows, and
     `root` (n, n), the inverse square root of the information."""
 
@@ -79,14 +79,14 @@ class Model:
             self._reweigh()
             self._solve()
 
-    def with_segment(self, found: Found) -> Model:
+    def with_segment(self, found: Found) -> SegmentModel:
         """The model with a segment taken into it."""
         q = found.column.shape[2]
         wider = [
             np.concatenate([j, found.column if r is found.run else np.zeros((*j.shape[:2], q))], axis=2)
             for r, j in zip(self.runs, self.jacobian, strict=True)
         ]
-        return Model(self.runs, wider, np.concatenate([self.info, np.zeros(q)]))
+        return SegmentModel(self.runs, wider, np.concatenate([self.info, np.zeros(q)]))
 
     def _solve(self) -> None:
         """One weighted linear fit; weights, units and root belong together."""

@@ -20,7 +20,7 @@ from robocal.estimate.problem import Problem
 from robocal.estimate.rows import spread
 from robocal.measure.base import Kind, Rows, kind_of
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["ZERO", "posed"]
@@ -32,7 +32,7 @@ FELT = 1e-9  # of a number's own standard deviation: what is less is nothing
 WHOLE = 0.9  # of the numbers must be there: with fewer the rows are not alike, and nothing is said
 
 
-def posed(machine: Machine, problem: Problem, data: DataSet, x: Array) -> list[Run]:
+def posed(machine: Model, problem: Problem, data: DataSet, x: Array) -> list[Run]:
     """One run of all configurations in their order, at x (1, P); none where nothing may have moved."""
     own = {
         p for p in problem.free if p in machine.table and p not in machine.geometric and problem.table[p].unit == "m"

@@ -24,7 +24,7 @@ from robocal.fit.noise import apply_noise, assess, under
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model, freedom_of
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["runs"]
@@ -37,10 +37,10 @@ UNSAID = "moved"  # owner of the target that nobody named
 
 
 def runs(
-    model: Machine, data: DataSet, start: Mapping[str, float], weights: Array | None = None
+    model: Model, data: DataSet, start: Mapping[str, float], weights: Array | None = None
 ) -> tuple[list[Run], Array]:
     """Every file as a run, at a robust fit of everything free from `start`, and the information (n,) that holds it."""
-    own = model.freedom is not None
+    own = freedom_of(model) is not None
     seen = _counted if own else _seen
     asked = DataSet(data.configurations, tuple(seen(o, i) for i, o in enumerate(data.observations)))
     made = build(model, asked).with_weights(weights).with_loss("huber")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Self
 
 from robocal.cables.check import check
 from robocal.cables.geometry import CableRobot
@@ -40,6 +41,10 @@ class CableFile:
     def machine(self) -> CableRobot:
         """The robot, as what an identification is made of."""
         return self.robot
+
+    def with_machine(self, machine: CableRobot) -> Self:
+        """Another robot of the same file."""
+        return replace(self, robot=machine)
 
     @property
     def convention(self) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 
 from robocal.files.kinds.base import KindFile
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 
 __all__ = ["READERS", "reader_of", "readers_of"]
 
@@ -25,12 +25,10 @@ MODULES = {
     "sphere": "contact",
     "pixels": "pixels",
 }
-CABLES = {
-    "lengths": "lengths",
-    "swivel": "lengths",
-    "load": "lengths",
-    "inclination": "inclination",
-}  # of robots that hang from some
+# Those of machines that have such parts alone.
+OF_PARTS: dict[str, dict[str, str]] = {
+    "cable": {"lengths": "lengths", "swivel": "lengths", "load": "lengths", "inclination": "inclination"},
+}
 
 
 class Readers(Mapping[str, KindFile]):
@@ -57,10 +55,14 @@ READERS = Readers(MODULES)
 
 
 def reader_of(name: str) -> KindFile:
-    """Any kind by its name, those of cable robots too."""
-    return Readers(MODULES | CABLES)[name]
+    """Any kind by its name, those of parts too."""
+    return _readers(OF_PARTS)[name]
 
 
-def readers_of(machine: Machine) -> Readers:
-    """The kinds by which a machine can be measured: some are of robots that have cables alone."""
-    return Readers(MODULES | CABLES) if getattr(machine, "cables", ()) else READERS
+def readers_of(machine: Model) -> Readers:
+    """The kinds by which a machine can be measured: some are of machines that have certain parts alone."""
+    return _readers(machine.parts)
+
+
+def _readers(parts: Iterable[str]) -> Readers:
+    return Readers({**MODULES, **{name: module for p in parts for name, module in OF_PARTS.get(p, {}).items()}})

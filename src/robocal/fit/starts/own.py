@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from robocal.geometry import se3
 from robocal.measure.data import DataSet, Frame, Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model, freedom_of
 
 __all__ = ["placed"]
 
@@ -29,10 +29,11 @@ Bools = NDArray[np.bool_]
 TURNS = (3, 4, 5)
 
 
-def placed(model: Machine, data: DataSet) -> DataSet:
+def placed(model: Model, data: DataSet) -> DataSet:
     """The data with a start for the pose of every configuration that has one of its own and none stated; components that
     the machine does not have are zero. What shows nothing starts in the middle of the others."""
-    if model.freedom is None:
+    freedom = freedom_of(model)
+    if freedom is None:
         return data
     count = len(data.configurations)
     given = data.configurations.start
@@ -46,7 +47,7 @@ def placed(model: Machine, data: DataSet) -> DataSet:
                 found = OWN[kind](model, obs, lacking)
                 good = np.isfinite(found).all(axis=(1, 2)) & lacking
                 vector = se3.to_vector(found[good])
-                vector[:, [i for i in range(6) if i not in model.freedom]] = 0.0
+                vector[:, [i for i in range(6) if i not in freedom]] = 0.0
                 start[good] = vector
     lacking = np.isnan(start).any(axis=1)
     start[lacking] = 0.0 if lacking.all() else np.median(start[~lacking], axis=0)
@@ -59,7 +60,7 @@ def _first(obs: Observations, lacking: Bools) -> Ints:
     return np.asarray(rows[np.unique(obs.configuration[rows], return_index=True)[1]])
 
 
-def _lengths(model: Machine, obs: Observations, lacking: Bools) -> Array:
+def _lengths(model: Model, obs: Observations, lacking: Bools) -> Array:
     from robocal.measure.lengths import located
 
     return located(model, obs, lacking)
@@ -81,16 +82,16 @@ def _by_target(obs: Observations, rows: Ints) -> list[tuple[Frame | None, Ints]]
     return [(t, rows[which == i]) for i, t in enumerate(obs.targets)]
 
 
-def _pose(model: Machine, obs: Observations, lacking: Bools) -> Array:
+def _pose(model: Model, obs: Observations, lacking: Bools) -> Array:
     out = np.full((len(lacking), 4, 4), np.nan)
     for target, rows in _by_target(obs, _first(obs, lacking)):
         out[obs.configuration[rows]] = _base(obs, target, se3.from_vector(obs.value[rows]))
     return out
 
 
-def _position(model: Machine, obs: Observations, lacking: Bools) -> Array:
+def _position(model: Model, obs: Observations, lacking: Bools) -> Array:
     out = np.full((len(lacking), 4, 4), np.nan)
-    if model.freedom is not None and set(TURNS) & set(model.freedom):
+    if set(TURNS) & set(freedom_of(model) or ()):
         return out
     for target, rows in _by_target(obs, _first(obs, lacking)):
         vector = np.concatenate([obs.value[rows], np.zeros((len(rows), 3))], axis=1)
@@ -102,7 +103,7 @@ def _position(model: Machine, obs: Observations, lacking: Bools) -> Array:
     return out
 
 
-def _pixels(model: Machine, obs: Observations, lacking: Bools) -> Array:
+def _pixels(model: Model, obs: Observations, lacking: Bools) -> Array:
     from robocal.fit.starts.cameras import POINTS, resect
     from robocal.measure.pixels import rays
 
@@ -118,7 +119,7 @@ def _pixels(model: Machine, obs: Observations, lacking: Bools) -> Array:
 
 
 # In the order in which they are asked.
-OWN: dict[str, Callable[[Machine, Observations, Bools], Array]] = {
+OWN: dict[str, Callable[[Model, Observations, Bools], Array]] = {
     "lengths": _lengths,
     "pose": _pose,
     "pixels": _pixels,

@@ -12,7 +12,7 @@ from robocal.estimate.problem import Problem
 from robocal.fit.starts.seen import STARTS, Seen, Start
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Frame, Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.measure.reach import believed, nominal_poses
 
 __all__ = ["closed_form", "combined", "frames_of", "refine"]
@@ -38,7 +38,7 @@ def start_of(kind: str) -> Start | None:
     return STARTS.get(kind)
 
 
-def closed_form(model: Machine, data: DataSet, obs: Observations, configurations: Ints) -> list[dict[str, float]]:
+def closed_form(model: Model, data: DataSet, obs: Observations, configurations: Ints) -> list[dict[str, float]]:
     """Starting values by name for what one instrument needs: its frame or place, its target, its own numbers; empty
     where nothing is free or nothing is known."""
     start = start_of(obs.kind)
@@ -68,7 +68,7 @@ def closed_form(model: Machine, data: DataSet, obs: Observations, configurations
     return start(Seen(model, obs, index, value, target, machine[at[: len(one)]], other))
 
 
-def combined(model: Machine, data: DataSet, configurations: Ints, problem: Problem) -> list[dict[str, float]]:
+def combined(model: Model, data: DataSet, configurations: Ints, problem: Problem) -> list[dict[str, float]]:
     """Every combination of the instruments' starts; where there are many, those that fit best as they are. `problem`
     has the columns free that may be set."""
     out: list[dict[str, float]] = [{}]

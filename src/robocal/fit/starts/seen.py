@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from robocal.geometry import se3
 from robocal.measure.data import Frame, Observations
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.parameters import FRAME_SYMBOLS
 
 __all__ = ["STARTS", "Seen", "Start", "named", "outside", "start"]
@@ -28,7 +28,7 @@ class Seen:
     configurations, `other` at the second ones, where the kind compares two.
     """
 
-    model: Machine
+    model: Model
     obs: Observations
     index: Ints
     value: Array

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,9 +14,29 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["Unjointed"]
 
+P = TypeVar("P")
+
 
 class Unjointed:
     """A machine whose configurations have poses of their own: no elements, no joints, no columns."""
+
+    @property
+    def mechanism(self) -> Self:
+        """Itself: it moves."""
+        return self
+
+    @property
+    def parts(self) -> Mapping[str, tuple[str, ...]]:
+        """The names of its parts: none has one."""
+        return {}
+
+    def part(self, kind: type[P], /) -> P | None:
+        """Itself, where it is of this kind."""
+        return self if isinstance(self, kind) else None
+
+    def row(self, name: str, /) -> str:
+        """The parameter that stands for a name: its own."""
+        return name
 
     @property
     def elements(self) -> tuple[Element, ...]:

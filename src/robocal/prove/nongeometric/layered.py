@@ -18,7 +18,7 @@ from robocal.estimate.problem import Problem
 from robocal.geometry import so3
 from robocal.measure.base import Rows
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model, joints_of
 from robocal.prove.evidence import bootstrap_gain
 from robocal.prove.nongeometric.layer import Layer, learn
 from robocal.prove.split import make_split
@@ -90,7 +90,7 @@ def layered_errors(layer: Layer, rows: LayerRows, q: Array) -> Array:
     return np.asarray(np.linalg.norm(left, axis=1))
 
 
-def try_layer(model: Machine, data: DataSet, problem: Problem, x: Array, watch: Watch | None = None) -> Guarded:
+def try_layer(model: Model, data: DataSet, problem: Problem, x: Array, watch: Watch | None = None) -> Guarded:
     """Asks whether a layer on top of an identified model (its problem over all rows, its solution) helps on unseen
     blocks; makes it of all rows when it does."""
     q = data.configurations.joints
@@ -99,7 +99,7 @@ def try_layer(model: Machine, data: DataSet, problem: Problem, x: Array, watch: 
         return Guarded(None, Remark.of(Code.LAYER_NEEDS))
     if len(q) < FEWEST:
         return Guarded(None, Remark.of(Code.GROUP_FEW, least=FEWEST))
-    turning = tuple(j.type == "revolute" for j in model.joints)
+    turning = tuple(j.type == "revolute" for j in joints_of(model))
     split = make_split(data, "blocks", folds=ROUNDS)
     weights = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]
     start = np.repeat(np.atleast_2d(x), len(split), axis=0)
@@ -114,7 +114,7 @@ def try_layer(model: Machine, data: DataSet, problem: Problem, x: Array, watch: 
         own = layer_rows(data, problem, each[k : k + 1])
         assert own is not None
         known, asked = split.fit[k][own.configuration], split.held[k][own.configuration]
-        made = learn(tuple(j.name for j in model.joints), turning, q[own.configuration[known]], own.missed[known])
+        made = learn(tuple(j.name for j in joints_of(model)), turning, q[own.configuration[known]], own.missed[known])
         there = q[own.configuration[asked]]
         left = own.missed[asked] - made.predict(there)
         before[asked] = np.linalg.norm(own.missed[asked, :3], axis=1)
@@ -123,7 +123,7 @@ def try_layer(model: Machine, data: DataSet, problem: Problem, x: Array, watch: 
     gain = bootstrap_gain(before, after, rows.configuration, 0)
     good = gain[1] > 0
     made_of_all = (
-        learn(tuple(j.name for j in model.joints), turning, q[rows.configuration], rows.missed) if good else None
+        learn(tuple(j.name for j in joints_of(model)), turning, q[rows.configuration], rows.missed) if good else None
     )
     words = Remark.of(Code.BLOCKS_FALL if good else Code.BLOCKS_DO_NOT_FALL)
     return Guarded(

@@ -19,7 +19,7 @@ from robocal.estimate.problem import Problem
 from robocal.fit.fit import Fit
 from robocal.fit.misfit import errors
 from robocal.measure.base import problem as build
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.prove.split import Split
 
 __all__ = ["Linearised", "linearised"]
@@ -92,7 +92,7 @@ def ridge(gram: Array, columns: Ints, noise: float) -> Array:
     return np.asarray(np.linalg.solve(inner, -gram[columns, -1]))
 
 
-def linearised(model: Machine, part: Fit, added: Sequence[str], split: Split) -> Linearised:
+def linearised(model: Model, part: Fit, added: Sequence[str], split: Split) -> Linearised:
     """The rows of a fit to everything, with the columns that it kept and those of `model` that are added."""
     made = build(model, part.data)
     x = made.start

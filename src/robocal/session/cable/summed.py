@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.cablefile import CableFile
-from robocal.measure.machine import Machine
 from robocal.report.sections import Cell, Section, Text, figure, quiet, table
 
-__all__ = ["facts", "summed"]
+__all__ = ["facts", "summary"]
 
 
 WORDS = {"a": "frame anchors", "b": "platform anchors", "com": "centre of mass", "zero": "zeros", "pulley": "pulleys"}
 
 
-def facts(machine: Machine) -> dict[str, Any]:
+def facts(robot: CableRobot) -> dict[str, Any]:
     """What is known, SI, and what follows: redundancy, extents of the frame and of the platform, what is not known."""
-    robot = cast(CableRobot, machine)
     known = ("mass", "limits", "pulleys", "elasticity", "density", "diameter")
     return {
         "degrees": robot.degrees,
@@ -47,9 +45,8 @@ def _cable(robot: CableRobot, i: int) -> dict[str, Any]:
     return out
 
 
-def summed(opened: Any) -> Iterator[Section]:
+def summary(file: CableFile) -> Iterator[Section]:
     """Every cable, and the platform in a few lines, in the units of the file."""
-    file = cast(CableFile, opened)
     robot, length = file.robot, file.units.length
     said = facts(robot)
 

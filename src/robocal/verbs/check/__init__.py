@@ -50,20 +50,19 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 
 def sections(made: Outcome) -> Iterator[Section]:
     """What files contain and what they can tell."""
+    from robocal.measure.machine import joints_of
     from robocal.report.errors import strange
     from robocal.session.strange import outlier
 
     found: Checked = made.result
     machine = found.robot.machine
-    parts = [f"{j.name}{'' if j.type == 'revolute' else ' (prismatic)'}" for j in machine.joints]
-    noun = "cables" if found.cables else "joints"
-    parts = list(found.cables) or parts
-    words = f"   convention {found.robot.convention}; {len(parts)} {noun}: {', '.join(parts)}"
+    prismatic = {j.name for j in joints_of(machine) if j.type == "prismatic"}
+    words = f"   convention {found.robot.convention}"
+    for noun, names in machine.parts.items():
+        parts = [f"{n} (prismatic)" if n in prismatic else n for n in names]
+        words += f"; {len(parts)} {noun}s: {', '.join(parts)}"
     yield Section.of("", Text.of((machine.name, "strong"), words))
-    if found.cables:
-        from robocal.session.cable.summed import summed
-
-        yield from summed(found.robot)
+    yield from found.robot.sections()
     if found.instruments:
         yield Section.of("", _instruments(found))
     yield _told(found)

@@ -11,21 +11,17 @@ from robocal.diagnose.gross import sift
 from robocal.diagnose.outliers import Outlier, named
 from robocal.diagnose.segments.find import find_segments, segment_remarks
 from robocal.estimate.identifiability import Identifiability, analyse
-from robocal.files.headers import cables_of
-from robocal.files.opened import Opened, cable_file
 from robocal.files.parts import hashes
-from robocal.files.plain import plain
 from robocal.files.text import InputFile
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model, joints_of
 from robocal.prove.identify import baseline
 from robocal.prove.warn import few_numbers, input_remarks
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
-from robocal.session.cable.identify import read_measured
-from robocal.session.cable.load import robot_inputs
-from robocal.session.inputs import open_arm, read_inputs, robot_files
+from robocal.session.inputs import open_machine, read_inputs
+from robocal.session.opened import Inputs, Opened
 from robocal.session.strange import outlier
 from robocal.session.watching import Watch, computable
 
@@ -37,7 +33,7 @@ class Checked:
     """What was found: the robot, the instruments (one mapping each), what the data can tell at the nominal model, and
     warnings."""
 
-    robot: Opened
+    robot: Opened[Any]
     data: DataSet | None
     instruments: tuple[dict[str, Any], ...]
     free: tuple[str, ...]
@@ -50,20 +46,12 @@ class Checked:
     misfit_of_all: float | None = None  # the mean error with gross rows
 
     @property
-    def cables(self) -> tuple[str, ...]:
-        """The cables of a cable robot; none of an arm."""
-        return tuple(cables_of(self.robot.machine))
-
-    @property
     def document(self) -> dict[str, Any]:
         """The same for machines."""
         machine, seen = self.robot.machine, self.seen
-        joints = [{"name": j.name, "type": j.type, "lower": j.lower, "upper": j.upper} for j in machine.joints]
-        cables: dict[str, Any] = {"cables": list(self.cables)} if self.cables else {}
-        if self.cables:
-            from robocal.session.cable.summed import facts
-
-            cables["cable_robot"] = plain(facts(self.robot.machine))
+        joints = [
+            {"name": j.name, "type": j.type, "lower": j.lower, "upper": j.upper} for j in joints_of(self.robot.machine)
+        ]
         found = None
         if seen is not None:
             found = {
@@ -84,7 +72,7 @@ class Checked:
                 "joints": joints,
                 "source": self.robot.source,
             }
-            | cables,
+            | dict(self.robot.facts),
             "instruments": list(self.instruments),
             "configurations": None if self.data is None else len(self.data.configurations),
             "free": list(self.free),
@@ -99,38 +87,31 @@ class Checked:
 
 def checked(o: Any, watch: Watch | None = None) -> Checked:
     """A robot, and with data what they can tell, by the options of the verb. Raises InputError for whatever is wrong with them."""
-    cable = cable_file(o.robot)
-    if o.data and cable is not None:
-        seen = read_measured(cable, o.robot, o.data, o.exclude, watch)
-        return _checked(cable, o, seen.data, seen.warnings, seen.files, watch)
-    if o.data:
-        inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, exclude=o.exclude, watch=watch)
-        return _checked(inputs.robot, o, inputs.data, inputs.warnings, inputs.files, watch)
-    if cable is not None:
-        files = robot_inputs(cable, o.robot)
-        return Checked(cable, None, (), cable.machine.table.free, None, None, False, cable.warnings, files)
-    arm = open_arm(o.robot, base=o.base, tip=o.tip)
-    said = (*arm.warnings, *input_remarks(arm.machine), *_free(arm.machine))
-    return Checked(arm, None, (), arm.machine.table.free, None, None, False, said, robot_files(arm, o.robot))
-
-
-def _checked(
-    opened: Opened,
-    o: Any,
-    measured: DataSet,
-    said_before: tuple[Remark, ...],
-    files: tuple[InputFile, ...],
-    watch: Watch | None,
-) -> Checked:
-    """A robot with data: what they can tell at the nominal model, rows that do not belong, and remarks."""
-    machine = opened.machine
+    if not o.data:
+        return unmeasured(open_machine(o.robot, base=o.base, tip=o.tip))
+    inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, exclude=o.exclude, watch=watch)
     with computable(o.robot, *o.data):
-        everyone = np.arange(len(measured.configurations))
-        sifted = sift(machine, measured, everyone, watch)
-        problem, x = baseline(machine, sifted.data, everyone, watch)
-        free = problem.table.free
-        seen = analyse(problem.with_free(free), x) if free else None
-        moved = find_segments(machine, measured, dict(zip(problem.table.names, map(float, x[0]), strict=False)))
+        return examined(inputs, watch)
+
+
+def unmeasured(opened: Opened[Any]) -> Checked:
+    """A machine alone: what its file says, and what its geometry shows."""
+    machine: Model = opened.machine
+    # A cable robot's file need not say what is free.
+    remarks = (*opened.warnings, *input_remarks(machine), *(_free(machine) if opened.arm else ()))
+    return Checked(opened, None, (), machine.table.free, None, None, False, remarks, opened.inputs)
+
+
+def examined(inputs: Inputs, watch: Watch | None = None) -> Checked:
+    """A machine with data: what they can tell at the nominal model, rows that do not belong, and remarks."""
+    opened, measured = inputs.opened, inputs.data
+    machine: Model = opened.machine
+    everyone = np.arange(len(measured.configurations))
+    sifted = sift(machine, measured, everyone, watch)
+    problem, x = baseline(machine, sifted.data, everyone, watch)
+    free = problem.table.free
+    seen = analyse(problem.with_free(free), x) if free else None
+    moved = find_segments(machine, measured, dict(zip(problem.table.names, map(float, x[0]), strict=False)))
     strange = named(machine, sifted.data, sifted.problem, sifted.x, sifted.away)
     lengths = [
         (np.linalg.norm(r.value[:, a:b], axis=1), r.used)
@@ -143,12 +124,12 @@ def _checked(
     assumed = any(o.sigma is None for o in measured.observations)
     rows = sum(o.value.size for o in measured.observations)
     said = (*input_remarks(machine, measured), *few_numbers(rows, len(free)), *_free(machine), *segment_remarks(moved))
-    warnings = tuple(dict.fromkeys((*said_before, *said)))
+    warnings = tuple(dict.fromkeys((*inputs.warnings, *said)))
     seen_by = _instruments(measured)
-    return Checked(opened, measured, seen_by, free, seen, misfit, assumed, warnings, files, strange, whole)
+    return Checked(opened, measured, seen_by, free, seen, misfit, assumed, warnings, inputs.files, strange, whole)
 
 
-def _free(chain: Machine) -> tuple[Remark, ...]:
+def _free(chain: Model) -> tuple[Remark, ...]:
     return () if chain.table.free else (Remark.of(Code.NOTHING_FREE),)
 
 

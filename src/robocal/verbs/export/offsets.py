@@ -28,6 +28,7 @@ from robocal.measure.data import DataSet
 from robocal.prove.model_errors import Errors, model_errors
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
+from robocal.session.arm import OpenedArm
 from robocal.session.inputs import choose
 from robocal.session.reference import nominal_chain, run_result
 
@@ -160,7 +161,8 @@ def _run_data(folder: Path, known: Result, arm: Robot) -> tuple[Robot, DataSet]:
         readings.append(given[0])
         given = [g for g in given[1:] if g.resolve() not in used]
     data = read_datasets(readings, arm.chain, group=said.get("group")).dataset
-    return choose(arm, data, **{k: tuple(said.get(k) or ()) for k in ("free", "fix", "prior")})
+    picked = choose(OpenedArm(arm), data, **{k: tuple(said.get(k) or ()) for k in ("free", "fix", "prior")})
+    return picked[0].file, picked[1]
 
 
 def _still_there(folder: Path, file: str, sha256: str) -> Path:

@@ -14,7 +14,6 @@ from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
-    from robocal.files.cable.cablefile import CableFile
     from robocal.session.outcome import Outcome as Identified
 
 __all__ = ["METHODS", "Options", "run", "sections"]
@@ -168,7 +167,6 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Identifies a robot from files; a folder gets the run, one that holds anything but an untouched run only with `force`.
     Raises InputError for whatever is wrong with them."""
     from robocal.errors import FileError
-    from robocal.files.opened import cable_file
     from robocal.files.result import document
     from robocal.files.runfolder import obstacle
     from robocal.remarks.code import Code
@@ -179,8 +177,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         raise FileError("this is not a folder", file=o.output, expected="a folder for the run, or a new name")
     if o.output is not None and not o.force and (there := obstacle(o.output)):
         raise there
-    cable = cable_file(o.robot)
-    made = _arm(o, solver, watch, command) if cable is None else _cables(o, cable, solver, watch, command)
+    made = identified(o, solver, watch, command)
     if o.output is not None:
         if watch:
             watch({"stage": "report"})
@@ -190,54 +187,30 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return Outcome(made, lambda: document(made.result), made.improved, said, written=made.written)
 
 
-def _arm(o: Options, solver: Solver, watch: Watch | None, command: str) -> Identified:
-    """An arm: groups beyond geometry and a residual layer are tried where they were asked for, estimators compared."""
+def identified(o: Options, solver: Solver, watch: Watch | None, command: str) -> Identified:
+    """A machine and its data, identified; what only an arm has (groups beyond geometry, a residual layer, other estimators beside
+    this one) where it was asked for. Raises InputError for whatever is wrong with them."""
     from robocal.prove.identify import identify
     from robocal.session.inputs import choose, read_inputs
     from robocal.session.outcome import Outcome, residual_columns, to_result
     from robocal.session.watching import computable
-    from robocal.verbs.identify.result import Timed, compared, methods_of, recipe_of, working_range
+    from robocal.verbs.identify.result import Timed, beside, recipe_of, with_groups, working_range
 
-    inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, group=o.group, exclude=o.exclude, watch=watch)
+    inputs = read_inputs(
+        o.robot, o.data, base=o.base, tip=o.tip, group=o.group, exclude=o.exclude, watch=watch, choices=o.given
+    )
     timed = Timed()
-    robot, data = choose(inputs.robot, inputs.data, free=o.free, fix=o.fix, prior=o.prior)
-    region, read = working_range(robot, data, o.region)
+    opened, data = choose(inputs.opened, inputs.data, free=o.free, fix=o.fix, prior=o.prior)
+    region, read = working_range(opened, data, o.region)
     options, every = replace(solver, region=region), (*inputs.files, *read)
-    more: dict[str, Any] = {}
-    layer = None
     with computable(*(i.file for i in every)):
-        if o.groups or robot.chain.groups:
-            from robocal.verbs.identify.result import group_results, select_groups
-
-            robot, tried = select_groups(robot, data, o.groups, options, watch)
-            more |= group_results(robot, tried)
-        found = identify(robot.chain, data, options, watch)
-        seconds = timed.seconds
-        if methods := methods_of(o.compare, o.method):
-            more["comparison"] = compared(robot.chain, data, methods, options, (found, seconds), watch)
-        if o.layer:
-            from robocal.verbs.identify.result import guard_layer, layer_result
-
-            guarded = guard_layer(found, data, watch)
-            layer, more["layer"] = guarded.layer, layer_result(guarded)
+        opened, more = with_groups(opened, data, o.groups, options, watch)
+        found = identify(opened.machine, data, options, watch)
+        layer, parts = beside(opened, data, found, o, (options, timed.seconds), watch)
     said = (*inputs.warnings, *(remark for file in read for remark in file.remarks))
     recipe = recipe_of(found, o.record, command, every, timed, inputs.reading.left_out)
-    result = replace(to_result(found, robot, recipe, said), **more)
-    return Outcome(result, residual_columns(found), found, robot, layer=layer)
-
-
-def _cables(o: Options, file: CableFile, solver: Solver, watch: Watch | None, command: str) -> Identified:
-    """A cable robot: anchors and zeros from lengths and poses."""
-    from robocal.session.cable.identify import identify_cable
-    from robocal.session.outcome import Outcome, residual_columns, to_result
-    from robocal.verbs.identify.result import Timed, recipe_of
-
-    timed = Timed()
-    made = identify_cable(file, o.robot, o.data, solver, o.given, watch, o.exclude)
-    measured = made.measured
-    recipe = recipe_of(made.found, o.record, command, measured.files, timed, measured.reading.left_out)
-    result = to_result(made.found, made.robot, recipe, measured.warnings)
-    return Outcome(result, residual_columns(made.found), made.found, made.robot)
+    result = replace(to_result(found, opened, recipe, said), **more, **parts)
+    return Outcome(result, residual_columns(found), found, opened, layer=layer)
 
 
 def sections(made: Outcome) -> Iterator[Section]:

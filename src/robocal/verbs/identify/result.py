@@ -14,7 +14,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -38,22 +38,25 @@ from robocal.fit.repeats import places
 from robocal.fit.working_range import Region
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Mechanism
 from robocal.prove.bands import measured_range
 from robocal.prove.identification import Identification
 from robocal.prove.identify import FEW
 from robocal.prove.region import SAMPLES, limited
 from robocal.prove.split import SHARE, make_split
 from robocal.prove.workspace import TURN, between
+from robocal.session.opened import Opened
 from robocal.session.watching import Watch
 
 if TYPE_CHECKING:
     from robocal.prove.nongeometric.groups import Tried
+    from robocal.prove.nongeometric.layer import Layer
     from robocal.prove.nongeometric.layered import Guarded
 
 __all__ = [
     "MEASURED",
     "Timed",
+    "beside",
     "compared",
     "group_results",
     "guard_layer",
@@ -61,8 +64,11 @@ __all__ = [
     "methods_of",
     "recipe_of",
     "select_groups",
+    "with_groups",
     "working_range",
 ]
+
+O = TypeVar("O", bound=Opened[Any])
 
 
 class Timed:
@@ -78,7 +84,7 @@ class Timed:
 
 
 def recipe_of(
-    found: Identification[Machine],
+    found: Identification[Mechanism],
     choices: Mapping[str, Any],
     command: str,
     inputs: Sequence[InputFile],
@@ -104,8 +110,11 @@ def recipe_of(
 MEASURED = "measured"  # the word for: where it was measured will do
 
 
-def working_range(robot: Robot, data: DataSet, given: str | None) -> tuple[Region | None, tuple[InputFile, ...]]:
-    """The working range, None where nobody named one, and the files read. Raises FileError or FormatError."""
+def working_range(opened: Opened[Any], data: DataSet, given: str | None) -> tuple[Region | None, tuple[InputFile, ...]]:
+    """The working range, None where nobody named one or no joints span one, and the files read. Raises FileError or FormatError."""
+    robot = opened.arm
+    if robot is None:
+        return None, ()
     own = _written(robot)
     if given is None or given == MEASURED:
         return (limited(robot.chain, data) if own else None), ()
@@ -132,6 +141,34 @@ def _written(robot: Robot) -> bool:
 
 def _same(one: Chain, other: Chain) -> bool:
     return one.limits.shape == other.limits.shape and np.allclose(one.limits, other.limits, rtol=0.0, atol=1e-4)
+
+
+def with_groups(
+    opened: O, data: DataSet, names: Sequence[str], options: Options, watch: Watch | None
+) -> tuple[O, dict[str, Any]]:
+    """The machine with the groups beyond geometry that its data support, and what a result says of them; of a machine without groups,
+    where none were asked for, the same machine and nothing."""
+    arm = opened.arm
+    if arm is None or not (names or arm.chain.groups):
+        return opened, {}
+    robot, tried = select_groups(arm, data, names, options, watch)
+    return opened.with_machine(robot.chain), group_results(robot, tried)
+
+
+def beside(
+    opened: Opened[Any], data: DataSet, found: Identification[Any], o: Any, solved: tuple[Options, float], watch: Watch | None
+) -> tuple[Layer | None, dict[str, Any]]:  # fmt: skip
+    """The residual layer on top of an identification and what a result says beside it, where the options of the verb ask for them;
+    `solved` are the options and seconds of the identification."""
+    more: dict[str, Any] = {}
+    if opened.arm is None:
+        return None, more
+    if methods := methods_of(o.compare, o.method):
+        more["comparison"] = compared(opened.machine, data, methods, solved[0], (found, solved[1]), watch)
+    if not o.layer:
+        return None, more
+    guarded = guard_layer(found, data, watch)
+    return guarded.layer, more | {"layer": layer_result(guarded)}
 
 
 def select_groups(

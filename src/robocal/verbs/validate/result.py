@@ -26,6 +26,7 @@ from robocal.prove.split import leave_one_out_rounds
 from robocal.prove.statistics import Statistic
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, documents, sentences
+from robocal.session.arm import OpenedArm
 from robocal.session.inputs import Inputs, open_arm, read_inputs, robot_files
 from robocal.session.reference import OffsetRobot, offset_robot
 from robocal.session.watching import Watch, computable
@@ -144,7 +145,9 @@ def _shifted(inputs: Inputs, shifted: OffsetRobot) -> Inputs:
     """The same data for the nominal robot with offsets."""
     file = InputFile(shifted.file.path, shifted.file.sha256)
     said = (*inputs.warnings, *shifted.warnings)
-    return replace(inputs, robot=shifted.robot, files=(*inputs.files, file), warnings=said)
+    return replace(
+        inputs, opened=OpenedArm(shifted.robot, inputs.opened.name), files=(*inputs.files, file), warnings=said
+    )
 
 
 def _statistic(e: Errors | None, unit: str) -> Statistic | None:

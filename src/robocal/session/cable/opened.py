@@ -1,76 +1,43 @@
-"""The verb `identify` for a cable robot: what was measured, lengths beside poses put together by the ids of their rows, and
-anchors and sensor zeros from it."""
+"""A cable robot that was opened: its data are lengths beside poses, put together by the ids of their rows."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 
 from robocal.cables.geometry import CableRobot
 from robocal.diagnose.cables.column_order import exchanged
 from robocal.diagnose.cables.pose_axes import turned
-from robocal.errors import FormatError, ModelError, ToWrite
+from robocal.errors import FormatError, ToWrite
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.dataset import Reading, read_datasets
+from robocal.files.cable.robot import read_cable
+from robocal.files.cable.write import render_cable
+from robocal.files.dataset import read_datasets
+from robocal.files.plain import plain
+from robocal.files.runfolder import ROBOTS, find_run
 from robocal.files.text import InputFile
-from robocal.fit.options import Options
 from robocal.fit.starts.own import placed
 from robocal.geometry import se3
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.lengths import located
 from robocal.prove.identification import Identification
-from robocal.prove.identify import identify as solve
-from robocal.remarks.remark import Remark
+from robocal.remarks.code import Code
+from robocal.report.sections import Section
 from robocal.session.cable.atrest import at_rest
+from robocal.session.cable.beyond import of_file
 from robocal.session.cable.load import robot_inputs
 from robocal.session.cable.stretch import stretched
+from robocal.session.cable.summed import facts, summary
 from robocal.session.cable.weighed import weighed
-from robocal.session.inputs import chosen
+from robocal.session.opened import Data, Inputs, Opened, Rendered
 from robocal.session.watching import Watch, computable
 
-__all__ = ["Measured", "Solved", "identify_cable", "read_measured"]
-
-
-# What is said of arms alone.
-ARMS = ("groups", "layer", "compare", "region", "base", "tip", "group")
-
-
-@dataclass(frozen=True)
-class Solved:
-    """A cable robot as it was identified, the data, and what came of them."""
-
-    robot: CableFile
-    measured: Measured
-    found: Identification[CableRobot]
-
-
-def identify_cable(
-    file: CableFile,
-    robot: str,
-    data: Sequence[str | os.PathLike[str]],
-    options: Options,
-    words: dict[str, Any],
-    watch: Watch | None = None,
-    exclude: Sequence[str] = (),
-) -> Solved:
-    """Identifies a cable robot from files; `words` are the choices of a person by name. Raises InputError for whatever is
-    wrong with them, and for a choice that only arms have."""
-    for name in ARMS:
-        if words.get(name) and not (name == "region" and words[name] == "measured"):
-            raise ModelError(
-                "this is for arms", key=f"--{name}", found=str(words[name]), expected="nothing, for a cable robot"
-            )
-    measured = read_measured(file, robot, data, exclude, watch)
-    picked = {key: words[key] for key in ("free", "fix", "prior")}
-    table, seen = chosen(file.robot, file.units, measured.data, **picked)
-    machine = replace(file.robot, table=table)
-    with computable(*(i.file for i in measured.files)):
-        found: Identification[CableRobot] = solve(machine, seen, options, watch)
-    return Solved(replace(file, robot=machine), measured, found)
+__all__ = ["OpenedCable", "open_cable"]
 
 
 COPIES = 0.1  # of the configurations
@@ -80,58 +47,74 @@ SIZES = 4.0  # an inch is 25 mm, and no robot is four times as large as it was b
 
 
 @dataclass(frozen=True)
-class Measured:
-    """A cable robot and its data as one data set, with every file that was read and what is odd about them."""
+class OpenedCable(Opened[CableRobot]):
+    """A cable robot."""
 
-    robot: CableFile
-    reading: Reading
-    data: DataSet
-    files: tuple[InputFile, ...]
-    warnings: tuple[Remark, ...]
+    file: CableFile
+    noun: ClassVar[str] = "cable robot"
+    lacks: ClassVar[tuple[str, ...]] = (*Opened.lacks, "group")
+
+    @property
+    def inputs(self) -> tuple[InputFile, ...]:
+        """The robot's files."""
+        return robot_inputs(self.file, self.name)
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """Its cables, and what is known of them."""
+        return {"cables": list(self.file.robot.cables), "cable_robot": plain(facts(self.file.robot))}
+
+    def sections(self) -> Iterator[Section]:
+        """Every cable, and the platform in a few lines."""
+        yield from summary(self.file)
+
+    def read(
+        self, data: Data, *, group: str | None = None, exclude: Sequence[str] = (), watch: Watch | None = None
+    ) -> Inputs:
+        """Data files as one data set, lengths beside poses put together by the ids of their rows. Raises InputError for whatever is
+        wrong with them: columns that are no cables, files that no id ties together."""
+        file = self.file
+        reading = read_datasets(data, file.robot, exclude=exclude)
+        seen = tuple(_named(obs, file) for obs in reading.dataset.observations)
+        joined = replace(reading.dataset, observations=seen).by_id()
+        if len(seen) > 1 and len(joined.configurations) == len(reading.dataset.configurations):
+            raise FormatError(
+                "the files have no configuration in common",
+                file=str(data[-1]),
+                key="configuration",
+                expected="an id in every row of every file (configuration: {id: ...}), the same where the platform stood still",
+            )
+        kinds = {o.kind for o in joined.observations}
+        if "load" in kinds and not kinds & {"lengths", "swivel"}:
+            source = next(o.source for o in joined.observations if o.kind == "load")
+            raise FormatError(
+                "load cells without lengths tell nothing of anchors", file=source, key="kind", found=", ".join(sorted(kinds)),
+                expected="the lengths of the cables beside them",
+            )  # fmt: skip
+        _copied(joined)
+        with computable(self.name, *data):
+            _one_size(joined, file)
+            _own_columns(joined, file)
+            told = at_rest(file, joined)
+            joined, said = stretched(file, joined)
+            joined = placed(file.robot, joined)
+        return self.inputs_of(replace(reading, dataset=joined), *told, *said)
+
+    def render(self, found: Identification[CableRobot]) -> Rendered:
+        """Its file with what was identified, the platform's weight too."""
+        values = {p.name: p.value for p in found.corrected.table.rows}
+        values, beyond = of_file(found, values)
+        text, left_out = render_cable(self.file, values)
+        return Rendered(text, (*left_out, *beyond), Code.CABLE_FILE_LACKS)
 
 
-def read_measured(
-    file: CableFile,
-    robot: str,
-    data: Sequence[str | os.PathLike[str]],
-    exclude: Sequence[str] = (),
-    watch: Watch | None = None,
-) -> Measured:
-    """Reads data files of a cable robot. Raises InputError for whatever is wrong with them: columns that are no cables, files
-    that no id ties together."""
-    if watch:
-        watch({"stage": "read"})
-    reading = read_datasets(data, file.robot, exclude=exclude)
-    seen = tuple(_named(obs, file) for obs in reading.dataset.observations)
-    joined = replace(reading.dataset, observations=seen).by_id()
-    if len(seen) > 1 and len(joined.configurations) == len(reading.dataset.configurations):
-        raise FormatError(
-            "the files have no configuration in common",
-            file=str(data[-1]),
-            key="configuration",
-            expected="an id in every row of every file (configuration: {id: ...}), the same where the platform stood still",
-        )
-    kinds = {o.kind for o in joined.observations}
-    if "load" in kinds and not kinds & {"lengths", "swivel"}:
-        source = next(o.source for o in joined.observations if o.kind == "load")
-        raise FormatError(
-            "load cells without lengths tell nothing of anchors", file=source, key="kind", found=", ".join(sorted(kinds)),
-            expected="the lengths of the cables beside them",
-        )  # fmt: skip
-    _copied(joined)
-    with computable(robot, *data):
-        _one_size(joined, file)
-        _own_columns(joined, file)
-        told = at_rest(file, joined)
-        joined, said = stretched(file, joined)
-        joined = placed(file.robot, joined)
-    return Measured(
-        file,
-        reading,
-        joined,
-        (*robot_inputs(file, robot), *reading.files),
-        (*file.warnings, *reading.warnings, *told, *said),
-    )
+def open_cable(name: str | os.PathLike[str]) -> OpenedCable:
+    """A cable robot from its file, or from a run folder. Raises InputError."""
+    place = Path(name)
+    run = find_run(place) if place.exists() else None
+    file = read_cable(place / ROBOTS[0] if place.is_dir() else place)
+    file = file if run is None else replace(file, warnings=(*file.warnings, *run.doubts))
+    return OpenedCable(file, os.fspath(name))
 
 
 def _copied(data: DataSet) -> None:

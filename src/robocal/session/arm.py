@@ -1,0 +1,132 @@
+"""An arm that was opened: from a file, the catalogue, or a run folder, whose result knows what a URDF cannot hold."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import ClassVar
+
+from robocal.arms.chain import Chain
+from robocal.errors import FileError
+from robocal.files.causes.naming import refuse_wrong
+from robocal.files.causes.unit_check import doubt_units, refuse_still
+from robocal.files.dataset import Reading, read_datasets
+from robocal.files.robot import Robot, open_robot, render_robot
+from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
+from robocal.files.text import InputFile, read_text
+from robocal.files.units import parse_unit
+from robocal.prove.identification import Identification
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+from robocal.session.opened import Data, Inputs, Opened, Rendered, one_frame_per_name
+from robocal.session.watching import Watch, computable
+
+__all__ = ["OpenedArm", "open_arm", "robot_files"]
+
+
+@dataclass(frozen=True)
+class OpenedArm(Opened[Chain]):
+    """A serial arm."""
+
+    file: Robot
+    noun: ClassVar[str] = "arm"
+    lacks: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def arm(self) -> Robot:
+        """Its file."""
+        return self.file
+
+    @property
+    def inputs(self) -> tuple[InputFile, ...]:
+        """Its file, and of a run folder the numbers too."""
+        return robot_files(self.file, self.name)
+
+    def read(
+        self, data: Data, *, group: str | None = None, exclude: Sequence[str] = (), watch: Watch | None = None
+    ) -> Inputs:
+        """Data files as one data set. Raises InputError for whatever is wrong with them, units that are mixed up too."""
+
+        def reading_for(chain: Chain) -> Reading:
+            return read_datasets(data, chain, group=group, exclude=exclude)
+
+        arm = self.file
+        reading = reading_for(arm.chain)
+        one_frame_per_name(reading)
+        with computable(self.name, *data):
+            refuse_still(reading.dataset)
+            forgotten = tuple(w for w in arm.warnings if w.code == Code.KEYS_UNSTATED)
+            doubts = doubt_units(arm.chain, reading, watch, forgotten)
+            doubts += refuse_wrong(arm, reading, lambda chain: reading_for(chain).dataset)
+        return self.inputs_of(reading, *doubts)
+
+    def render(self, found: Identification[Chain]) -> Rendered:
+        """Its file with what was identified."""
+        return Rendered(*render_robot(self.file, {p.name: p.value for p in found.corrected.table.rows}))
+
+
+def open_arm(name: str | os.PathLike[str], *, base: str | None = None, tip: str | None = None) -> Robot:
+    """A robot from a file, a run folder (its calibrated robot), or the catalogue; an existing file or folder wins."""
+    place = Path(name)
+    run = find_run(place)
+    if place.is_dir():
+        return _opened(place, run, base, tip)
+    arm = _doubted(open_robot(name, base=base, tip=tip), run)
+    if place.name == "calibrated.urdf" and run is not None:
+        lost = _with_result(arm, run).left_out
+        if lost:
+            more = Remark.of(Code.RUN_HOLDS_MORE, file=str(place), names=lost, folder=str(place.parent))
+            return replace(arm, warnings=(*arm.warnings, more))
+    return arm
+
+
+def _opened(folder: Path, run: Run | None, base: str | None, tip: str | None) -> Robot:
+    """The calibrated robot of a folder."""
+    calibrated = next((folder / f for f in ROBOTS if (folder / f).is_file()), None)
+    if calibrated is None:
+        raise FileError("there is no calibrated robot in this folder", file=folder, expected=" or ".join(ROBOTS))
+    said = {} if run is None else run.result.provenance.options
+    base, tip = (given or (word if isinstance(word := said.get(key), str) else None)
+                 for given, key in ((base, "base"), (tip, "tip")))  # fmt: skip
+    arm = _doubted(open_robot(calibrated, base=base, tip=tip), run)
+    if arm.format != "urdf":
+        return arm  # a robot.yaml holds everything that was fitted; a URDF does not
+    if run is None:
+        return replace(arm, warnings=(*arm.warnings, Remark.of(Code.RESULT_MISSING, folder=str(folder))))
+    return _with_result(arm, run)
+
+
+def _doubted(arm: Robot, run: Run | None) -> Robot:
+    return arm if run is None else replace(arm, warnings=(*arm.warnings, *run.doubts))
+
+
+def _with_result(arm: Robot, run: Run) -> Robot:
+    """The robot with every parameter that its run identified: a URDF has no place for a tool or a gain."""
+    found, place = run.result, run.folder / RESULT
+    # What lies beyond geometry has no place in a URDF at all.
+    grown = arm.chain
+    if found.beyond:
+        from robocal.files.groups import added
+
+        grown = added(grown, [(g.name, g.options) for g in found.beyond])
+    arm, table = replace(arm, chain=grown), grown.table
+    values = {
+        p.name: parse_unit(p.unit, file=place, key=p.name).to_si(p.identified)
+        for p in found.parameters
+        if p.name in table and p.identified is not None
+    }
+    _, left_out = render_robot(arm, values)
+    return replace(arm, chain=arm.chain.with_values(values), left_out=left_out)
+
+
+def robot_files(robot: Robot, name: str | os.PathLike[str]) -> tuple[InputFile, ...]:
+    """The robot as an input of a run: its file, and of a run folder the numbers too."""
+    first = InputFile(robot.path if robot.path is not None else Path(f"catalogue:{name}"), robot.sha256)
+    numbers = Path(name) / RESULT
+    return (
+        (first, InputFile(numbers, read_text(numbers).sha256))
+        if robot.format == "urdf" and numbers.is_file()
+        else (first,)
+    )

@@ -1,0 +1,181 @@
+"""A machine that was opened, whichever it is: its file, how its data are read, and what it lacks.
+
+What only one machine has hangs on a class of its own, beside that machine: `session/arm.py`, `session/cable/opened.py`. This class
+serves every other machine, from Python too: `Opened(Bare(machine))`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Generic, Self, TypeVar
+
+from robocal.errors import FormatError, ModelError
+from robocal.files.dataset import Reading, read_datasets
+from robocal.files.opened import MachineFile, Speaks, parameter_text
+from robocal.files.robot import Robot
+from robocal.files.text import InputFile
+from robocal.fit.starts.own import placed
+from robocal.measure.base import kind_of
+from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.machine import Model, freedom_of
+from robocal.parameters import Table
+from robocal.prove.identification import Identification
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+from robocal.report.sections import Section
+from robocal.session.watching import Watch
+
+__all__ = ["Inputs", "Opened", "Rendered", "every_frame"]
+
+M = TypeVar("M", bound=Model)
+Data = Sequence[str | os.PathLike[str]]
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """A machine and what was measured on it; `files` are all that were read, with their hashes."""
+
+    opened: Opened[Any]
+    reading: Reading
+    files: tuple[InputFile, ...]
+    warnings: tuple[Remark, ...]
+
+    @property
+    def data(self) -> DataSet:
+        """The data set."""
+        return self.reading.dataset
+
+    @property
+    def robot(self) -> Robot:
+        """The arm. Raises ModelError for another machine."""
+        return self.opened.need_arm()
+
+    def without_rows(self, data: DataSet) -> Inputs:
+        """The same with another data set."""
+        return replace(self, reading=replace(self.reading, dataset=data))
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """The text of a corrected machine's file, the names that it cannot hold, and the code of the remark on them."""
+
+    text: str
+    left_out: tuple[str, ...] = ()
+    code: Code = Code.URDF_LACKS
+
+
+@dataclass(frozen=True)
+class Opened(Generic[M]):
+    """A machine with its file, opened by `name`, a path or a name of the catalogue."""
+
+    file: MachineFile[M]
+    name: str = ""
+
+    noun: ClassVar[str] = "machine"
+    # Choices of one identification that only an arm has: its joints are driven, bend and ripple.
+    lacks: ClassVar[tuple[str, ...]] = ("groups", "layer", "compare", "region", "base", "tip")
+
+    @property
+    def machine(self) -> M:
+        """The model of it."""
+        return self.file.machine
+
+    @property
+    def units(self) -> Speaks:
+        """The units in which its file and its reports speak."""
+        return self.file.units
+
+    @property
+    def convention(self) -> str:
+        """How the file describes it."""
+        return self.file.convention
+
+    @property
+    def source(self) -> str:
+        """Where the numbers come from."""
+        return self.file.source
+
+    @property
+    def warnings(self) -> tuple[Remark, ...]:
+        """What is odd about its file."""
+        return self.file.warnings
+
+    @property
+    def inputs(self) -> tuple[InputFile, ...]:
+        """The files that it was read from; none where a program made it."""
+        return () if self.file.path is None else (InputFile(self.file.path, self.file.sha256),)
+
+    @property
+    def arm(self) -> Robot | None:
+        """The file of an arm, which has joint effects, offsets and a base and tool; None for another machine."""
+        return None
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """What its file says that only such a machine has, as keys of a document."""
+        return {}
+
+    def sections(self) -> Iterator[Section]:
+        """The same for people."""
+        yield from ()
+
+    def need_arm(self, expected: str = "an arm") -> Robot:
+        """The file of an arm. Raises ModelError for another machine; `expected` says what to do with that."""
+        if self.arm is None:
+            raise ModelError(f"this is a {self.noun}, and an arm is needed", found=self.machine.name, expected=expected)
+        return self.arm
+
+    def refuse(self, choices: Mapping[str, Any]) -> None:
+        """Raises ModelError for a choice of one run, by the names of options, that means nothing for this machine."""
+        for name in self.lacks:
+            if choices.get(name) and not (name == "region" and choices[name] == "measured"):
+                expected = f"nothing, for a {self.noun}"
+                raise ModelError("this is for arms", key=f"--{name}", found=str(choices[name]), expected=expected)
+
+    def with_table(self, table: Table) -> Self:
+        """The same machine with another table of parameters."""
+        return self.with_machine(self.machine.with_table(table))
+
+    def with_machine(self, machine: M) -> Self:
+        """Another machine of the same file."""
+        return replace(self, file=self.file.with_machine(machine))
+
+    def read(
+        self, data: Data, *, group: str | None = None, exclude: Sequence[str] = (), watch: Watch | None = None
+    ) -> Inputs:
+        """Data files as one data set, without the rows that `exclude` names. Raises InputError for whatever is wrong with them."""
+        reading = read_datasets(data, self.machine, group=group, exclude=exclude)
+        one_frame_per_name(reading)
+        if freedom_of(self.machine) is not None:
+            reading = replace(reading, dataset=placed(self.machine, reading.dataset.by_id()))
+        return self.inputs_of(reading)
+
+    def inputs_of(self, reading: Reading, *remarks: Remark) -> Inputs:
+        """The machine with what was read of it, and remarks."""
+        return Inputs(self, reading, (*self.inputs, *reading.files), (*self.warnings, *reading.warnings, *remarks))
+
+    def render(self, found: Identification[M]) -> Rendered:
+        """The text of the machine's file with what was identified."""
+        values = {p.name: p.value for p in found.corrected.table.rows}
+        return Rendered(parameter_text(self.file, values))
+
+
+def every_frame(obs: Observations) -> tuple[Frame, ...]:
+    """The instrument's frame, the targets, and the places and ends of the kind."""
+    return (*((obs.frame,) if obs.frame else ()), *obs.targets, *kind_of(obs).frames(obs))
+
+
+def one_frame_per_name(reading: Reading) -> None:
+    """Frames named alike in several files are one. Raises FormatError for files that say different things of it."""
+    known: dict[str, tuple[object, str]] = {}
+    for obs in reading.dataset.observations:
+        for frame in every_frame(obs):
+            said = (frame.value, frame.free, frame.mount)
+            first = known.setdefault(frame.name, (said, obs.source))
+            if first[0] != said:
+                raise FormatError(
+                    "a frame of this name is described differently in another file", file=obs.source, key=frame.name,
+                    expected=f"what the data file of {first[1]} says, or another name",
+                )  # fmt: skip
