@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from robocal.cables.calibration.drift import Known
+from robocal.apply.difference import Known
 from robocal.cables.geometry import CableRobot
 from robocal.errors import FileError
 from robocal.files.cable.cablefile import CableFile

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.calibration.drift import CableChange, Compared, Scattered, compared, scattered
+from robocal.apply.anchors import AnchorDrift, CableChange, compare_anchors
+from robocal.cables.calibration.drift import Scattered, scattered
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
 from robocal.files.text import InputFile
@@ -31,7 +32,7 @@ class Drifts:
     """Calibrations of one robot; every later one against the first, where both are runs."""
 
     all: tuple[Calibrated, ...]
-    compared: tuple[tuple[str, Compared], ...]
+    compared: tuple[tuple[str, AnchorDrift], ...]
     scattered: Scattered
     zeros_unchanged: bool
     remarks: tuple[Remark, ...]
@@ -96,7 +97,7 @@ def _cable(x: CableChange) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _reasons(place: str, found: Compared, zeros_unchanged: bool) -> list[Remark]:
+def _reasons(place: str, found: AnchorDrift, zeros_unchanged: bool) -> list[Remark]:
     out = [
         Remark.of(
             Code.ANCHOR_MOVED, run=place, cable=c.cable, across=Quantity(c.across), along=Quantity(c.along),
@@ -159,7 +160,7 @@ def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, comma
         if loose and not base_moves:
             remarks.append(Remark.of(Code.BASE_NOT_MEASURED, runs=tuple(loose)))
         moves = base_moves or bool(loose)
-        made = compared(first.robot, first.known, other.known, zeros_unchanged=zeros_unchanged, base_moves=moves)
+        made = compare_anchors(first.robot, first.known, other.known, zeros_unchanged=zeros_unchanged, base_moves=moves)
         found.append((other.place, made))
     remarks += [c.doubt for c in every if c.doubt is not None]
     anchors, zeros = (np.array([getattr(c.robot, k) for c in every]) for k in ("a", "zeros"))
