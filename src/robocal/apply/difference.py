@@ -71,13 +71,14 @@ class Known:
 @dataclass(frozen=True, eq=False)
 class Difference:
     """The step d (n,) of named parameters with its covariance (n, n), the degrees of freedom of that, and errors expected without
-    data (n,), None where every direction counts as seen."""
+    data (n,), None where every direction counts as seen; `seen` is the largest part of their variance that counts so."""
 
     names: tuple[str, ...]
     step: Array
     covariance: Array
     dof: float = np.inf
     expected: Array | None = None
+    seen: float = SEEN
 
     @classmethod
     def between(cls, first: Known, second: Known, names: Sequence[str]) -> Difference:
@@ -101,7 +102,7 @@ class Difference:
         if self.expected is None:
             return np.asarray(np.linalg.inv(self.covariance)), len(self.step)
         values, vectors = np.linalg.eigh(self.covariance / np.outer(self.expected, self.expected))
-        able = (values > ROUNDING) & (values < SEEN)
+        able = (values > ROUNDING) & (values < self.seen)
         root = vectors[:, able] / np.sqrt(values[able]) / self.expected[:, None]
         return np.asarray(root @ root.T), int(able.sum())
 
@@ -152,7 +153,8 @@ class Difference:
         """Of some of the numbers alone."""
         expected = None if self.expected is None else self.expected[list(at)]
         names = tuple(self.names[i] for i in at)
-        return Difference(names, self.step[list(at)], self.covariance[np.ix_(at, at)], self.dof, expected)
+        part = self.covariance[np.ix_(at, at)]
+        return Difference(names, self.step[list(at)], part, self.dof, expected, self.seen)
 
     def columns(self, rates: Sequence[Mapping[str, float]]) -> Array:
         """Tangents (n, k) of motions, each the rates of parameters by name."""
