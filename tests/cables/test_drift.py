@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from cables.cable_robots import published
 
-from robocal.cables.calibration.drift import POWER, SURE, Known, compared, scattered
+from robocal.apply.anchors import compare_anchors as compared
+from robocal.apply.difference import POWER, SURE, Known
+from robocal.cables.calibration.drift import scattered
 from robocal.cables.geometry import cable_robot
 from robocal.errors import ModelError
 from robocal.geometry import se3

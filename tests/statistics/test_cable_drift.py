@@ -8,7 +8,8 @@ from cables.cable_robots import published
 from cables.precise import measured
 from sizes import size
 
-from robocal.cables.calibration.drift import Known, compared
+from robocal.apply.anchors import compare_anchors as compared
+from robocal.apply.difference import Known
 from robocal.cables.geometry import cable_robot
 from robocal.prove.identify import identify
 

@@ -13,14 +13,15 @@ Cowan, Cranmer, Gross, Vitells, Power-constrained limits (2011).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
 from robocal.estimate.uncertainty import LEVEL
 from robocal.geometry import fits
+from robocal.measure.machine import Machine
+from robocal.measure.reach import reach
 from robocal.prove.workspace import motion_field
 from robocal.quantities import Amount
 
@@ -70,23 +71,22 @@ class Shows:
 
 
 def shows(
-    first: Chain, second: Chain, names: Sequence[str], joints: Array, conditions: Mapping[str, float], *,
+    first: Machine, second: Machine, names: Sequence[str], joints: Array, conditions: Mapping[str, float], *,
     new_tool: bool = False,
 ) -> Shows:  # fmt: skip
     """What a change of the named parameters does at joint values (m, q), the base placed best (`new_tool`: the tool too)."""
     if new_tool:
         tool = {n: first.table[n].value for n in first.table.names if n.startswith("tool.")}
-        second = replace(second, table=second.table.with_values(tool))
-    pose = first.pose(joints, conditions)
-    here, there = pose[:, :3, 3], second.pose(joints, conditions)[:, :3, 3]
+        second = second.with_values(tool)
+    pose, moves = reach(first, joints, names, conditions, turn=False)
+    here, there = pose[:, :3, 3], reach(second, joints, (), conditions, turn=False)[0][:, :3, 3]
     t = fits.rigid(there, here)
     gap = there @ t[:3, :3].T + t[:3, 3] - here
     field = motion_field(here)[:, :3]
     if new_tool:
         field = np.concatenate([field, pose[:, :3, :3]], axis=2)
     flat = field.reshape(-1, field.shape[2])
-    jac = first.parameter_jacobian(joints, names, conditions)[:, :3].reshape(len(flat), -1)
-    both = np.column_stack([gap.ravel(), jac])
+    both = np.column_stack([gap.ravel(), moves.reshape(len(flat), -1)])
     both = both - flat @ np.linalg.lstsq(flat, both, rcond=None)[0]
     gap, jac = both[:, 0].reshape(-1, 3), both[:, 1:]
     _, values, vt = np.linalg.svd(jac / np.sqrt(len(gap)), full_matrices=False)

@@ -1,46 +1,51 @@
-"""Has a robot changed between two calibrations? How far in millimetres, and is that more than matters?
+"""Has a machine changed between two calibrations? Which parameters, and where it has places in millimetres, how far?
 
     d = x_2 - x_1,   cov(d) = f (C_1 + C_2) + (B_2 - B_1) S^2 (B_2 - B_1)^T + (frames of each run's own)
 
-C is noise, B answers to the truth (`Total`), S the errors expected without data. Both runs met the same robot: what the
+C is noise, B answers to the truth (`Total`), S the errors expected without data. Both runs met the same machine: what the
 selection did alike to both cancels, and a hidden partner counts only as far as the two runs hid it differently. f is the
 scatter of both runs' rows, block by block, over what even noise would give (`scatter`): what a model cannot describe is no
-noise.
+noise. The test of the parameters is that of `difference`, in the space that both runs saw: this is all that is asked of a model
+(`compare_models`).
 
-The verdict is of millimetres (`apart`): *unchanged* where the interval of the change lies below what matters, *drifted*
-where it lies above and chance alone would show as much once in a thousand, *possible* else. Beside it stands a joint test of
-the parameters, in the space that both runs saw: the directions in which d / S is known to better than half, eigenvalues
-of S^-1 cov(d) S^-1 below SEEN.
-
-    Q = sum_k (v_k^T d)^2 / lambda_k  ~  r F(r, nu)   without a change
+Where joint values say what the machine does, the verdict is of millimetres (`apart`): *unchanged* where the interval of the
+change lies below what matters, *drifted* where it lies above and chance alone would show as much once in a thousand, *possible*
+else. A cable robot has no joint values, and parts that move by themselves: `anchors`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from robocal.apply.apart import Apart, apart, shows
-from robocal.arms.chain import Chain
+from robocal.apply.difference import Difference, adjust_chances, step_between, tail
 from robocal.diagnose.scatter import Kept, Scatter, scatter
 from robocal.estimate.uncertainty import Total
-from robocal.geometry import so3
+from robocal.measure.machine import Machine
+from robocal.parameters import Table
 from robocal.quantities import Amount, OwnUnit, Value
 
-__all__ = ["MATTERS", "Change", "Drift", "Single", "compare", "differs"]
+__all__ = ["MATTERS", "Change", "Drift", "ParameterDrift", "Single", "compare", "compare_models", "exact_total"]
 
 Array = NDArray[np.float64]
-SEEN = 0.25  # of the expected variance: known to half of what was expected
-ROUNDING = 1e-14
 FEW = 5
 MATTERS = 1e-4  # m: below that no change is worth an alarm, unless somebody says otherwise
 # The chance below which a robot is accused. Few blocks tell how errors of a model scatter, and nothing how they would have
 # where only one run went: a level of one in a hundred accuses one in ten of the worst halves of a real series.
 SURE = 1e-3
+
+
+class Model(Protocol):
+    """Whatever has a table of named parameters."""
+
+    @property
+    def table(self) -> Table:
+        """Its parameters, in SI."""
 
 
 @dataclass(frozen=True)
@@ -70,20 +75,31 @@ class Single:
     p_rest: float
 
 
-@dataclass(frozen=True)
-class Drift:
-    """The comparison: how far the robot has changed, against what matters (m); joint statistic Q / r with r and nu degrees of
-    freedom and its chance; changes, single causes (the best explanation first), and how far the runs scatter (None where a run
-    did not keep its rows)."""
+@dataclass(frozen=True, kw_only=True)
+class ParameterDrift:
+    """The parameters of two calibrations compared: joint statistic Q / r with r and nu degrees of freedom and its chance; changes, and
+    single causes (the best explanation first)."""
 
-    apart: Apart
-    matters: float
     statistic: float
     rank: int
     dof: float
     p_value: float
     changes: tuple[Change, ...]
     singles: tuple[Single, ...]
+
+    @property
+    def status(self) -> str:
+        """possible or drifted: without places nothing says which change matters, and a machine is never called unchanged."""
+        return "drifted" if self.p_value < SURE else "possible"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drift(ParameterDrift):
+    """The same of a machine with places: how far it has changed, against what matters (m), and how far the runs scatter (None where
+    a run did not keep its rows)."""
+
+    apart: Apart
+    matters: float
     scatter: Scatter | None = None
 
     @property
@@ -94,15 +110,83 @@ class Drift:
         return "unchanged" if self.apart.high <= self.matters else "possible"
 
 
-def differs(first: Chain, second: Chain, names: Sequence[str]) -> Array:
-    """The step from one table to the other, (n,), rotation vectors in their tangent."""
-    a, b = first.table, second.table
-    step = {n: b[n].value - a[n].value for n in names}
-    for t in a.turns:
-        turn = a.names[t : t + 3]
-        w = so3.log(so3.exp(np.array([b[n].value for n in turn])) @ so3.exp(a.values[t : t + 3]).T)
-        step.update({n: float(v) for n, v in zip(turn, w, strict=True) if n in step})
-    return np.array([step[n] for n in names])
+@dataclass(frozen=True, eq=False)
+class _Shared:
+    """What two calibrations know of the same parameters: covariances `noise` of each and `hidden` of their difference (n, n), what the
+    second answers to the truth (n, n), errors expected without data (n,), and the degrees of freedom of the noise."""
+
+    names: tuple[str, ...]
+    noise: tuple[Array, Array]
+    hidden: Array
+    response: Array
+    expected: Array
+    dof: float
+
+    @classmethod
+    def of(cls, known: tuple[Total, Total], names: tuple[str, ...]) -> _Shared:
+        parts = [_split(t, names, [n for n in t.names if n not in names]) for t in known]
+        expected = np.maximum(parts[0][3], parts[1][3])
+        shared = (parts[1][1] - parts[0][1]) * expected
+        hidden = shared @ shared.T + parts[0][2] @ parts[0][2].T + parts[1][2] @ parts[1][2].T
+        noise = parts[0][0], parts[1][0]
+        return cls(names, noise, hidden, parts[1][1], expected, _together(known, noise))
+
+    @property
+    def both(self) -> Array:
+        """The noise of the difference (n, n)."""
+        return self.noise[0] + self.noise[1]
+
+
+def compare_models(first: Model, second: Model, known: tuple[Total, Total]) -> ParameterDrift:
+    """Compares the parameters of two calibrations of any model, which are all that is asked of it; `known` is what each may be off
+    by (`exact_total` for numbers without an error)."""
+    shared = _Shared.of(known, _names(first, known))
+    return ParameterDrift(**_tested(first, second, shared, shared.both, shared.dof))
+
+
+def compare(
+    first: Machine,
+    second: Machine,
+    known: tuple[Total, Total],
+    joints: Array,
+    conditions: Mapping[str, float],
+    *,
+    new_tool: bool = False,
+    rows: tuple[Kept | None, Kept | None] = (None, None),
+    matters: float = MATTERS,
+) -> Drift:
+    """Compares two corrected models of one nominal robot at joint values (m, n); `rows` are those that the fits left. With
+    `new_tool` the tool was mounted anew, so it may differ."""
+    shared = _Shared.of(known, _names(first, known, "tool." if new_tool else None))
+    seen = shows(first, second, shared.names, joints, conditions, new_tool=new_tool)
+    noise, dof, spread = shared.both, shared.dof, None
+    if rows[0] is not None and rows[1] is not None and (seen.x @ noise).any():
+        spread = scatter((rows[0], rows[1]), known, shared.names, seen.x)
+        noise, dof = spread.factor * noise, min(dof, spread.dof)
+    size = apart(seen, noise, shared.hidden, dof, joints, matters)
+    return Drift(**_tested(first, second, shared, noise, dof), apart=size, matters=matters, scatter=spread)
+
+
+def exact_total(known: Total) -> Total:
+    """What numbers may be off by that are exact, such as the truth of a simulation: nothing, in the names that a calibration knows."""
+    none = np.zeros_like(known.noise)
+    return Total(known.names, none, none, known.expected, np.inf, known.root)
+
+
+def _names(model: Model, known: tuple[Total, Total], without: str | None = None) -> tuple[str, ...]:
+    """The parameters that either calibration knows, without those that may differ."""
+    either = {*known[0].names, *known[1].names}
+    return tuple(n for n in model.table.names if n in either and not (without and n.startswith(without)))
+
+
+def _tested(first: Model, second: Model, shared: _Shared, noise: Array, dof: float) -> dict[str, Any]:
+    """The joint test, every parameter, and single causes."""
+    step = step_between(first.table, second.table, shared.names)
+    found = Difference(shared.names, step, noise + shared.hidden, dof, shared.expected)
+    return {
+        "statistic": found.square / max(found.rank, 1), "rank": found.rank, "dof": dof, "p_value": found.chance,
+        "changes": _changes(first.table, second.table, found), "singles": _singles(first.table, found, shared.response),
+    }  # fmt: skip
 
 
 def _split(total: Total, names: Sequence[str], other: Sequence[str]) -> tuple[Array, Array, Array, Array]:
@@ -121,116 +205,35 @@ def _split(total: Total, names: Sequence[str], other: Sequence[str]) -> tuple[Ar
     return noise, response, own, expected
 
 
-def compare(
-    first: Chain,
-    second: Chain,
-    known: tuple[Total, Total],
-    joints: Array,
-    conditions: Mapping[str, float],
-    *,
-    new_tool: bool = False,
-    rows: tuple[Kept | None, Kept | None] = (None, None),
-    matters: float = MATTERS,
-) -> Drift:
-    """Compares two corrected models of one nominal robot at joint values (m, n); `rows` are those that the fits left. With
-    `new_tool` the tool was mounted anew, so it may differ."""
-    a, b = known
-    apart_names = {n for n in first.table.names if new_tool and n.startswith("tool.")}
-    names = tuple(n for n in first.table.names if (n in a.names or n in b.names) and n not in apart_names)
-    parts = [_split(t, names, [n for n in t.names if n not in names]) for t in known]
-    expected = np.maximum(parts[0][3], parts[1][3])
-    shared = (parts[1][1] - parts[0][1]) * expected
-    seen = shows(first, second, names, joints, conditions, new_tool=new_tool)
-    noise = parts[0][0] + parts[1][0]
-    dof = _together(a, b, parts[0][0], parts[1][0])
-    spread = None
-    if rows[0] is not None and rows[1] is not None and (seen.x @ noise).any():
-        spread = scatter((rows[0], rows[1]), known, names, seen.x)
-        noise, dof = spread.factor * noise, min(dof, spread.dof)
-    hidden = shared @ shared.T + parts[0][2] @ parts[0][2].T + parts[1][2] @ parts[1][2].T
-    covariance = noise + hidden
-    step = differs(first, second, names)
-    values, vectors = np.linalg.eigh(covariance / np.outer(expected, expected))
-    able = (values > ROUNDING) & (values < SEEN)
-    rank = int(able.sum())
-    q = float(np.sum((vectors[:, able].T @ (step / expected)) ** 2 / values[able]))
-    chance = 1.0 if not rank else float(_tail(q / rank, rank, dof))
-    return Drift(
-        apart(seen, noise, hidden, dof, joints, matters),
-        matters,
-        q / max(rank, 1),
-        rank,
-        dof,
-        chance,
-        _changes(first, second, names, step, covariance, dof),
-        _singles(first, names, expected, (vectors[:, able], values[able]), step, parts[1][1], q, dof),
-        spread,
-    )
-
-
-def _together(a: Total, b: Total, first: Array, second: Array) -> float:
+def _together(known: tuple[Total, Total], noise: tuple[Array, Array]) -> float:
     """Degrees of freedom of a sum of two estimated variances (Welch, Satterthwaite), by the traces of their correlations."""
-    size = np.sqrt(np.maximum(np.diag(first) + np.diag(second), 1e-300))
-    u, v = (float(np.trace(c / np.outer(size, size))) for c in (first, second))
-    spread = sum(w**2 / t.dof for w, t in ((u, a), (v, b)) if np.isfinite(t.dof))
+    size = np.sqrt(np.maximum(np.diag(noise[0]) + np.diag(noise[1]), 1e-300))
+    u, v = (float(np.trace(c / np.outer(size, size))) for c in noise)
+    spread = sum(w**2 / t.dof for w, t in zip((u, v), known, strict=True) if np.isfinite(t.dof))
     return (u + v) ** 2 / spread if spread > 0 else np.inf
 
 
-def _singles(
-    first: Chain,
-    names: Sequence[str],
-    expected: Array,
-    space: tuple[Array, Array],
-    step: Array,
-    response: Array,
-    q: float,
-    dof: float,
-) -> tuple[Single, ...]:
+def _singles(table: Table, found: Difference, response: Array) -> tuple[Single, ...]:
     """Every parameter as the only cause: a true change of it by one shows in the estimates as a column of 1 + B."""
-    vectors, values = space
-    rank = len(values)
-    if rank < 2:
+    if found.rank < 2:
         return ()
-    size = np.where(expected > 0, expected, 1.0)
-    shows = (np.eye(len(names)) + response) / size[:, None] * size
-    g = (vectors.T @ shows) / np.sqrt(values)[:, None]
-    d = (vectors.T @ (step / size)) / np.sqrt(values)
-    norm = np.einsum("kn,kn->n", g, g)
-    out = []
+    assert found.expected is not None
+    size, sigma, rest = found.causes(np.eye(len(found.names)) + response)
     # What shows less than its own expected error over the noise of both runs explains nothing.
-    for i in np.flatnonzero((norm > 1.0) & (expected > 0)).tolist():
-        amount = float(g[:, i] @ d / norm[i])
-        rest = max(q - amount**2 * float(norm[i]), 0.0)
-        p = _tail(rest / (rank - 1), rank - 1, dof)
-        sigma = float(size[i] / np.sqrt(norm[i]))
-        out.append((rest, Single(names[i], first.table[names[i]].unit, amount * float(size[i]), sigma, p)))
-    return tuple(single for _, single in sorted(out, key=lambda pair: pair[0])[:FEW])
+    able = np.flatnonzero((found.expected > sigma) & (found.expected > 0))
+    best = able[np.argsort(rest[able], kind="stable")][:FEW]
+    units = {i: table[found.names[i]].unit for i in best}
+    chances = {i: tail(float(rest[i]), found.rank - 1, found.dof) for i in best}
+    return tuple(Single(found.names[i], units[i], float(size[i]), float(sigma[i]), chances[i]) for i in best)
 
 
-def _tail(statistic: float, rank: int, dof: float) -> float:
-    return float(
-        special.chdtrc(rank, rank * statistic) if not np.isfinite(dof) else special.fdtrc(rank, dof, statistic)
-    )
-
-
-def _changes(
-    first: Chain, second: Chain, names: Sequence[str], step: Array, covariance: Array, dof: float
-) -> tuple[Change, ...]:
-    sigma = np.sqrt(np.diag(covariance))
-    tested = sigma > 0
-    t = np.abs(step) / np.where(tested, sigma, 1.0)
-    p = np.where(tested, 2 * special.stdtr(min(dof, 1e9), -t), 1.0)
-    # Holm: the k-th smallest of m times m - k + 1, never less than the one before.
-    order = np.argsort(p)
-    adjusted = np.ones(len(p))
-    many, running = int(tested.sum()), 0.0
-    for k, i in enumerate(order[:many]):
-        running = max(running, min(1.0, float(p[i]) * (many - k)))
-        adjusted[i] = running
+def _changes(first: Table, second: Table, found: Difference) -> tuple[Change, ...]:
+    tested, chance = found.sigma > 0, found.chances()
+    of_all = adjust_chances(chance, tested)
     return tuple(
         Change(
-            n, first.table[n].unit, first.table[n].value, second.table[n].value, float(step[i]), float(sigma[i]), float(p[i]),
-            float(adjusted[i]),
+            n, first[n].unit, first[n].value, second[n].value, float(found.step[i]), float(found.sigma[i]), float(chance[i]),
+            float(of_all[i]),
         )
-        for i, n in enumerate(names) if tested[i]
+        for i, n in enumerate(found.names) if tested[i]
     )  # fmt: skip

@@ -106,6 +106,10 @@ class Code(StrEnum):
     RUN_NOT_IMPROVED = "run-not-improved"
     FREE_IN_ONE = "free-in-one"
     ROWS_NOT_KEPT = "rows-not-kept"
+    TRUTH_MET = "truth-met"
+    TRUTH_MISSED = "truth-missed"
+    TRUTH_MISSED_BY = "truth-missed-by"
+    NOT_COMPARED = "not-compared"
 
     # --- studies ---
     NO_TRIAL_ENDED = "no-trial-ended"

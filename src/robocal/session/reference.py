@@ -16,6 +16,7 @@ from robocal.files.runfolder import find_run
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.inputs import open_arm
+from robocal.session.runs import verdict_remarks
 
 __all__ = ["OffsetRobot", "nominal_chain", "offset_robot", "run_doubts", "run_result"]
 
@@ -28,10 +29,7 @@ def run_result(name: str) -> Result | None:
 
 def run_doubts(name: str) -> tuple[Remark, ...]:
     """What is to be said of a run folder whose model is handed on although its verdict is not `improved`."""
-    known = run_result(name)
-    if known is None or known.verdict.status == "improved":
-        return ()
-    return (Remark.of(Code.RUN_REFUSED if known.verdict.status == "refused" else Code.RUN_NOT_IMPROVED, run=name),)
+    return verdict_remarks(run_result(name), name)
 
 
 def nominal_chain(name: str, robot: Robot, nominal: str | None, *, base: str | None = None, tip: str | None = None,

@@ -60,4 +60,18 @@ TABLE: dict[Code, Words] = {
         "{run} does not keep the rows of its fit, so errors that return with a place count as noise",
         "Identify it once more with this version, from positions or poses at known joint values.",
     ),
+    Code.TRUTH_MET: Words(
+        "errors are as large as their standard deviations say: {within} of {n} lie within two of them, chi2 {chi2:.3g} of {rank} "
+        "degrees of freedom (chance {chance:.2g})"
+    ),
+    Code.TRUTH_MISSED: Words(
+        "errors are larger than their standard deviations say: {within} of {n} lie within two of them, chi2 {chi2:.3g} of {rank} "
+        "degrees of freedom (chance {chance:.2g})",
+        "Compare robot file and truth: what differs between them and was not free in the run is in these errors.",
+    ),
+    Code.TRUTH_MISSED_BY: Words(
+        "farther from the truth than chance explains: {names}",
+        "Check these numbers in the truth file, and whether anything else that the run held fixed was true.",
+    ),
+    Code.NOT_COMPARED: Words("identified, but not compared, because the truth does not hold them: {names}"),
 }

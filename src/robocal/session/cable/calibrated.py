@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
-from robocal.cables.calibration.drift import Known
+from robocal.apply.difference import Known
 from robocal.cables.geometry import CableRobot
 from robocal.errors import FileError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.robot import read_cable
-from robocal.files.covariance import COVARIANCE, read_covariance
+from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
 from robocal.files.runfolder import Run, find_run
 from robocal.files.text import InputFile, read_text
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.cable.beyond import Beyond, beyond, names_beyond
+from robocal.session.runs import verdict_remarks
 
 __all__ = ["Calibrated", "calibrated"]
 
@@ -24,23 +26,35 @@ __all__ = ["Calibrated", "calibrated"]
 @dataclass(frozen=True)
 class Calibrated:
     """One calibration: its robot, and where it is a run folder, the run, what is known of its numbers, what it found beyond the
-    robot's file, of which what lengths are not read with, and whether the base stood still in an instrument's frame."""
+    robot's file, and of that what lengths are not read with."""
 
     place: str
     file: CableFile
     run: Run | None
-    known: Known | None
+    knowledge: Knowledge | None
     beyond: Beyond = field(default_factory=Beyond)
     aside: tuple[str, ...] = ()
-    placed: bool = True
 
     @property
-    def doubt(self) -> Remark | None:
-        """What is to be said of a run that did not improve the robot."""
-        status = None if self.run is None else self.run.result.verdict.status
-        if status in (None, "improved"):
+    def placed(self) -> bool:
+        """Whether the base stood still in an instrument's frame."""
+        return self.knowledge is None or self.knowledge.placed
+
+    @cached_property
+    def known(self) -> Known | None:
+        """What is known of the numbers that were fitted."""
+        if self.knowledge is None:
             return None
-        return Remark.of(Code.RUN_REFUSED if status == "refused" else Code.RUN_NOT_IMPROVED, run=self.place)
+        total, values = self.knowledge.total, self.knowledge.values
+        fitted = [i for i, n in enumerate(total.names) if total.noise[i, i] > 0]
+        names, hidden = tuple(total.names[i] for i in fitted), np.asarray(total.hidden)[fitted]
+        noise = total.noise[np.ix_(fitted, fitted)]
+        return Known(names, np.array([values[n] for n in names]), noise, hidden if hidden.any() else None)
+
+    @property
+    def doubts(self) -> tuple[Remark, ...]:
+        """What is to be said of a run that did not improve the robot."""
+        return verdict_remarks(None if self.run is None else self.run.result, self.place)
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
@@ -49,7 +63,7 @@ class Calibrated:
         out = [Remark.of(Code.BEYOND_TAKEN, names=taken, run=self.place)] if taken else []
         if self.aside:
             out.append(Remark.of(Code.ZEROS_LEFT_ASIDE, names=self.aside, run=self.place))
-        return (*out, *([] if self.doubt is None else [self.doubt]))
+        return (*out, *self.doubts)
 
     @property
     def robot(self) -> CableRobot:
@@ -76,7 +90,6 @@ def calibrated(place: str) -> Calibrated:
             )
         return Calibrated(place, file, run, None)
     read = read_covariance(told)
-    total = read.total
     file = replace(
         file,
         robot=file.robot.with_values({n: read.values[n] for n in seen if n in read.values and n in file.robot.table}),
@@ -84,11 +97,5 @@ def calibrated(place: str) -> Calibrated:
     )
     found = {n: read.values[n] for n in names_beyond(file.robot, seen) if n in read.values}
     more = beyond(file.robot, found, any(n.endswith(".l0") for n in seen), place)
-    fitted = [i for i, n in enumerate(total.names) if total.noise[i, i] > 0 and n in read.values]
-    hidden = np.asarray(total.hidden)[fitted]
-    known = Known(
-        tuple(total.names[i] for i in fitted), np.array([read.values[total.names[i]] for i in fitted]), total.noise[np.ix_(fitted, fitted)],
-        hidden if hidden.any() else None,
-    )  # fmt: skip
     aside = tuple(n for n in found if n not in (*more.gains, *more.owned))
-    return Calibrated(place, file, run, known, more, aside, read.placed)
+    return Calibrated(place, file, run, read, more, aside)

@@ -1,4 +1,4 @@
-"""`drift`: two calibrations of one robot, some time apart; has it changed, and by how much?"""
+"""`drift`: two calibrations of one robot, some time apart; has it changed, and by how much? Or one beside the truth."""
 
 from __future__ import annotations
 
@@ -6,14 +6,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from robocal.errors import ModelError
 from robocal.remarks.remark import sentences
 from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
 from robocal.verbs import words as w
+from robocal.verbs.cable import drift as cables
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 __all__ = ["Options", "run", "sections"]
 
+FILE, PAGE = "drift.json", "report.html"
 TEN = 10
 STYLES: dict[str, Style] = {"unchanged": "good", "possible": "doubtful", "drifted": "bad"}
 
@@ -28,24 +31,33 @@ class Options(Told):
     robocal drift march/run june/run
     robocal drift march/run june/run --matters 0.2mm
     robocal drift march/run june/run --new-tool --json
+    robocal drift run sim/truth.yaml
 
     unchanged: the 95 % interval of the change lies below what matters; drifted: it lies above; possible: the runs do not tell.
+    Runs of a cable robot are compared as `robocal cable drift` does. Beside the truth of a simulation, the errors of the
+    identified parameters are listed by group, in mm, deg and their standard deviations.
     Exit status 0 when they could be compared, whatever came of it; 3 when nothing follows from these runs.
     """
 
     first: Path = arg(..., "RUN1", "The earlier run folder.")
-    second: Path = arg(..., "RUN2", "The later run folder, identified from the same robot file.")
+    second: Path = arg(
+        ..., "RUN2", "The later run folder, identified from the same robot file; or truth.yaml of a simulation."
+    )
     new_tool: bool = opt(False, "The tool was mounted anew and may differ")
     matters: str = opt(
         "0.1mm", "The change worth an alarm, with its unit: mean over the poses measured", metavar="LENGTH"
     )
     history: w.History = None
-    output: Path | None = opt(None, "Write drift.json here", short="-o", metavar="DIR")
+    output: Path | None = opt(
+        None, "Write drift.json here; of a cable robot or beside a truth, a page too", short="-o", metavar="DIR"
+    )
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
-    """Compares two run folders of one robot; a folder gets drift.json. Raises InputError when they cannot be compared."""
+    """Compares two run folders of one robot, or one with the truth; a folder gets drift.json, and of a truth or of cables a page.
+    Raises InputError when they cannot be compared."""
+    from robocal.files.opened import cable_file
     from robocal.files.plain import json_text
     from robocal.files.runfolder import open_run
     from robocal.files.units import parse_quantity
@@ -53,18 +65,57 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.session.history import with_history
     from robocal.verbs.drift.result import drifted
 
-    refuse_existing(o.output, ("drift.json",), o.force)
+    if o.second.is_file():
+        return _beside_truth(o, command)
+    if cable_file(o.first) is not None:
+        _refuse(o, ("new_tool", "matters"), "this is for arms", "nothing, for a cable robot")
+        both = cables.Options((str(o.first), str(o.second)), history=o.history, output=o.output, force=o.force)
+        return cables.run(both, watch, command)
+    refuse_existing(o.output, (FILE,), o.force)
     matters = parse_quantity(o.matters, "m", key="--matters")
     made = drifted(o.first, o.second, o.new_tool, matters, command, watch)
     added = None if o.history is None else with_history(o.history, [open_run(place) for place in (o.first, o.second)])
     if o.output is not None:
-        made = replace(made, written=write_files(o.output, {"drift.json": json_text(made.document)}))
+        made = replace(made, written=write_files(o.output, {FILE: json_text(made.document)}))
     if o.history is not None and added is not None:
         made = replace(made, written=(*made.written, write_text(o.history, added)))
     return Outcome(made, lambda: made.document, not made.void, made.warnings, written=made.written)
 
 
+def _beside_truth(o: Options, command: str) -> Outcome:
+    """A run beside the truth of its simulation."""
+    from robocal.files.plain import json_text
+    from robocal.files.writing import refuse_existing
+    from robocal.verbs.drift import truth
+
+    _refuse(o, ("new_tool", "matters", "history"), "this is for two runs", "nothing, beside a truth")
+    refuse_existing(o.output, (FILE, PAGE), o.force)
+    made = truth.compare_with_truth(o.first, o.second, command)
+    outcome = Outcome(made, lambda: made.document, True, made.remarks)
+    return outcome.paged(
+        o.output, list(truth.sections(outcome)), lambda: {FILE: json_text(made.document)}, PAGE,
+        title=f"{made.name}: identified and true", kind="Simulated truth",
+    )  # fmt: skip
+
+
+def _refuse(o: Options, names: tuple[str, ...], message: str, expected: str) -> None:
+    """Raises ModelError for options that mean nothing here."""
+    for name in names:
+        if o.departs(name):
+            key = "--" + name.replace("_", "-")
+            raise ModelError(message, key=key, found=str(getattr(o, name)), expected=expected)
+
+
 def sections(made: Outcome) -> Iterator[Section]:
+    """What two runs, or a run and the truth, come to."""
+    from robocal.verbs.drift import truth
+    from robocal.verbs.drift.result import Comparison
+
+    pages = {Comparison: _arms, truth.TruthComparison: truth.sections}
+    yield from pages.get(type(made.result), cables.sections)(made)
+
+
+def _arms(made: Outcome) -> Iterator[Section]:
     """The verdict, how far predictions are apart, and the parameters that changed most."""
     found = made.result
     apart = found.apart

@@ -25,6 +25,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Number, Quantity, Remark, told
 from robocal.session.inputs import open_arm
 from robocal.session.predict import known_of
+from robocal.session.runs import shared_files, verdict_remarks
 from robocal.session.watching import Watch
 
 __all__ = ["Comparison", "doubts", "drifted", "reasons", "void"]
@@ -228,13 +229,10 @@ def _parameters(robot: Robot, found: Drift, known: tuple[Knowledge, Knowledge]) 
 def void(runs: tuple[Path, Path], results: tuple[Result, Result]) -> tuple[Remark, ...]:
     """Why nothing can be concluded from these two."""
     out = []
-    used = [{i.sha256: i.file for i in r.provenance.inputs if i.file.lower().endswith(".csv")} for r in results]
-    both = tuple(Path(used[1][k]).name for k in used[1] if k in used[0])
-    if both:
+    if both := shared_files(*results):
         out.append(Remark.of(Code.SAME_MEASUREMENTS, files=both[:FEW]))
     for run, result in zip(runs, results, strict=True):
-        if result.verdict.status == "refused":
-            out.append(Remark.of(Code.RUN_REFUSED, run=str(run)))
+        out += [r for r in verdict_remarks(result, str(run)) if r.code == Code.RUN_REFUSED]
     return tuple(out)
 
 
@@ -242,8 +240,7 @@ def doubts(runs: tuple[Path, Path], results: tuple[Result, Result], known: tuple
     """What a careful colleague would add."""
     out = []
     for run, result, k in zip(runs, results, known, strict=True):
-        if result.verdict.status == "not_improved":
-            out.append(Remark.of(Code.RUN_NOT_IMPROVED, run=str(run)))
+        out += [r for r in verdict_remarks(result, str(run)) if r.code == Code.RUN_NOT_IMPROVED]
         if k.rows is None:
             out.append(Remark.of(Code.ROWS_NOT_KEPT, run=str(run)))
     names = [{n for n in k.total.names if n in known[0].nominal and n in known[1].nominal} for k in known]

@@ -14,7 +14,7 @@ from robocal.verbs.option import Arg, Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
-    from robocal.cables.calibration.drift import Compared
+    from robocal.apply.anchors import AnchorDrift
 
 __all__ = ["Options", "run", "sections"]
 
@@ -95,7 +95,7 @@ def sections(made: Outcome) -> Iterator[Section]:
     yield from ends(made.remarks, made.written)
 
 
-def _table(n: int, place: str, one: Compared) -> Section:
+def _table(n: int, place: str, one: AnchorDrift) -> Section:
     rows: list[tuple[Cell, ...]] = []
     styles: list[Style] = []
     for c in one.cables:

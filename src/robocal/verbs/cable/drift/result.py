@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.calibration.drift import CableChange, Compared, Scattered, compared, scattered
+from robocal.apply.anchors import AnchorDrift, CableChange, compare_anchors
+from robocal.cables.calibration.drift import Scattered, scattered
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
 from robocal.files.text import InputFile
@@ -19,6 +20,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.cable.calibrated import Calibrated, calibrated
 from robocal.session.cable.load import framed, robot_inputs
+from robocal.session.runs import measured_files, shared_files
 
 __all__ = ["Drifts", "drifts"]
 
@@ -31,7 +33,7 @@ class Drifts:
     """Calibrations of one robot; every later one against the first, where both are runs."""
 
     all: tuple[Calibrated, ...]
-    compared: tuple[tuple[str, Compared], ...]
+    compared: tuple[tuple[str, AnchorDrift], ...]
     scattered: Scattered
     zeros_unchanged: bool
     remarks: tuple[Remark, ...]
@@ -62,7 +64,7 @@ class Drifts:
     @property
     def trusted(self) -> bool:
         """Whether anything follows: at least one comparison, and only of runs that improved the robot."""
-        return bool(self.compared) and all(c.doubt is None for c in self.all)
+        return bool(self.compared) and not any(c.doubts for c in self.all)
 
     @property
     def document(self) -> dict[str, Any]:
@@ -96,7 +98,7 @@ def _cable(x: CableChange) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _reasons(place: str, found: Compared, zeros_unchanged: bool) -> list[Remark]:
+def _reasons(place: str, found: AnchorDrift, zeros_unchanged: bool) -> list[Remark]:
     out = [
         Remark.of(
             Code.ANCHOR_MOVED, run=place, cable=c.cable, across=Quantity(c.across), along=Quantity(c.along),
@@ -150,36 +152,23 @@ def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, comma
                 Remark.of(Code.NOTHING_KNOWN_OF_ERRORS, run=other.place if other.known is None else first.place)
             )
             continue
-        if _same(first, other):
+        assert first.run is not None and other.run is not None
+        one, two = first.run.result, other.run.result
+        shared = shared_files(one, two)
+        if shared and measured_files(one).keys() == measured_files(two).keys():
             raise ModelError("this is the same run twice", key=other.place, expected="runs of other measurements")
-        if shared := _shared(first, other):
+        if shared:
             remarks.append(Remark.of(Code.MEASUREMENTS_SHARED, run=other.place, files=shared))
         # Without an instrument on the base a run knows shape alone, and where its base is follows from where it began.
         loose = [c.place for c in (first, other) if not c.placed]
         if loose and not base_moves:
             remarks.append(Remark.of(Code.BASE_NOT_MEASURED, runs=tuple(loose)))
         moves = base_moves or bool(loose)
-        made = compared(first.robot, first.known, other.known, zeros_unchanged=zeros_unchanged, base_moves=moves)
+        made = compare_anchors(first.robot, first.known, other.known, zeros_unchanged=zeros_unchanged, base_moves=moves)
         found.append((other.place, made))
-    remarks += [c.doubt for c in every if c.doubt is not None]
+    remarks += [doubt for c in every for doubt in c.doubts]
     anchors, zeros = (np.array([getattr(c.robot, k) for c in every]) for k in ("a", "zeros"))
     inputs = tuple(i for c in every for i in robot_inputs(c.file, c.place))
     return Drifts(
         every, tuple(found), scattered(first.robot, anchors, zeros), zeros_unchanged, tuple(remarks), inputs, command
     )
-
-
-def _same(one: Calibrated, other: Calibrated) -> bool:
-    """Whether both were made of the same measurements, all of them."""
-    tables = [
-        {i.sha256 for i in c.run.result.provenance.inputs if i.file.lower().endswith(".csv")} if c.run else set()
-        for c in (one, other)
-    ]
-    return bool(tables[0]) and tables[0] == tables[1]
-
-
-def _shared(one: Calibrated, other: Calibrated) -> tuple[str, ...]:
-    """The measurements that both were made of."""
-    assert one.run is not None and other.run is not None
-    known = {i.sha256 for i in one.run.result.provenance.inputs if i.file.lower().endswith(".csv")}
-    return tuple(Path(i.file).name for i in other.run.result.provenance.inputs if i.sha256 in known)

@@ -85,7 +85,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.lengths), rows.sha256))
     text = made.text
     document = framed(file.robot, made.document, remarks, inputs, command)
-    return Outcome(made, lambda: document, not made.doubts and made_of.doubt is None, remarks, text).put(o.output)
+    return Outcome(made, lambda: document, not made.doubts and not made_of.doubts, remarks, text).put(o.output)
 
 
 def sections(made: Outcome) -> Iterator[Section]:

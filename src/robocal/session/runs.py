@@ -1,0 +1,30 @@
+"""What runs are made of and came to: the tables that two of them share, and what is to be said of one that did not improve."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from robocal.files.result import Result
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+
+__all__ = ["measured_files", "shared_files", "verdict_remarks"]
+
+
+def measured_files(result: Result) -> dict[str, str]:
+    """The tables that a run was made of: their names by SHA-256."""
+    return {i.sha256: Path(i.file).name for i in result.provenance.inputs if i.file.lower().endswith(".csv")}
+
+
+def shared_files(one: Result, other: Result) -> tuple[str, ...]:
+    """The tables that both runs were made of, as the other names them."""
+    first = measured_files(one)
+    return tuple(name for sha, name in measured_files(other).items() if sha in first)
+
+
+def verdict_remarks(result: Result | None, name: str) -> tuple[Remark, ...]:
+    """What is to be said of a run that did not improve its machine."""
+    status = "improved" if result is None else result.verdict.status
+    if status == "improved":
+        return ()
+    return (Remark.of(Code.RUN_REFUSED if status == "refused" else Code.RUN_NOT_IMPROVED, run=name),)
