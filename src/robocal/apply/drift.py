@@ -10,7 +10,7 @@ noise.
 The verdict is of millimetres (`apart`): *unchanged* where the interval of the change lies below what matters, *drifted*
 where it lies above and chance alone would show as much once in a thousand, *possible* else. Beside it stands a joint test of
 the parameters, in the space that both runs saw: the directions in which d / S is known to better than half, eigenvalues
-of S^-1 cov(d) S^-1 below SEEN.
+of S^-1 cov(d) S^-1 below DRIFT_OBSERVABLE.
 
     Q = sum_k (v_k^T d)^2 / lambda_k  ~  r F(r, nu)   without a change
 """
@@ -26,21 +26,17 @@ from scipy import special
 
 from robocal.apply.apart import Apart, apart, shows
 from robocal.arms.chain import Chain
+from robocal.diagnose.limits import DRIFT_CHANCE, DRIFT_MATTERS, DRIFT_OBSERVABLE
 from robocal.diagnose.scatter import Kept, Scatter, scatter
 from robocal.estimate.uncertainty import Total
 from robocal.geometry import so3
 from robocal.quantities import Amount, OwnUnit, Value
 
-__all__ = ["MATTERS", "Change", "Drift", "Single", "compare", "differs"]
+__all__ = ["Change", "Drift", "Single", "compare", "differs"]
 
 Array = NDArray[np.float64]
-SEEN = 0.25  # of the expected variance: known to half of what was expected
-ROUNDING = 1e-14
+ROUNDING = 1e-14  # tolerance: of a squared ratio of standard deviations
 FEW = 5
-MATTERS = 1e-4  # m: below that no change is worth an alarm, unless somebody says otherwise
-# The chance below which a robot is accused. Few blocks tell how errors of a model scatter, and nothing how they would have
-# where only one run went: a level of one in a hundred accuses one in ten of the worst halves of a real series.
-SURE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -89,7 +85,7 @@ class Drift:
     @property
     def status(self) -> str:
         """unchanged, possible or drifted."""
-        if self.apart.low > self.matters and self.apart.p_value < SURE:
+        if self.apart.low > self.matters and self.apart.p_value < DRIFT_CHANCE:
             return "drifted"
         return "unchanged" if self.apart.high <= self.matters else "possible"
 
@@ -130,7 +126,7 @@ def compare(
     *,
     new_tool: bool = False,
     rows: tuple[Kept | None, Kept | None] = (None, None),
-    matters: float = MATTERS,
+    matters: float = DRIFT_MATTERS,
 ) -> Drift:
     """Compares two corrected models of one nominal robot at joint values (m, n); `rows` are those that the fits left. With
     `new_tool` the tool was mounted anew, so it may differ."""
@@ -151,7 +147,7 @@ def compare(
     covariance = noise + hidden
     step = differs(first, second, names)
     values, vectors = np.linalg.eigh(covariance / np.outer(expected, expected))
-    able = (values > ROUNDING) & (values < SEEN)
+    able = (values > ROUNDING) & (values < DRIFT_OBSERVABLE)
     rank = int(able.sum())
     q = float(np.sum((vectors[:, able].T @ (step / expected)) ** 2 / values[able]))
     chance = 1.0 if not rank else float(_tail(q / rank, rank, dof))

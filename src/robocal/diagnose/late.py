@@ -16,7 +16,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.diagnose.numbers import SURE, score
+from robocal.diagnose.limits import (
+    LATE_DOUBT_SHARE,
+    LATE_SHARE,
+    NUMBER_SIGMA,
+    PATH_CONFIGURATIONS,
+    PATH_SHARE,
+    PATH_STEP,
+)
+from robocal.diagnose.numbers import score
 from robocal.diagnose.verdict import Verdict
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations
@@ -31,11 +39,7 @@ if TYPE_CHECKING:
 __all__ = ["Late", "late", "pace", "punctual"]
 
 Array = NDArray[np.float64]
-NEAR = 0.25  # a step on a path, of the distance of any two places
-PATH = 0.5  # of the configurations whose neighbours are so near: less is no path
 STEP = 1e-6  # rad or m, by which joints move in the difference of residuals
-LEAST = 20  # configurations
-EXPLAINED, SOME = 0.5, 0.1  # of the squares that are left; play that a path takes up one way explains up to a third
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,7 @@ class Late:
     @property
     def wrong(self) -> bool:
         """Whether no gain counts before it is put right."""
-        return self.share > EXPLAINED
+        return self.share > LATE_SHARE
 
     @property
     def remark(self) -> Remark:
@@ -91,7 +95,7 @@ def late(model: Machine, fit: Fit) -> Late | None:
     found = score(
         seen.j, seen.r, here.scales, np.stack([np.where(np.isin(term, mine), every, 0.0) for mine in some], axis=1)
     )
-    if found is None or found.t < SURE or found.share < SOME:
+    if found is None or found.t < NUMBER_SIGMA or found.share < LATE_DOUBT_SHARE:
         return None
     return Late(names[some[found.column][0]], -found.change, timed, found.t, found.share)
 
@@ -100,7 +104,7 @@ def pace(configurations: Configurations) -> tuple[Array, bool] | None:
     """The speed of every joint (m, n), and whether it is per second (else per row); nought where a neighbour is far; None where
     no path was measured."""
     q, t = configurations.joints, configurations.columns.get("time")
-    if q is None or len(q) < LEAST or not np.isfinite(q).all():
+    if q is None or len(q) < PATH_CONFIGURATIONS or not np.isfinite(q).all():
         return None
     timed = t is not None and bool(np.isfinite(t).all() and np.ptp(t) > 0)
     order = np.argsort(t, kind="stable") if timed and t is not None else np.arange(len(q))
@@ -108,9 +112,9 @@ def pace(configurations: Configurations) -> tuple[Array, bool] | None:
     spread = q.std(axis=0)
     place = way / np.where(spread > 0, spread, 1.0)
     step = np.linalg.norm(np.diff(place, axis=0), axis=1)
-    near = step < NEAR * np.sqrt(2 * (spread > 0).sum())
+    near = step < PATH_STEP * np.sqrt(2 * (spread > 0).sum())
     inside = np.flatnonzero(near[:-1] & near[1:] & (clock[2:] > clock[:-2])) + 1
-    if len(inside) < PATH * len(q):
+    if len(inside) < PATH_SHARE * len(q):
         return None
     speed = np.zeros_like(q)
     gap = (clock[inside + 1] - clock[inside - 1])[:, None]

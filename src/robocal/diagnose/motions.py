@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.limits import MOTION_UNSEEN
 from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 __all__ = ["lacking", "open_motions", "open_remarks"]
 
 Array = NDArray[np.float64]
-UNSEEN = 1e-5  # of what a motion does to the residuals by itself: the roots of normal equations have half the digits
 
 
 def open_motions(model: Machine, fit: Fit) -> tuple[str, ...]:
@@ -40,7 +40,7 @@ def open_motions(model: Machine, fit: Fit) -> tuple[str, ...]:
         if others:
             left = moved - seen.root[:, others] @ np.linalg.lstsq(seen.root[:, others], moved, rcond=1e-12)[0]
         size = float(np.linalg.norm(seen.root[:, [names[n] for n in rates]]))
-        if np.linalg.norm(left) <= UNSEEN * size:
+        if np.linalg.norm(left) <= MOTION_UNSEEN * size:
             out.append(what)
     return tuple(out)
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.limits import NUMBER_SHARE, NUMBER_SIGMA
 from robocal.diagnose.verdict import Verdict
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
@@ -31,14 +32,12 @@ from robocal.remarks.remark import Quantity, Remark
 if TYPE_CHECKING:
     from robocal.fit.fit import Fit
 
-__all__ = ["SURE", "Held", "Score", "held_number", "questioned", "reads", "score"]
+__all__ = ["Held", "Score", "held_number", "questioned", "reads", "score"]
 
 Array = NDArray[np.float64]
 
-SURE = 5.0  # sigma
-EXPLAINED = 0.3  # of the squares that are left
 HOLD = 10.0  # expected errors
-HIDDEN = 1e-6  # of a column that the fitted ones leave over: rounding
+HIDDEN = 1e-6  # tolerance: of a column that the fitted ones leave over: rounding
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class Held:
     @property
     def wrong(self) -> bool:
         """Whether no gain counts before it is put right."""
-        return self.share > EXPLAINED
+        return self.share > NUMBER_SHARE
 
     @property
     def remark(self) -> Remark:
@@ -88,7 +87,7 @@ def held_number(model: Machine, fit: Fit) -> Held | None:
     some = [*((n,) for n in held), *_shared(own, held)]
     c = np.stack([seen.j[:, [made.free.index(n) for n in names]].sum(axis=1) for names in some], axis=1)
     found = score(seen.j[:, ~asked], seen.r, made.scales[~asked], c)
-    if found is None or found.t < SURE:
+    if found is None or found.t < NUMBER_SIGMA:
         return None
     i = found.column
     obs, p = own[some[i][0]]

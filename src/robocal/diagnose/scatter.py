@@ -21,6 +21,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from robocal.diagnose.limits import SAME_PLACES_SHARE
 from robocal.estimate.elimination import reweighted
 from robocal.estimate.uncertainty import Total
 from robocal.fit.repeats import NEAR, places
@@ -120,14 +121,14 @@ def scatter(runs: Sequence[Kept], totals: Sequence[Total], names: Sequence[str],
     same = float(met.mean())
     thin = max(k.thinned for k in runs)
     found = []
-    for by, labels in _labels(runs, np.where(met, near, -1), same > 0.5).items():
+    for by, labels in _labels(runs, np.where(met, near, -1), same > SAME_PLACES_SHARE).items():
         ratio, dof = _ratio(runs, gains, labels)
         # Errors that several places share add up by pairs, and thinning lost pairs in proportion.
         ratio = ratio if by == "place" else max(1 + (ratio - 1) * thin, 0.0)
         found.append(Scatter(ratio * even / fitted, dof, by, same))
     worst = max(found, key=lambda s: s.factor)
     # Only errors that both met at the same places may make the difference surer than either run.
-    return worst if worst.factor > 1 or same > 0.5 else replace(worst, factor=1.0)
+    return worst if worst.factor > 1 or same > SAME_PLACES_SHARE else replace(worst, factor=1.0)
 
 
 def _trace(total: Total, names: Sequence[str], x: Array) -> float:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.limits import BOOTSTRAP_DRAWS, BOOTSTRAP_PLACES
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.fit.fit import Fit
@@ -24,12 +25,10 @@ from robocal.geometry import so3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["FEWEST_DRAWS", "Resampled", "bootstrap_words", "resample"]
+__all__ = ["Resampled", "bootstrap_words", "resample"]
 
 Array = NDArray[np.float64]
 Watch = Callable[[dict[str, object]], None]
-FEWEST_DRAWS = 100  # below, a percentile at 2.5 % is a guess
-FEW_PLACES = 25  # below, so few poses repeat themselves in every draw that the scatter is too small
 CHUNK = 128
 
 
@@ -54,8 +53,8 @@ def resample(fit: Fit, sigma: Array, draws: int, seed: int, watch: Watch | None 
     sigma (n,) are the linear standard deviations of the fitted columns. Raises ModelError for too few draws, or when
     fewer than half of them can be fitted.
     """
-    if draws < FEWEST_DRAWS:
-        raise ModelError("too few draws for a 95 % interval", key="bootstrap", found=draws, expected=FEWEST_DRAWS)
+    if draws < BOOTSTRAP_DRAWS:
+        raise ModelError("too few draws for a 95 % interval", key="bootstrap", found=draws, expected=BOOTSTRAP_DRAWS)
     problem, x = fit.problem, fit.solution.x
     # A configuration without joint values ties frames together and is no draw of chance.
     label = places(fit.data.configurations)
@@ -110,7 +109,7 @@ def bootstrap_words(drawn: Resampled | None) -> tuple[Remark, ...]:
             median=float(np.nanmedian(drawn.ratio)),
             parameter=drawn.names[worst],
             worst=float(drawn.ratio[worst]),
-            places=drawn.places if drawn.places < FEW_PLACES else None,
+            places=drawn.places if drawn.places < BOOTSTRAP_PLACES else None,
             lost=drawn.asked - drawn.draws or None,
         ),
     )

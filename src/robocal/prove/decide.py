@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from robocal.diagnose.gross import set_aside
 from robocal.diagnose.late import Late, late, punctual
+from robocal.diagnose.limits import HOLD_OUT_PLACES, HOLD_OUT_SHARE
 from robocal.diagnose.motions import lacking
 from robocal.diagnose.numbers import Held, held_number, questioned
 from robocal.diagnose.scale import Scale, scale_of, scaled
@@ -39,9 +40,9 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
 from robocal.prove.bands import total_of
 from robocal.prove.judge import unseen_of, verdict
-from robocal.prove.prove import FEW, Proven, prove
+from robocal.prove.prove import Proven, prove
 from robocal.prove.region import Holds, qualified
-from robocal.prove.split import SHARE, make_split
+from robocal.prove.split import make_split
 from robocal.prove.statistics import Statistic
 from robocal.prove.zeros import with_zeros
 
@@ -141,7 +142,9 @@ def decide(model: M, data: DataSet, options: Options | None = None, watch: Watch
     data = placed(model, data)
     count = len(np.unique(places(data.configurations)))
     if options.hold_out is None:
-        options = replace(options, hold_out=SHARE if count >= FEW and options.folds is None else 0.0)
+        options = replace(
+            options, hold_out=HOLD_OUT_SHARE if count >= HOLD_OUT_PLACES and options.folds is None else 0.0
+        )
     assert options.hold_out is not None
     split = make_split(data, options.hold_out, folds=options.folds, blocks=options.blocks, seed=options.seed)
     everyone = np.arange(len(data.configurations))

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.diagnose.limits import MEAN_RIVAL, PROOF_PLACES, UNEXPLAINED_MOST, UNEXPLAINED_SHARE, UNEXPLAINED_SIGMA
 from robocal.diagnose.verdict import Verdict
 from robocal.prove.split import Split
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
 __all__ = [
-    "PROOF",
     "bootstrap_gain",
     "constant_errors",
     "judge",
@@ -25,16 +25,10 @@ __all__ = [
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-# Far outside the stated noise, in standard deviations.
-FAR = 3.0
-# Of the variance, that no arm's making leaves: a tenth of what the positions scatter by.
-LEFT = 0.01
-# A bootstrap of n gains that all have one sign never doubts them; by chance that happens once in 2^n.
-PROOF = 5
-DRAWN = 1 << 17  # numbers of a bootstrap at once: more would leave the cache
-MANY = 1000  # configurations: four thousand draws know the ends of their mean less well than its expansion
-RULED = 0.2  # skewness and excess kurtosis of a mean: beyond, its expansion is no better than draws
-ROUNDING = 1e-12  # of the largest error, or of a metre, a radian, a pixel
+DRAWN = 1 << 17  # grid: numbers of a bootstrap at once: more would leave the cache
+MANY = 1000  # grid: configurations: four thousand draws know the ends of their mean less well than its expansion
+RULED = 0.2  # tolerance: skewness and excess kurtosis of a mean: beyond, its expansion is no better than draws
+ROUNDING = 1e-12  # tolerance: of the largest error, or of a metre, a radian, a pixel
 
 
 def constant_errors(values: Array, configurations: Ints, split: Split, used: NDArray[np.bool_] | None = None) -> Array:
@@ -135,14 +129,14 @@ def judge(
         return Verdict("refused", (Remark.of(Code.NOT_FINITE),))
     there = after if located is None else located
     if constant is not None and len(constant) and len(there):
-        if there.mean() >= 0.9 * constant.mean():
+        if there.mean() >= MEAN_RIVAL * constant.mean():
             shown = {"after": Quantity(float(there.mean())), "constant": Quantity(float(constant.mean()))}
             return Verdict("refused", (Remark.of(Code.NO_BETTER_THAN_MEAN, **shown),))
         unexplained = float(np.mean(there**2) / np.mean(constant**2))
         rms = float(np.sqrt(np.mean(there**2)))
         noise = Quantity(stated) if stated else None
         told = Remark.of(Code.UNEXPLAINED, explained=1 - unexplained, rms=Quantity(rms), stated=noise)
-        if unexplained > 0.5 and rms > FAR * (stated or 0.0):
+        if unexplained > UNEXPLAINED_MOST and rms > UNEXPLAINED_SIGMA * (stated or 0.0):
             return Verdict("refused", (told,))
     else:
         told, unexplained, rms = None, 0.0, 0.0
@@ -163,11 +157,11 @@ def judge(
 
     if not converged:
         return Verdict("not_improved", (Remark.of(Code.NOT_CONVERGED), span(Code.GAIN_ANYWAY)))
-    if len(np.unique(configurations)) < PROOF:
-        return Verdict("not_improved", (Remark.of(Code.FEW_UNSEEN, least=PROOF), span(Code.GAIN_ANYWAY)))
+    if len(np.unique(configurations)) < PROOF_PLACES:
+        return Verdict("not_improved", (Remark.of(Code.FEW_UNSEEN, least=PROOF_PLACES), span(Code.GAIN_ANYWAY)))
     if low > 0:
         return Verdict("improved", (span(Code.GAIN_PROVEN),))
-    if told is not None and unexplained > LEFT and rms > FAR * (stated or 0.0):
+    if told is not None and unexplained > UNEXPLAINED_SHARE and rms > UNEXPLAINED_SIGMA * (stated or 0.0):
         # Nobody should hear that the nominal model may be as good as can be.
         return Verdict("refused", (told, span(Code.GAIN_ANYWAY)))
     return Verdict("not_improved", (span(Code.GAIN_NOT_PROVEN),))

@@ -28,12 +28,11 @@ from robocal.prove.identification import Identification
 from robocal.prove.judge import stages, units_of
 from robocal.prove.linear import linearity, linearity_words
 from robocal.prove.offsets import offsets_alone
-from robocal.prove.prove import FEW
 from robocal.prove.region import where_it_holds
 from robocal.prove.results import parameter_results, prediction_band, row_table
 from robocal.prove.warn import data_warnings
 
-__all__ = ["FEW", "baseline", "frame_names", "identify"]
+__all__ = ["baseline", "frame_names", "identify"]
 
 M = TypeVar("M", bound=Machine)
 Watch = Callable[[dict[str, object]], None]

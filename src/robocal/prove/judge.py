@@ -13,8 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.diagnose.digits import FINE, WITHIN, carried
-from robocal.diagnose.gross import MOST, share
+from robocal.diagnose.digits import carried
+from robocal.diagnose.gross import share
+from robocal.diagnose.limits import (
+    ANGLES_LEFT,
+    ANGLES_SIGMA,
+    BENT_LEAVES,
+    FINEST_ERROR,
+    GROSS_SHARE,
+    KEPT_GAIN,
+    PROOF_PLACES,
+    ROUNDING_MARGIN,
+)
 from robocal.diagnose.verdict import Verdict
 from robocal.estimate.problem import Problem
 from robocal.fit.baseline import frame_names
@@ -27,7 +37,7 @@ from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
 from robocal.prove.bands import claimed, total_of
-from robocal.prove.evidence import PROOF, constant_errors, judge
+from robocal.prove.evidence import constant_errors, judge
 from robocal.prove.folds import Unseen
 from robocal.prove.split import Split, leave_one_out_rounds
 from robocal.prove.statistics import Fold, Stages, Statistic
@@ -40,8 +50,6 @@ __all__ = ["Proof", "best", "drawn", "stages", "units_of", "unseen_of", "verdict
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 UNITS = ("m", "rad", "px")  # in which errors are told; the verdict takes the first that was measured
-TURNED = 0.05  # rad per axis: angles that were measured and are not explained
-BENT = 3e-3  # m per axis: what implausible changes may leave; an arm that is merely bad is explained better
 
 
 @dataclass(frozen=True)
@@ -63,7 +71,7 @@ class Proof:
     def starved(self) -> bool:
         """Whether enough rows were unseen, but too many of them are gross."""
         some = [[int(self.errors(u, everything)[2].sum()) for everything in (False, True)] for u in self.aside]
-        return bool(some) and some[0][0] < PROOF <= some[0][1]
+        return bool(some) and some[0][0] < PROOF_PLACES <= some[0][1]
 
 
 def units_of(problem: Problem) -> tuple[str, ...]:
@@ -194,19 +202,19 @@ def verdict(
     if len(np.unique(label)) < 2:
         return Verdict("refused", (Remark.of(Code.ONE_PLACE),))
     # A fit that did not see all rows may see more clearly which are gross.
-    if (aside := max(share(data), part.problem.aside)) > MOST:
-        return Verdict("refused", (Remark.of(Code.TOO_MANY_ASIDE, share=aside, most=MOST),))
+    if (aside := max(share(data), part.problem.aside)) > GROSS_SHARE:
+        return Verdict("refused", (Remark.of(Code.TOO_MANY_ASIDE, share=aside, most=GROSS_SHARE),))
     proof = best(proofs)
     if proof is None:
         return Verdict("not_improved", (Remark.of(Code.NOTHING_HELD_OUT),))
     unit = units_of(base)[0]
     before, after, told = proof.errors(unit)
-    if not told.any() and len(np.unique(label)) < PROOF:
-        return Verdict("not_improved", (Remark.of(Code.FEW_UNSEEN, least=PROOF),))
+    if not told.any() and len(np.unique(label)) < PROOF_PLACES:
+        return Verdict("not_improved", (Remark.of(Code.FEW_UNSEEN, least=PROOF_PLACES),))
     if not told.any():
         return Verdict("not_improved", (Remark.of(Code.NOTHING_MEASURED_THERE),))
     digits = _digits(model, data, part, before, after, told) if unit == "m" else None
-    if digits is not None and (left := _rms(before[told])) <= WITHIN * digits:
+    if digits is not None and (left := _rms(before[told])) <= ROUNDING_MARGIN * digits:
         return Verdict("not_improved", (Remark.of(Code.NOMINAL_EXACT, left=Quantity(left), digits=Quantity(digits)),))
     constant = _constant(data, base, proof) if unit == "m" else None
     owner = by_unit(base.terms, [np.full(len(t.index), i) for i, t in owners(data, base)], unit)
@@ -233,7 +241,7 @@ def verdict(
         found = _second_thoughts(model, base, part, proof, found)
     if found.status == "improved":
         found = _same_model(whole, proof, unit, found)
-    if found.status == "improved" and digits is not None and (left := _rms(after[told])) <= WITHIN * digits:
+    if found.status == "improved" and digits is not None and (left := _rms(after[told])) <= ROUNDING_MARGIN * digits:
         exact = Remark.of(Code.EXACT, left=Quantity(left), digits=Quantity(digits))
         found = Verdict(found.status, (*found.reasons, exact))
     return found
@@ -247,7 +255,7 @@ def _digits(
     model: Machine, data: DataSet, part: Fit, before: Array, after: Array, told: NDArray[np.bool_]
 ) -> float | None:
     """What rounding leaves (m), where one of the two models is so good that it matters; see `digits`."""
-    matters = min(_rms(before[told]), _rms(after[told])) < FINE
+    matters = min(_rms(before[told]), _rms(after[told])) < FINEST_ERROR
     return carried(model, data, part, told) if matters else None
 
 
@@ -264,7 +272,7 @@ def _unfinished(whole: Fit, proof: Proof, options: Options, started: bool) -> st
 def drawn(split: Split, label: Ints, at: Ints) -> Ints:
     """What the bootstrap draws as a whole: blocks or groups, where enough of them were held out to prove something, else
     places."""
-    if split.together is not None and len(np.unique(split.together[at])) >= PROOF:
+    if split.together is not None and len(np.unique(split.together[at])) >= PROOF_PLACES:
         return split.together[at]
     return label[at]
 
@@ -284,12 +292,12 @@ def _second_thoughts(model: Machine, base: Problem, part: Fit, proof: Proof, fou
         return found.instead("not_improved", few)
     bent = implausible(model, part)
     left_over = max((g.rms for g in part.groups if g.unit == "m"), default=0.0)
-    if bent and left_over > BENT:
+    if bent and left_over > BENT_LEAVES:
         return found.refused(Remark.of(Code.BENT, left=Quantity(left_over)), *bent)
     if wrong := unmade(model, base, part):
         return found.refused(*wrong)
     for g in part.groups:
-        if g.unit == "rad" and g.rms > max(TURNED, 3 * (g.stated or 0.0)):
+        if g.unit == "rad" and g.rms > max(ANGLES_LEFT, ANGLES_SIGMA * (g.stated or 0.0)):
             told = Remark.of(Code.ANGLES_UNEXPLAINED, group=g.name, left=Quantity(g.rms, "rad"))
             return found.refused(told)
     return found
@@ -300,7 +308,7 @@ def _same_model(whole: Fit, proof: Proof, unit: str, found: Verdict) -> Verdict:
     what the other one predicted, and must keep at least half of the gain."""
     before, after, told = proof.errors(unit)
     left = errors(whole.problem.residuals(whole.solution.x), unit)[0][told].mean()
-    if left <= (before[told].mean() + after[told].mean()) / 2:
+    if left <= (1 - KEPT_GAIN) * before[told].mean() + KEPT_GAIN * after[told].mean():
         return found
     elsewhere = Remark.of(
         Code.ENDED_ELSEWHERE, left=Quantity(float(left), unit), after=Quantity(float(after[told].mean()), unit)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.limits import CURVATURE, STEP_MISLEADS
 from robocal.estimate.linearity import Curvature, Step, curvature, one_step
 from robocal.estimate.uncertainty import Uncertainty
 from robocal.fit.fit import Fit
@@ -18,8 +19,6 @@ from robocal.remarks.remark import Quantity, Remark
 __all__ = ["Linearity", "linearity", "linearity_words"]
 
 Array = NDArray[np.float64]
-MORE = 1.5  # times what is promised, or the noise: from here on one step would mislead
-CURVED = 1.0  # half of it is what a sigma is wrong by, one sigma away
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ class Linearity:
     @property
     def misleads(self) -> bool:
         """Whether one step in the fitted parameters leaves clearly more than it promises and than the noise is."""
-        return not self.fitted.left <= MORE * max(self.fitted.promised, self.fitted.noise)
+        return not self.fitted.left <= STEP_MISLEADS * max(self.fitted.promised, self.fitted.noise)
 
     @property
     def ruins(self) -> bool:
@@ -90,6 +89,6 @@ def linearity_words(found: Linearity | None) -> tuple[Remark, ...]:
     if found.ruins and found.everything is not None:
         before = Quantity(found.everything.before, found.fitted.unit)
         out.append(told(Code.ONE_STEP_MISLEADS, found.everything, before))
-    if found.curvature is not None and found.curvature > CURVED:
+    if found.curvature is not None and found.curvature > CURVATURE:
         out.append(Remark.of(Code.CURVED, curvature=found.curvature, parameter=found.curvature_parameter))
     return tuple(out)

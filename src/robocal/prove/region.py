@@ -27,6 +27,7 @@ import scipy
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, WORSE_CHANCE
 from robocal.diagnose.verdict import Verdict
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, band
@@ -47,9 +48,7 @@ if TYPE_CHECKING:
 __all__ = ["Holds", "beside", "limited", "qualified", "spanned", "where_it_holds"]
 
 Array = NDArray[np.float64]
-SAMPLES = 500
-NEAR = 0.02  # a fiftieth of the way from any place to another is no other place
-DOUBT = 0.025  # the chance that the nominal model is better: more is no proof, as for the gain
+SAMPLES = 500  # grid: configurations of a range
 SPAN = "range that the measured joints span"
 
 
@@ -70,7 +69,7 @@ class Holds:
     @property
     def region(self) -> str:
         """`working` where the correction holds in the whole range, else `measured`."""
-        sure = self.chance <= DOUBT or not self.asked
+        sure = self.chance <= WORSE_CHANCE or not self.asked
         return "working" if self.band <= self.moved and sure else "measured"
 
 
@@ -146,19 +145,19 @@ def where_it_holds(
     found = (float(np.sqrt(far)), float(np.sqrt(square)), chance)
     if not np.isfinite(found).all():
         return None
-    asked = named or (chance > DOUBT and split is not None and beside(data.configurations.joints, split))
+    asked = named or (chance > WORSE_CHANCE and split is not None and beside(data.configurations.joints, split))
     return Holds(region.name, *found, len(region.joints), asked, scaled)
 
 
 def beside(joints: Array, split: Split) -> bool:
-    """Whether most configurations that were held out stood beside a fitted one: nearer than NEAR of the distance of any two."""
+    """Whether most configurations that were held out stood beside a fitted one: nearer than BESIDE_NEAR of the distance of any two."""
     place = np.nan_to_num(joints / np.where((spread := np.nanstd(joints, axis=0)) > 0, spread, 1.0))
-    near = NEAR * float(np.sqrt(2 * (spread > 0).sum()))
+    near = BESIDE_NEAR * float(np.sqrt(2 * (spread > 0).sum()))
     found = []
     for held, fit in zip(split.held, split.fit, strict=True):
         if fit.any():
             found.append(scipy.spatial.cKDTree(place[fit]).query(place[held])[0] < near)
-    return bool(found) and float(np.mean(np.concatenate(found))) > 0.5
+    return bool(found) and float(np.mean(np.concatenate(found))) > BESIDE_SHARE
 
 
 def qualified(found: Verdict, holds: Holds | None) -> Verdict:

@@ -19,6 +19,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.diagnose.limits import (
+    COMPUTED_ERROR,
+    COMPUTED_FREEDOM,
+    FOLLOW_ALIKE,
+    FOLLOW_PAIRS,
+    FOLLOW_SHARE,
+    FOLLOW_SIGMA,
+    IMPLAUSIBLE_CHANGE,
+    NOISE_ABOVE,
+    NOISE_BELOW,
+    NOISE_CHANCE,
+    NUMBERS_PER_PARAMETER,
+    PLANE_POINTS,
+    PLANE_THICKNESS,
+    UNMADE_SIGMA,
+)
 from robocal.diagnose.motions import open_remarks
 from robocal.diagnose.numbers import reads
 from robocal.diagnose.outliers import Outlier
@@ -38,13 +54,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ABSOLUTE", "data_warnings", "few_numbers", "follows", "implausible", "input_remarks", "unmade"]
 
-IMPLAUSIBLE = 20.0  # times what was expected: 20 mm, 6 deg
-SURE = 5.0  # standard deviations: a change that is none of the fit's own uncertainty
 ABSOLUTE = ("position", "pose")  # kinds that read coordinates
-COMPUTED = 1e-6  # m: no arm repeats and no instrument reads so well
-DRIFT, SHARE = 4.0, 0.2  # standard deviations, and what share of the squares: less is of no consequence
-BELOW, RARE = 3.0, 1e-3  # times: a sigma that is so far too large, and the chance that it is not
-FLAT = 0.02  # thickness of the measured points against their extent
 
 
 def data_warnings(
@@ -61,18 +71,18 @@ def data_warnings(
     # A known distance between sockets is no reading; and of an arm that was bent to a point everything is exact.
     arms = {o.label for o in data.observations if reads(o)} if not bent else set()
     for g in fit.groups:
-        if g.stated is not None and g.tau > 3 * g.stated:
+        if g.stated is not None and g.tau > NOISE_ABOVE * g.stated:
             left, stated = Quantity(g.rms, g.unit), Quantity(g.stated, g.unit)
             out.append(Remark.of(Code.ABOVE_STATED_NOISE, group=g.name, left=left, stated=stated))
         if (
             g.name in arms
             and g.stated is not None
             and g.chi2 is not None
-            and special.chdtr(g.dof, BELOW**2 * g.chi2) < RARE
+            and special.chdtr(g.dof, NOISE_BELOW**2 * g.chi2) < NOISE_CHANCE
         ):
             left, stated = Quantity(g.rms, g.unit), Quantity(g.stated, g.unit)
             out.append(Remark.of(Code.BELOW_STATED_NOISE, group=g.name, left=left, stated=stated))
-        if g.name in arms and g.unit == "m" and g.rms < COMPUTED and g.dof > 0.5:
+        if g.name in arms and g.unit == "m" and g.rms < COMPUTED_ERROR and g.dof > COMPUTED_FREEDOM:
             out.append(Remark.of(Code.COMPUTED, group=g.name, left=Quantity(g.rms)))
     # A machine that stands where its own sensors say has coordinates only as far as something sees them.
     if model.freedom and not any(o.frame or o.targets or o.kind in ABSOLUTE for o in data.observations):
@@ -92,7 +102,7 @@ def data_warnings(
 
 def few_numbers(numbers: int, parameters: int) -> tuple[Remark, ...]:
     """Fewer than two measured numbers to a parameter."""
-    few = numbers < 2 * parameters
+    few = numbers < NUMBERS_PER_PARAMETER * parameters
     return (Remark.of(Code.FEW_MEASUREMENTS, numbers=numbers, parameters=parameters),) if few else ()
 
 
@@ -104,21 +114,21 @@ def input_remarks(model: Machine, data: DataSet | None = None) -> tuple[Remark, 
         return tuple(out)
     q = data.configurations.joints
     q = None if q is None else q[np.isfinite(q).all(axis=1)]
-    if q is not None and len(q) > 1 and np.ptp(q, axis=0).max(initial=0.0) < 1e-9:
+    if q is not None and len(q) > 1 and np.ptp(q, axis=0).max(initial=0.0) < STILL:
         out.append(Remark.of(Code.ONE_PLACE))
     elif q is not None and len(q) > 1:
-        still = [n for n, s in zip((j.name for j in model.joints), np.ptp(q, axis=0), strict=True) if s < 1e-9]
+        still = [n for n, s in zip((j.name for j in model.joints), np.ptp(q, axis=0), strict=True) if s < STILL]
         if still:
             out.append(Remark.of(Code.JOINTS_STILL, joints=tuple(still)))
     spatial = model.freedom is None or {0, 1, 2} <= set(model.freedom)
     for obs in data.observations:
-        if spatial and obs.kind in ("position", "pose") and len(obs) > 3 and obs.value.ndim == 2:
+        if spatial and obs.kind in ("position", "pose") and len(obs) >= PLANE_POINTS and obs.value.ndim == 2:
             points = obs.value[:, :3] if obs.used is None else obs.value[obs.used, :3]
-            if len(points) < 4:
+            if len(points) < PLANE_POINTS:
                 continue
             extent = float(np.linalg.norm(np.ptp(points, axis=0)))
             off = float(np.abs(fits.plane(points)[2]).max())
-            if extent > 0 and off < FLAT * extent:
+            if extent > 0 and off < PLANE_THICKNESS * extent:
                 out.append(Remark.of(Code.ONE_PLANE, group=obs.label, off=Quantity(off)))
     return tuple(out)
 
@@ -151,7 +161,7 @@ def implausible(model: Machine, fit: Fit) -> list[Remark]:
     found = []
     for n in names:
         change = abs(x[table.index[n]] - model.table[n].value)
-        if change > IMPLAUSIBLE * model.table[n].scale:
+        if change > IMPLAUSIBLE_CHANGE * model.table[n].scale:
             found.append((change / model.table[n].scale, f"{n} by {Quantity(change, table[n].unit):.3g}"))
     if not found:
         return []
@@ -176,7 +186,7 @@ def unmade(model: Machine, stated: Problem, fit: Fit) -> list[Remark]:
             continue
         nominal, there, scale = drawn[n].value, float(x[0, table.index[n]]), drawn[n].scale
         change = abs(there - nominal)
-        if change > IMPLAUSIBLE * scale and change > SURE * sigma[n]:
+        if change > IMPLAUSIBLE_CHANGE * scale and change > UNMADE_SIGMA * sigma[n]:
             unit = table[n].unit.removesuffix("1")
             words = f"{n}: you wrote {Quantity(nominal, unit):.4g}, the data say {Quantity(there, unit):.4g}"
             found.append((change / scale, words))
@@ -188,19 +198,18 @@ def _drift(data: DataSet, fit: Fit) -> list[Remark]:
     """Errors that resemble those measured just before, more than like poses do: something moved or warmed up."""
     found: dict[str, tuple[float, float]] = {}
     for group, z, share in follows(data, fit):
-        if z > DRIFT and share > SHARE and z > found.get(group, (0.0, 0.0))[0]:
+        if z > FOLLOW_SIGMA and share > FOLLOW_SHARE and z > found.get(group, (0.0, 0.0))[0]:
             found[group] = z, share
     return [Remark.of(Code.ERRORS_FOLLOW, group=g, z=z, share=share) for g, (z, share) in found.items()]
 
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-LEAST = 20  # pairs
-MOST = 1000
-NEAR = 4  # rows that are just before or after
-APART = 0.1  # of the rows: quite another time
-WIDE = 1 << 17  # distances at once: more would leave the cache
-ALIKE = 1.25  # how much farther in joint space the pair may be that is compared with
+MOST = 1000  # grid: pairs that are compared
+STILL = 1e-9  # tolerance: rad or m; values that were written and read again
+NEAR = 4  # grid: rows that are just before or after
+APART = 0.1  # grid: of the rows: quite another time
+WIDE = 1 << 17  # grid: distances at once: more would leave the cache
 
 
 def follows(data: DataSet, fit: Fit) -> list[tuple[str, float, float]]:
@@ -222,7 +231,7 @@ def follows(data: DataSet, fit: Fit) -> list[tuple[str, float, float]]:
 def _excess(w: Array, place: Array) -> tuple[float, float] | None:
     """z and share of one term, (m, d) residuals at (m, n) places in the order of time."""
     m = len(w)
-    if m < LEAST or not (w * w).sum() > 0 or not np.isfinite(place).all():
+    if m < FOLLOW_PAIRS or not (w * w).sum() > 0 or not np.isfinite(place).all():
         return None
     some = np.unique(np.linspace(0, m - 1 - NEAR, min(m - NEAR, MOST)).astype(np.int64))
     t, compared = np.zeros(len(some)), np.zeros(len(some))
@@ -233,7 +242,7 @@ def _excess(w: Array, place: Array) -> tuple[float, float] | None:
         t += np.where(told, more, 0.0)
         compared += told
     kept = compared > 0
-    if kept.sum() < LEAST:
+    if kept.sum() < FOLLOW_PAIRS:
         return None
     t = t[kept] / compared[kept]
     square, own = float(t @ t), float((w[some[kept]] ** 2).sum())
@@ -258,6 +267,6 @@ def _like(place: Array, some: Ints, far: int) -> Ints:
             reach = np.linalg.norm(place[mine + h] - place[mine], axis=1)
             np.abs(np.subtract(away, reach[:, None], out=gap), out=gap)
             best = np.argmin(gap, axis=1)
-            ok = away[row, best] <= ALIKE * reach + 1e-9
+            ok = away[row, best] <= FOLLOW_ALIKE * reach + 1e-9
             out[h - 1, first : first + each] = np.where(ok, best, -1)
     return out
