@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from calibrate import machines as made
+from prove import machines as made
 
 from robocal.files.opened import Bare
 from robocal.files.result import Provenance

@@ -72,12 +72,16 @@ class Outlier:
 
 
 def find_outliers(
-    model: Machine, data: DataSet, found: Fit, counted: Mapping[str, Bools] | None = None
+    model: Machine,
+    data: DataSet,
+    found: Fit,
+    counted: Mapping[str, Bools] | None = None,
+    away: Farness | None = None,
 ) -> tuple[Outlier, ...]:
     """Rows that are far from a fit to all others, the farthest first; `data` marks those that were set aside, `counted`
-    are those whose error the verdict counts, by unit in the order of `evidence.errors`."""
+    are those whose error the verdict counts, by unit in the order of `evidence.errors`; `away` is how far they are, if known."""
     x = found.solution.x
-    away = far_from(data, found.problem, x, np.arange(len(data.configurations)))
+    away = away or far_from(data, found.problem, x, np.arange(len(data.configurations)))
     return named(model, data, found.problem, x, away, counted)
 
 

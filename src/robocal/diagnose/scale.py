@@ -16,6 +16,7 @@ the ratio b: Birge (1932).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.diagnose.context import Context, once
+from robocal.diagnose.finding import Finding, Level, of_remarks
 from robocal.diagnose.limits import (
     SCALE_CHANCE,
     SCALE_DOUBT_SIGMA,
@@ -32,7 +35,7 @@ from robocal.diagnose.limits import (
     SCALE_SIGMA,
     SCALE_WIDEST,
 )
-from robocal.diagnose.verdict import Verdict
+from robocal.diagnose.registry import When, check
 from robocal.estimate.uncertainty import Total
 from robocal.measure.base import Rows
 from robocal.measure.machine import Machine
@@ -42,7 +45,7 @@ from robocal.remarks.remark import Remark
 if TYPE_CHECKING:
     from robocal.fit.fit import Fit
 
-__all__ = ["Scale", "scale_of", "scaled"]
+__all__ = ["Scale", "common_scale", "scale_of"]
 
 Array = NDArray[np.float64]
 
@@ -137,8 +140,23 @@ def _common(factor: Array, each: Array, change: Array) -> bool:
     return left > 1e-9 * float(np.linalg.norm(factor)) and abs(float(rest @ change)) > SCALE_SIGMA * left
 
 
-def scaled(found: Verdict, scale: Scale | None) -> Verdict:
-    """The verdict, unless what gives the scale is wrong: then no gain counts."""
-    if scale is None or not scale.beyond:
-        return found
-    return found.refused(*scale.remarks)
+@once
+def common_scale(context: Context[Machine]) -> Scale | None:
+    """That of the fit to everything."""
+    return scale_of(context.model, context.fitted, context.total)
+
+
+@check("scale", When.FIT, order=210, needs=("fit",))
+def doubt_scale(context: Context[Machine]) -> Iterator[Finding]:
+    """A scale that is open, or worth a remark."""
+    scale = common_scale(context)
+    if scale is not None and not scale.beyond:
+        yield from of_remarks(scale.remarks, Level.DOUBT)
+
+
+@check("wrong-scale", When.PROOF, order=140, needs=("fit",))
+def refuse_scale(context: Context[Machine]) -> Iterator[Finding]:
+    """A scale that no making leaves: what gives it is wrong, and no gain counts."""
+    scale = common_scale(context)
+    if scale is not None and scale.beyond:
+        yield from of_remarks(scale.remarks, Level.REFUSE)

@@ -21,13 +21,15 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from robocal.diagnose.context import Context, once
 from robocal.diagnose.limits import SAME_PLACES_SHARE
 from robocal.estimate.elimination import reweighted
 from robocal.estimate.uncertainty import Total
 from robocal.fit.repeats import NEAR, places
+from robocal.measure.machine import Machine
 
 if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
+    pass
 
 __all__ = ["Kept", "Scatter", "kept_rows", "scatter"]
 
@@ -68,13 +70,15 @@ class Scatter:
     same: float
 
 
-def kept_rows(fit: Fit, total: Total) -> Kept | None:
+@once
+def kept_rows(context: Context[Machine]) -> Kept | None:
     """The rows of a fit that tell how its errors are spread; None where places have no joint values, or rows have
     unknowns of their own."""
-    where, problem, x = fit.data.configurations, fit.problem, fit.solution.x
+    fit, total = context.fitted, context.total
+    where, problem = fit.data.configurations, fit.problem
     if where.joints is None or not problem.n or problem.blocks:
         return None
-    lin = reweighted(problem.linearize(x), problem)
+    lin = reweighted(context.jacobian, problem)
     seen = fit.uncertainty
     at = [total.names.index(n) for n in problem.free]
     size = problem.scales**2

@@ -10,22 +10,27 @@ bootstrap (1993), chapters 9 and 13.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.context import once
+from robocal.diagnose.finding import Finding, Level, of_remarks
 from robocal.diagnose.limits import BOOTSTRAP_DRAWS, BOOTSTRAP_PLACES
+from robocal.diagnose.registry import When, check
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.fit.fit import Fit
 from robocal.fit.repeats import places
 from robocal.geometry import so3
+from robocal.measure.machine import Machine
+from robocal.prove.decision import Decision
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["Resampled", "bootstrap_words", "resample"]
+__all__ = ["Resampled", "bootstrap_of", "bootstrap_remarks", "resample"]
 
 Array = NDArray[np.float64]
 Watch = Callable[[dict[str, object]], None]
@@ -97,7 +102,23 @@ def _turned(values: Array, x: Array, turns: NDArray[np.int64]) -> Array:
     return np.asarray(out)
 
 
-def bootstrap_words(drawn: Resampled | None) -> tuple[Remark, ...]:
+@once
+def bootstrap_of(context: Decision[Machine]) -> Resampled | None:
+    """That of the fit to everything, where it was asked for."""
+    options, fit = context.chosen, context.fitted
+    if options.bootstrap is None:
+        return None
+    u = fit.uncertainty if fit.covariance is None else replace(fit.uncertainty, covariance=fit.covariance)
+    return resample(fit, u.sigma, options.bootstrap, options.seed, context.watch)
+
+
+@check("bootstrap", When.FIT, order=200, needs=("proven",))
+def note_bootstrap(context: Decision[Machine]) -> Iterator[Finding]:
+    """How the scatter compares with the linear bars."""
+    yield from of_remarks(bootstrap_remarks(bootstrap_of(context)), Level.NOTE)
+
+
+def bootstrap_remarks(drawn: Resampled | None) -> tuple[Remark, ...]:
     """How the scatter compares with the linear bars; nothing where no bootstrap was asked for."""
     if drawn is None or not len(drawn.names):
         return ()

@@ -19,7 +19,8 @@ clusters: then they told nothing of the way between these.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,8 +28,11 @@ import scipy
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.diagnose.context import once
+from robocal.diagnose.finding import Finding, qualify
 from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, WORSE_CHANCE
-from robocal.diagnose.verdict import Verdict
+from robocal.diagnose.registry import Given, When, check
+from robocal.diagnose.scale import common_scale
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, band
 from robocal.fit.working_range import Region
@@ -36,19 +40,21 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
 from robocal.measure.reach import reach
 from robocal.prove.bands import mean_conditions, measured_range
+from robocal.prove.decision import Decision
 from robocal.prove.workspace import motion_field, parameters_of, sample_joints
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark
+from robocal.remarks.remark import Quantity
 
 if TYPE_CHECKING:
     from robocal.diagnose.scale import Scale
     from robocal.fit.fit import Fit
     from robocal.prove.split import Split
 
-__all__ = ["Holds", "beside", "limited", "qualified", "spanned", "where_it_holds"]
+__all__ = ["REGION", "Holds", "beside", "limited", "range_of", "spanned", "where_it_holds"]
 
 Array = NDArray[np.float64]
 SAMPLES = 500  # grid: configurations of a range
+REGION = "region"  # the name of the check
 SPAN = "range that the measured joints span"
 
 
@@ -160,17 +166,19 @@ def beside(joints: Array, split: Split) -> bool:
     return bool(found) and float(np.mean(np.concatenate(found))) > BESIDE_SHARE
 
 
-def qualified(found: Verdict, holds: Holds | None) -> Verdict:
-    """An improvement says where it holds."""
-    if found.status != "improved" or holds is None:
-        return found
-    if holds.region == "working":
-        return replace(found, region="working")
-    told = Remark.of(
-        Code.HOLDS_WHERE_MEASURED,
-        region=holds.name,
-        band=Quantity(holds.band),
-        moved=Quantity(holds.moved),
-        chance=holds.chance,
-    )
-    return replace(found, reasons=(*found.reasons, told), region="measured")
+@once
+def range_of(context: Decision[Machine]) -> Holds | None:
+    """Where the correction of the fit to everything holds."""
+    proven = context.known
+    base, split = (proven.base, proven.base_x), None if context.proof is None else context.proof.split
+    known = context.model, context.measured, context.fitted, context.total, base
+    return where_it_holds(*known, context.chosen.region, common_scale(context), split)
+
+
+@check(REGION, When.PROOF, order=170, given=Given.GAIN, needs=("proven",))
+def outside_measured(context: Decision[Machine]) -> Iterator[Finding]:
+    """An improvement that holds near the measurements alone."""
+    holds = range_of(context)
+    if holds is not None and holds.region != "working":
+        amounts = {"band": Quantity(holds.band), "moved": Quantity(holds.moved)}
+        yield qualify(Code.HOLDS_WHERE_MEASURED, region=holds.name, **amounts, chance=holds.chance)

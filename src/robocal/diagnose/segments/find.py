@@ -38,13 +38,12 @@ from robocal.diagnose.segments.model import Found, Model, spread
 from robocal.diagnose.segments.posed import ZERO
 from robocal.diagnose.segments.rows import runs
 from robocal.diagnose.segments.run import Run
-from robocal.diagnose.verdict import Verdict
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Number, Quantity, Remark
 
-__all__ = ["Segment", "find_segments", "refused_by", "segment_remarks"]
+__all__ = ["Segment", "find_segments", "segment_remarks"]
 
 Array = NDArray[np.float64]
 # What a data file of its own says, so that what moved has a place of its own there.
@@ -120,11 +119,6 @@ def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
         else:
             out.append(Remark.of(Code.SEGMENT, **said, moved=s.cause, line=LINES[s.cause]))
     return tuple(out)
-
-
-def refused_by(found: tuple[Segment, ...], verdict: Verdict) -> Verdict:
-    """The verdict on data a part of which was measured with something moved: refused, with the segments first."""
-    return verdict.refused(*segment_remarks(found)) if found else verdict
 
 
 def _best(state: Model, among: list[Run]) -> Found | None:

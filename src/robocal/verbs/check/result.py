@@ -7,21 +7,21 @@ from typing import Any
 
 import numpy as np
 
+from robocal.diagnose.context import Context
 from robocal.diagnose.gross import sift
+from robocal.diagnose.moved import moved
 from robocal.diagnose.outliers import Outlier, named
-from robocal.diagnose.segments.find import find_segments, segment_remarks
+from robocal.diagnose.registry import When, run
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.headers import cables_of
 from robocal.files.opened import Opened, cable_file
 from robocal.files.parts import hashes
 from robocal.files.plain import plain
 from robocal.files.text import InputFile
+from robocal.fit.baseline import Baseline
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
 from robocal.prove.identify import baseline
-from robocal.prove.warn import few_numbers, input_remarks
-from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 from robocal.session.cable.identify import read_measured
 from robocal.session.cable.load import robot_inputs
@@ -110,7 +110,7 @@ def checked(o: Any, watch: Watch | None = None) -> Checked:
         files = robot_inputs(cable, o.robot)
         return Checked(cable, None, (), cable.machine.table.free, None, None, False, cable.warnings, files)
     arm = open_arm(o.robot, base=o.base, tip=o.tip)
-    said = (*arm.warnings, *input_remarks(arm.machine), *_free(arm.machine))
+    said = (*arm.warnings, *(f.remark for f in run(When.DATA, Context(arm.machine, watch=watch))))
     return Checked(arm, None, (), arm.machine.table.free, None, None, False, said, robot_files(arm, o.robot))
 
 
@@ -130,7 +130,8 @@ def _checked(
         problem, x = baseline(machine, sifted.data, everyone, watch)
         free = problem.table.free
         seen = analyse(problem.with_free(free), x) if free else None
-        moved = find_segments(machine, measured, dict(zip(problem.table.names, map(float, x[0]), strict=False)))
+        context = Context(machine, measured, Baseline(problem, x), watch=watch)
+        findings = [*run(When.DATA, context), *moved.run(context)]
     strange = named(machine, sifted.data, sifted.problem, sifted.x, sifted.away)
     lengths = [
         (np.linalg.norm(r.value[:, a:b], axis=1), r.used)
@@ -141,15 +142,9 @@ def _checked(
     misfit = float(np.concatenate([v[used] for v, used in lengths]).mean()) if lengths else None
     whole = float(np.concatenate([v for v, _ in lengths]).mean()) if lengths else None
     assumed = any(o.sigma is None for o in measured.observations)
-    rows = sum(o.value.size for o in measured.observations)
-    said = (*input_remarks(machine, measured), *few_numbers(rows, len(free)), *_free(machine), *segment_remarks(moved))
-    warnings = tuple(dict.fromkeys((*said_before, *said)))
+    warnings = tuple(dict.fromkeys((*said_before, *(f.remark for f in findings))))
     seen_by = _instruments(measured)
     return Checked(opened, measured, seen_by, free, seen, misfit, assumed, warnings, files, strange, whole)
-
-
-def _free(chain: Machine) -> tuple[Remark, ...]:
-    return () if chain.table.free else (Remark.of(Code.NOTHING_FREE),)
 
 
 def _instruments(data: DataSet) -> tuple[dict[str, Any], ...]:
