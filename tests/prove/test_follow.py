@@ -9,18 +9,20 @@ import pytest
 from prove.test_segments import moved, rig
 from trials import observations, open_robot, perturbed
 
+from robocal.diagnose.context import Context
+from robocal.diagnose.follow import errors_follow
 from robocal.fit.baseline import baseline
 from robocal.fit.fit import fit
 from robocal.fit.options import Options
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet
-from robocal.prove.warn import _drift
 from robocal.remarks.code import Code
 
 
 def told(robot, data):
     every = np.arange(len(data.configurations))
-    return _drift(data, fit(robot, data, every, Options(), baseline(robot, data, every)[1]))
+    found = fit(robot, data, every, Options(), baseline(robot, data, every)[1])
+    return list(errors_follow.run(Context(robot, data, fit=found)))
 
 
 @pytest.mark.parametrize("name", ["rv-2aj", "ur10"])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from measure.rigs import recorded
 
-from robocal.diagnose.late import pace
+from robocal.diagnose.paths import pace
 from robocal.files.robot import open_robot
 from robocal.fit.options import Options
 from robocal.measure.base import synthesise

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from judging import judge
 from trials import joints, observations
 
 from robocal.files.doubts import suspicions
@@ -14,7 +15,6 @@ from robocal.files.units import UNITS
 from robocal.fit.options import Options
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet
-from robocal.prove.evidence import judge
 from robocal.prove.identify import identify
 from robocal.prove.region import Holds, beside
 from robocal.prove.split import make_split

@@ -14,9 +14,10 @@ import pytest
 from damages import every, same, tried, undone, units, words
 
 from robocal.diagnose.hypotheses.changes import changes
-from robocal.diagnose.hypotheses.explain import ALIKE, ASKS, MAKING, explain
+from robocal.diagnose.hypotheses.explain import explain
 from robocal.diagnose.hypotheses.lockstep import fitted, reach_of
 from robocal.diagnose.hypotheses.sights import sights
+from robocal.diagnose.limits import EXPLANATIONS_ALIKE, MAKING_LEAVES, MISFIT_ASKS
 from robocal.files.robot import open_robot
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
@@ -58,7 +59,7 @@ def told(chain, damage, rng, kind, arm):
     """Whether an exact arm shows the damage: more is left than an arm's making leaves."""
     _, clean = measured(arm, kind, rng, share=0.0)
     seen = sights(chain, [damage.apply(clean)])
-    return fitted(chain, seen).left[0] > MAKING * reach_of(chain, seen)
+    return fitted(chain, seen).left[0] > MAKING_LEAVES * reach_of(chain, seen)
 
 
 def apart(chain, damage, found, rng, kind, arm):
@@ -67,7 +68,7 @@ def apart(chain, damage, found, rng, kind, arm):
     spoilt = damage.apply(clean)
     made = [undone(damage).apply(spoilt), *(c.apply(spoilt) for c in found.changes)]
     left = fitted(chain, sights(chain, made)).left
-    return [c for c, v in zip(found.changes, left[1:], strict=True) if v > ALIKE * left[0]]
+    return [c for c, v in zip(found.changes, left[1:], strict=True) if v > EXPLANATIONS_ALIKE * left[0]]
 
 
 @pytest.mark.slow
@@ -139,4 +140,4 @@ def test_gross_rows_name_nothing():
     value[len(value) // 2 :, 0] += 0.005
     spoilt = DataSet(data.configurations, (replace(obs, value=value),))
     assert explain(chain, spoilt, changes(chain, spoilt, *units(chain, spoilt, True))) is None
-    assert 0 < ASKS < MAKING
+    assert 0 < MISFIT_ASKS < MAKING_LEAVES

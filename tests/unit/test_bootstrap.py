@@ -10,7 +10,7 @@ from unit.arm_data import FREE, TOOL, arm, measured
 
 from robocal.errors import ModelError
 from robocal.fit.options import Options
-from robocal.prove.bootstrap import bootstrap_words
+from robocal.prove.bootstrap import bootstrap_remarks
 from robocal.prove.identify import identify
 
 
@@ -48,7 +48,7 @@ def test_errors_that_repeat_with_the_place_are_seen_by_the_bootstrap_alone():
     found = drawn(replace(data, observations=(replace(obs, value=obs.value + np.repeat(own, 4, axis=0)),)), robot)
     assert found.places == 80
     assert np.median(found.ratio) == pytest.approx(2.0, rel=0.15)
-    assert f"{np.median(found.ratio):.2g} times" in bootstrap_words(found)[0].sentence
+    assert f"{np.median(found.ratio):.2g} times" in bootstrap_remarks(found)[0].sentence
 
 
 def test_the_seed_decides(scene):
@@ -63,4 +63,4 @@ def test_what_cannot_be_drawn_is_refused(scene):
         identify(robot, data, Options(hold_out=0.0, leave_one_out=False, bootstrap=10))
     with pytest.raises(ModelError, match="minimises the cost"):
         identify(robot, data, Options(hold_out=0.0, leave_one_out=False, bootstrap=200, method="pinv"))
-    assert bootstrap_words(None) == ()
+    assert bootstrap_remarks(None) == ()

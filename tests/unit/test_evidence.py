@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from judging import judge
 from scipy import stats
 from unit.arm_data import arm as five
 from unit.arm_data import measured
@@ -13,7 +14,7 @@ from robocal.estimate.least_squares import least_squares
 from robocal.estimate.rows import Residuals
 from robocal.fit.misfit import errors
 from robocal.measure.base import problem
-from robocal.prove.evidence import bootstrap_gain, constant_errors, judge
+from robocal.prove.evidence import bootstrap_gain, constant_errors
 from robocal.prove.folds import leave_one_out
 from robocal.prove.split import Split
 from robocal.prove.statistics import Statistic

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,8 +15,8 @@ from robocal.estimate.least_squares import Reason
 from robocal.fit.options import Options
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.prove.claims import unfinished
 from robocal.prove.identify import identify
-from robocal.prove.judge import _unfinished
 from robocal.remarks.code import Code
 
 FAR = {3: [0.2, 0, 0], 11: [0, 0.05, 0], 40: [0, 0, 0.5]}
@@ -88,10 +89,13 @@ def test_no_fit_that_did_not_converge_is_improved():
             self.reasons, self.converged = (reason,), converged
             self.solution = self.before = self.after = self
 
-    good, options = Ended(), Options()
-    assert _unfinished(good, good, options, True) is None
-    assert _unfinished(good, good, options, False) == "the baseline"
-    assert _unfinished(Ended(Reason.ITERATIONS), good, options, True) == "the fit to everything"
-    bad = Ended()
+    def what(whole, proof, started=True):
+        known = {"started": Ended(converged=started), "fitted": whole, "proof": proof, "chosen": Options()}
+        return [f.numbers["what"] for f in unfinished.run(SimpleNamespace(**known))]
+
+    good, bad = Ended(), Ended()
+    assert what(good, good) == []
+    assert what(good, good, started=False) == ["the baseline"]
+    assert what(Ended(Reason.ITERATIONS), good) == ["the fit to everything"]
     bad.after = Ended(converged=False)
-    assert _unfinished(good, bad, options, True) == "a round"
+    assert what(good, bad) == ["a round"]

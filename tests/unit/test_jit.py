@@ -244,7 +244,7 @@ GIVEN = {"ROBOCAL_CACHE_DIR": "", "XDG_CACHE_HOME": "robocal", "HOME": ".cache/r
 def test_a_folder_that_the_environment_names_is_the_users_own(
     somewhere: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    """Machine code is never loaded from where somebody else can have put it."""
+    """Model code is never loaded from where somebody else can have put it."""
     monkeypatch.setenv(name, str(somewhere / "given"))
     base = somewhere / "given" / GIVEN[name] / "kernels"
     assert next(_jit._bases()) == base and base.stat().st_mode & 0o777 == 0o700

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from robocal.estimate.uncertainty import LEVEL
 from robocal.geometry import fits
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.measure.reach import reach
 from robocal.prove.workspace import motion_field
 from robocal.quantities import Amount
@@ -71,7 +71,7 @@ class Shows:
 
 
 def shows(
-    first: Machine, second: Machine, names: Sequence[str], joints: Array, conditions: Mapping[str, float], *,
+    first: Model, second: Model, names: Sequence[str], joints: Array, conditions: Mapping[str, float], *,
     new_tool: bool = False,
 ) -> Shows:  # fmt: skip
     """What a change of the named parameters does at joint values (m, q), the base placed best (`new_tool`: the tool too)."""

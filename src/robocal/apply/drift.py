@@ -17,35 +17,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.apply.apart import Apart, apart, shows
 from robocal.apply.difference import Difference, adjust_chances, step_between, tail
+from robocal.diagnose.limits import DRIFT_CHANCE, DRIFT_MATTERS
 from robocal.diagnose.scatter import Kept, Scatter, scatter
 from robocal.estimate.uncertainty import Total
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 from robocal.parameters import Table
 from robocal.quantities import Amount, OwnUnit, Value
 
-__all__ = ["MATTERS", "Change", "Drift", "ParameterDrift", "Single", "compare", "compare_models", "exact_total"]
+__all__ = ["Change", "Drift", "ParameterDrift", "Single", "compare", "compare_models", "exact_total"]
 
 Array = NDArray[np.float64]
 FEW = 5
-MATTERS = 1e-4  # m: below that no change is worth an alarm, unless somebody says otherwise
-# The chance below which a robot is accused. Few blocks tell how errors of a model scatter, and nothing how they would have
-# where only one run went: a level of one in a hundred accuses one in ten of the worst halves of a real series.
-SURE = 1e-3
-
-
-class Model(Protocol):
-    """Whatever has a table of named parameters."""
-
-    @property
-    def table(self) -> Table:
-        """Its parameters, in SI."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +79,7 @@ class ParameterDrift:
     @property
     def status(self) -> str:
         """possible or drifted: without places nothing says which change matters, and a machine is never called unchanged."""
-        return "drifted" if self.p_value < SURE else "possible"
+        return "drifted" if self.p_value < DRIFT_CHANCE else "possible"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,7 +94,7 @@ class Drift(ParameterDrift):
     @property
     def status(self) -> str:
         """unchanged, possible or drifted."""
-        if self.apart.low > self.matters and self.apart.p_value < SURE:
+        if self.apart.low > self.matters and self.apart.p_value < DRIFT_CHANCE:
             return "drifted"
         return "unchanged" if self.apart.high <= self.matters else "possible"
 
@@ -145,15 +134,15 @@ def compare_models(first: Model, second: Model, known: tuple[Total, Total]) -> P
 
 
 def compare(
-    first: Machine,
-    second: Machine,
+    first: Model,
+    second: Model,
     known: tuple[Total, Total],
     joints: Array,
     conditions: Mapping[str, float],
     *,
     new_tool: bool = False,
     rows: tuple[Kept | None, Kept | None] = (None, None),
-    matters: float = MATTERS,
+    matters: float = DRIFT_MATTERS,
 ) -> Drift:
     """Compares two corrected models of one nominal robot at joint values (m, n); `rows` are those that the fits left. With
     `new_tool` the tool was mounted anew, so it may differ."""

@@ -41,6 +41,8 @@ STAGES = {
     "leave-one-out": "leaving every configuration out once",
     "folds": "holding out everything once",
     "judge": "judging",
+    "check": "judging",
+    "finding": "judging",
     "groups": "trying what lies beyond geometry",
     "layer": "trying a residual layer",
     "report": "writing the report",

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.limits import FINEST_ERROR
 from robocal.estimate.problem import Problem
 from robocal.fit.misfit import errors
 from robocal.fit.noise import owners
@@ -30,13 +31,11 @@ from robocal.measure.machine import Model
 if TYPE_CHECKING:
     from robocal.fit.fit import Fit
 
-__all__ = ["FINE", "WITHIN", "carried", "rounded"]
+__all__ = ["carried", "rounded"]
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
-FINE = 1e-5  # m: no arm repeats better, so what is left below is rounding, or numbers that were computed
-WITHIN = 3.0  # times what the digits carry: still nothing but rounding
-MARGIN = 10.0
+MARGIN = 10.0  # tolerance: times as sensitive as the worst of a few rows
 STEP = 1e-6  # rad or m
 EPS = float(np.finfo(float).eps)
 
@@ -84,7 +83,7 @@ def carried(model: Model, data: DataSet, found: Fit, told: Bools) -> float | Non
     left = [replace(r, value=np.sqrt(v)) for r, v in zip(problem.residuals(x), square, strict=True)]
     length = errors(left, "m")[0]
     level = float(np.sqrt(np.mean(length[told] ** 2 + (8 * EPS * max(size, 1.0)) ** 2)))
-    return level if level < FINE else None
+    return level if level < FINEST_ERROR else None
 
 
 def _square(model: Model, data: DataSet, problem: Problem, x: Array) -> list[Array]:

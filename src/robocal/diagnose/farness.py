@@ -23,24 +23,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.diagnose.digits import WITHIN
+from robocal.diagnose.limits import GROSS_DISTANCE, GROSS_TAILS, ROUNDING_MARGIN
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Term, spread
 from robocal.fit.noise import assess, quantile, under
 from robocal.measure.base import Rows
 from robocal.measure.data import DataSet
 
-__all__ = ["FAR", "Farness", "far_from", "farness"]
+__all__ = ["Farness", "far_from", "farness"]
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
-FAR = 6.0  # robust standard deviations
-TAILS = 2.0  # times that, where the scale is what a model leaves
 EFFICIENCY = 0.37  # of the median as a scale: so much of the degrees of freedom it knows
-ALONE = 1e-4  # 1 - leverage: a prediction from the others would be a hundred times less certain than the row
-LONELY = 0.1  # the same, far from that
-# Of the smallest pivot: nothing of such a matrix is open, its inverse is right to seven digits, and a few times cheaper.
+ALONE = 1e-4  # tolerance: 1 - leverage: a prediction from the others would be a hundred times less certain than the row
+LONELY = 0.1  # tolerance: the same, far from that
+# tolerance: of the smallest pivot: nothing of such a matrix is open, its inverse is right to seven digits, and a few times cheaper.
 CLEAR = 1e-9
 CHUNK = 2000
 # Of the largest number measured, or of one: what a file's digits and a converged iteration resolve; less is no gross error.
@@ -95,7 +93,7 @@ def farness(problem: Problem, x: Array, modelled: Collection[tuple[str, str]] = 
     for key, parts in groups.items():
         scale, known = _scale(parts)
         least = np.concatenate([p.least[p.inside] for p in parts])
-        coarse = bool(len(least)) and float(np.median(least)) <= WITHIN * scale
+        coarse = bool(len(least)) and float(np.median(least)) <= ROUNDING_MARGIN * scale
         for p in parts:
             d = np.sqrt(p.square) / (np.maximum(scale, p.least) if coarse else scale)
             odds = special.fdtrc(p.size, known, d**2 / p.size)
@@ -105,9 +103,11 @@ def farness(problem: Problem, x: Array, modelled: Collection[tuple[str, str]] = 
             chance[p.term][more] = odds[more]
             # As unlikely as six standard deviations are where the scale is known.
             if problem.terms[p.term].reading:
-                beyond = odds < special.chdtrc(p.size, FAR**2)
+                beyond = odds < special.chdtrc(p.size, GROSS_DISTANCE**2)
                 strange[p.term] |= beyond
-                limit = TAILS * np.sqrt(p.size * special.fdtri(p.size, known, 1 - special.chdtrc(p.size, FAR**2)))
+                limit = GROSS_TAILS * np.sqrt(
+                    p.size * special.fdtri(p.size, known, 1 - special.chdtrc(p.size, GROSS_DISTANCE**2))
+                )
                 far[p.term] |= beyond & (d > limit) if key in modelled else beyond
     return Farness(
         tuple(distance), tuple(strange), tuple(far), tuple(leverage), tuple(np.minimum(c * many, 1.0) for c in chance)
@@ -205,7 +205,7 @@ def _scale(parts: list[_Part]) -> tuple[float, float]:
         return quantile(own * np.repeat([p.size / special.chdtri(p.size, 1 - level) for p in parts], many), level)
 
     robust = max(1.0, seen(0.5), seen(0.75))
-    near = own[own < robust * FAR**2]
+    near = own[own < robust * GROSS_DISTANCE**2]
     square = max(robust, float(near.mean()) if len(near) else 1.0)
     dof = sum(float(np.sum(p.size * (1 - np.minimum(p.leverage[p.inside], 1.0)))) for p in parts)
     return float(np.sqrt(square)), max(EFFICIENCY * dof, 1.0)

@@ -29,7 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.diagnose.digits import rounded
-from robocal.diagnose.farness import FAR, Farness, far_from, farness
+from robocal.diagnose.farness import Farness, far_from, farness
+from robocal.diagnose.limits import GROSS_DISTANCE
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import effective_columns
@@ -41,16 +42,15 @@ from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 
-__all__ = ["MOST", "Sifted", "neither", "set_aside", "share", "sift"]
+__all__ = ["Sifted", "neither", "set_aside", "share", "sift"]
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 Tau = dict[tuple[str, str], float]
 Watch = Callable[[dict[str, object]], None]
-MOST = 0.2  # a larger share set aside is no outlier any more
-ROUNDS = 8
-SETTLED = 0.05  # of a robust sigma: so well it need be known here
+ROUNDS = 8  # grid
+SETTLED = 0.05  # tolerance: of a robust sigma: so well it need be known here
 
 
 @dataclass(frozen=True)
@@ -104,13 +104,13 @@ def sift(model: Model, data: DataSet, configurations: Ints, watch: Watch | None 
     few = search if some is data else _Search(model, some, own)
     start, tau, near = _nominal(few)
     x = start = posed_again(few.made, start)
-    for loss, tuning in (("huber", None), ("tukey", FAR)):
+    for loss, tuning in (("huber", None), ("tukey", GROSS_DISTANCE)):
         x, tau = _settled(few, start, x, tau, near, loss, tuning)
     used = near
     if few.data is not data:
         # A part of many rows says about where the fit ends. All of them say where it does, and are judged by that.
         used = tuple(np.ones(len(o), dtype=bool) for o in data.observations)
-        x, tau = _settled(search, start, x, tau, used, "tukey", FAR)
+        x, tau = _settled(search, start, x, tau, used, "tukey", GROSS_DISTANCE)
     # No row is gross for being rounded more coarsely than the others.
     known = rounded(model, data, search.posed(tau, used, "none"), x, None if few.data is data else few.data)
     if known is not data:

@@ -10,16 +10,19 @@ A path that is measured late is late at its held-out rows as well: no gain on un
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.diagnose.numbers import SURE, score
-from robocal.diagnose.verdict import Verdict
+from robocal.diagnose.context import Context, once
+from robocal.diagnose.finding import Finding, Level, of_remarks
+from robocal.diagnose.limits import LATE_DOUBT_SHARE, LATE_SHARE, NUMBER_SIGMA
+from robocal.diagnose.numbers import score
+from robocal.diagnose.registry import Machines, When, check
 from robocal.measure.base import problem as build
-from robocal.measure.data import Configurations
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -28,14 +31,10 @@ if TYPE_CHECKING:
     from robocal.estimate.problem import Problem
     from robocal.fit.fit import Fit
 
-__all__ = ["Late", "late", "pace", "punctual"]
+__all__ = ["Late", "late", "time_offset"]
 
 Array = NDArray[np.float64]
-NEAR = 0.25  # a step on a path, of the distance of any two places
-PATH = 0.5  # of the configurations whose neighbours are so near: less is no path
 STEP = 1e-6  # rad or m, by which joints move in the difference of residuals
-LEAST = 20  # configurations
-EXPLAINED, SOME = 0.5, 0.1  # of the squares that are left; play that a path takes up one way explains up to a third
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ class Late:
     @property
     def wrong(self) -> bool:
         """Whether no gain counts before it is put right."""
-        return self.share > EXPLAINED
+        return self.share > LATE_SHARE
 
     @property
     def remark(self) -> Remark:
@@ -63,9 +62,9 @@ class Late:
         return Remark.of(code, group=self.group, before=before, after=after, z=self.z, share=self.share)
 
 
-def late(model: Model, fit: Fit) -> Late | None:
-    """The instrument whose readings belong most clearly to another moment; None where none does, or the arm stood still."""
-    told = pace(fit.data.configurations)
+def late(model: Model, fit: Fit, told: tuple[Array, bool] | None) -> Late | None:
+    """The instrument whose readings belong most clearly to another moment, by the joint rates `told` along a path; None where none does,
+    or the arm stood still."""
     joints = fit.data.configurations.joints
     if told is None or joints is None:
         return None
@@ -91,33 +90,28 @@ def late(model: Model, fit: Fit) -> Late | None:
     found = score(
         seen.j, seen.r, here.scales, np.stack([np.where(np.isin(term, mine), every, 0.0) for mine in some], axis=1)
     )
-    if found is None or found.t < SURE or found.share < SOME:
+    if found is None or found.t < NUMBER_SIGMA or found.share < LATE_DOUBT_SHARE:
         return None
     return Late(names[some[found.column][0]], -found.change, timed, found.t, found.share)
 
 
-def pace(configurations: Configurations) -> tuple[Array, bool] | None:
-    """The speed of every joint (m, n), and whether it is per second (else per row); nought where a neighbour is far; None where
-    no path was measured."""
-    q, t = configurations.joints, configurations.columns.get("time")
-    if q is None or len(q) < LEAST or not np.isfinite(q).all():
-        return None
-    timed = t is not None and bool(np.isfinite(t).all() and np.ptp(t) > 0)
-    order = np.argsort(t, kind="stable") if timed and t is not None else np.arange(len(q))
-    way, clock = q[order], t[order] if timed and t is not None else np.arange(len(q), dtype=np.float64)
-    spread = q.std(axis=0)
-    place = way / np.where(spread > 0, spread, 1.0)
-    step = np.linalg.norm(np.diff(place, axis=0), axis=1)
-    near = step < NEAR * np.sqrt(2 * (spread > 0).sum())
-    inside = np.flatnonzero(near[:-1] & near[1:] & (clock[2:] > clock[:-2])) + 1
-    if len(inside) < PATH * len(q):
-        return None
-    speed = np.zeros_like(q)
-    gap = (clock[inside + 1] - clock[inside - 1])[:, None]
-    speed[order[inside]] = (way[inside + 1] - way[inside - 1]) / gap
-    return (speed, timed) if speed.any() else None
+@once
+def time_offset(context: Context[Model]) -> Late | None:
+    """That of the fit to everything."""
+    return late(context.model, context.fitted, context.rates)
 
 
-def punctual(found: Verdict, late: Late | None) -> Verdict:
-    """The verdict, unless the readings are those of other moments."""
-    return found if late is None or not late.wrong else found.refused(late.remark)
+@check("time-offset", When.FIT, order=230, machines=Machines.JOINTED, needs=("fit",))
+def doubt_time(context: Context[Model]) -> Iterator[Finding]:
+    """Readings of another moment, where that explains little."""
+    found = time_offset(context)
+    if found is not None and not found.wrong:
+        yield from of_remarks((found.remark,), Level.DOUBT)
+
+
+@check("wrong-time", When.PROOF, order=160, machines=Machines.JOINTED, needs=("fit",))
+def refuse_time(context: Context[Model]) -> Iterator[Finding]:
+    """Readings of another moment, where that explains most of what is left: held-out rows are late as well."""
+    found = time_offset(context)
+    if found is not None and found.wrong:
+        yield from of_remarks((found.remark,), Level.REFUSE)

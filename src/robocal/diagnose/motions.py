@@ -6,11 +6,16 @@ encoder) goes along with it, leaves every residual where it was: R_m m + R_c c =
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.context import Context
+from robocal.diagnose.finding import Finding, Level, doubt, of_remarks
+from robocal.diagnose.limits import MOTION_UNSEEN
+from robocal.diagnose.registry import Machines, When, check
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -21,7 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["lacking", "open_motions", "open_remarks"]
 
 Array = NDArray[np.float64]
-UNSEEN = 1e-5  # of what a motion does to the residuals by itself: the roots of normal equations have half the digits
+ABSOLUTE = ("position", "pose")  # kinds that read coordinates
 
 
 def open_motions(model: Model, fit: Fit) -> tuple[str, ...]:
@@ -41,7 +46,7 @@ def open_motions(model: Model, fit: Fit) -> tuple[str, ...]:
         if others:
             left = moved - seen.root[:, others] @ np.linalg.lstsq(seen.root[:, others], moved, rcond=1e-12)[0]
         size = float(np.linalg.norm(seen.root[:, [names[n] for n in rates]]))
-        if np.linalg.norm(left) <= UNSEEN * size:
+        if np.linalg.norm(left) <= MOTION_UNSEEN * size:
             out.append(what)
     return tuple(out)
 
@@ -99,3 +104,24 @@ def _bare(model: Model, fit: Fit, motions: tuple[str, ...]) -> tuple[Array, floa
     rows = [table[seen.names[i]] for i in chosen]
     own = [k for k, p in enumerate(rows) if p.name in model.geometric and p.unit == "m" and p.expected]
     return sigma[own], float(np.median([rows[k].expected for k in own])) if own else np.inf
+
+
+@check("place", When.FIT, order=110, machines=Machines.POSED, needs=("fit",))
+def open_place(context: Context[Model]) -> Iterator[Finding]:
+    """A machine that stands where its own sensors say has coordinates only as far as something sees them."""
+    if not any(o.frame or o.targets or o.kind in ABSOLUTE for o in context.measured.observations):
+        yield doubt(Code.PLACE_OPEN)
+
+
+@check("open-motions", When.FIT, order=120, needs=("fit",))
+def doubt_motions(context: Context[Model]) -> Iterator[Finding]:
+    """Motions of the whole machine that its own sensors cannot see."""
+    yield from of_remarks(open_remarks(context.model, context.fitted), Level.DOUBT)
+
+
+@check("too-few-poses", When.PROOF, order=130, needs=("fit",))
+def too_few_poses(context: Context[Model]) -> Iterator[Finding]:
+    """Configurations that leave fewer numbers than there are to be found."""
+    few = lacking(context.model, context.fitted)
+    if few is not None:
+        yield from of_remarks((few,), Level.REFUSE)

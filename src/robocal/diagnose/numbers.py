@@ -12,14 +12,17 @@ and the model with it: a gain says nothing then. Source: Rao, Large sample tests
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.diagnose.verdict import Verdict
+from robocal.diagnose.context import Context, once
+from robocal.diagnose.finding import Finding, Level, of_remarks
+from robocal.diagnose.limits import NUMBER_SHARE, NUMBER_SIGMA
+from robocal.diagnose.registry import When, check
 from robocal.measure.base import kind_of
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Observations
@@ -31,14 +34,12 @@ from robocal.remarks.remark import Quantity, Remark
 if TYPE_CHECKING:
     from robocal.fit.fit import Fit
 
-__all__ = ["SURE", "Held", "Score", "held_number", "questioned", "reads", "score"]
+__all__ = ["Held", "Score", "held_number", "reads", "score", "stated_number"]
 
 Array = NDArray[np.float64]
 
-SURE = 5.0  # sigma
-EXPLAINED = 0.3  # of the squares that are left
 HOLD = 10.0  # expected errors
-HIDDEN = 1e-6  # of a column that the fitted ones leave over: rounding
+HIDDEN = 1e-6  # tolerance: of a column that the fitted ones leave over: rounding
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class Held:
     @property
     def wrong(self) -> bool:
         """Whether no gain counts before it is put right."""
-        return self.share > EXPLAINED
+        return self.share > NUMBER_SHARE
 
     @property
     def remark(self) -> Remark:
@@ -88,7 +89,7 @@ def held_number(model: Model, fit: Fit) -> Held | None:
     some = [*((n,) for n in held), *_shared(own, held)]
     c = np.stack([seen.j[:, [made.free.index(n) for n in names]].sum(axis=1) for names in some], axis=1)
     found = score(seen.j[:, ~asked], seen.r, made.scales[~asked], c)
-    if found is None or found.t < SURE:
+    if found is None or found.t < NUMBER_SIGMA:
         return None
     i = found.column
     obs, p = own[some[i][0]]
@@ -126,11 +127,6 @@ def score(j: Array, r: Array, scales: Array, c: Array) -> Score | None:
     return Score(i, float(along[i] / size[i]), float(t[i]), float(share[i]))
 
 
-def questioned(found: Verdict, held: Held | None) -> Verdict:
-    """The verdict, unless a number that was stated is wrong."""
-    return found if held is None or not held.wrong else found.refused(held.remark)
-
-
 def _shared(own: Mapping[str, tuple[Observations, Parameter]], held: Sequence[str]) -> list[tuple[str, ...]]:
     """Like numbers of several instruments of one kind that were held at one value."""
     by: dict[tuple[str, str, float], list[str]] = {}
@@ -166,3 +162,25 @@ def _line(obs: Observations, number: Parameter) -> str:
     several = len(kind_of(obs).parameters(obs)) > 1
     symbol = number.name.rpartition(".")[2]
     return f"{owner}: {{free: [{symbol}]}}" if several else f"{owner}: {{free: true}}"
+
+
+@once
+def stated_number(context: Context[Model]) -> Held | None:
+    """That of the fit to everything."""
+    return held_number(context.model, context.fitted)
+
+
+@check("stated-number", When.FIT, order=220, needs=("fit",))
+def doubt_number(context: Context[Model]) -> Iterator[Finding]:
+    """A stated number that the data contradict."""
+    found = stated_number(context)
+    if found is not None and not found.wrong:
+        yield from of_remarks((found.remark,), Level.DOUBT)
+
+
+@check("wrong-number", When.PROOF, order=150, needs=("fit",))
+def refuse_number(context: Context[Model]) -> Iterator[Finding]:
+    """A stated number that explains a good part of what is left: the model is wrong with it."""
+    found = stated_number(context)
+    if found is not None and found.wrong:
+        yield from of_remarks((found.remark,), Level.REFUSE)

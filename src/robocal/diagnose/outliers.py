@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from robocal.diagnose.farness import Farness, far_from
+from robocal.diagnose.limits import MATCH_CHANCE, MATCH_LUCK, SHIFTED_ROWS, ZERO_ROWS_SHARE
 from robocal.estimate.problem import Problem
 from robocal.fit.noise import owners
 from robocal.measure.base import Rows, kind_of
@@ -46,7 +47,6 @@ Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 MAD = 0.6745  # the median distance of a standard normal number from 0
-FEW = 0.5  # zeros in more of an instrument's rows are what it reads (a ball in a socket), and no dropped beam
 
 
 @dataclass(frozen=True)
@@ -72,12 +72,16 @@ class Outlier:
 
 
 def find_outliers(
-    model: Model, data: DataSet, found: Fit, counted: Mapping[str, Bools] | None = None
+    model: Model,
+    data: DataSet,
+    found: Fit,
+    counted: Mapping[str, Bools] | None = None,
+    away: Farness | None = None,
 ) -> tuple[Outlier, ...]:
     """Rows that are far from a fit to all others, the farthest first; `data` marks those that were set aside, `counted`
-    are those whose error the verdict counts, by unit in the order of `evidence.errors`."""
+    are those whose error the verdict counts, by unit in the order of `evidence.errors`; `away` is how far they are, if known."""
     x = found.solution.x
-    away = far_from(data, found.problem, x, np.arange(len(data.configurations)))
+    away = away or far_from(data, found.problem, x, np.arange(len(data.configurations)))
     return named(model, data, found.problem, x, away, counted)
 
 
@@ -159,14 +163,11 @@ def cause(obs: Observations, row: int) -> Remark:
     """The likeliest cause of a gross row, from what it says itself."""
     for start, stop, _ in kind_of(obs).parts:
         zero = (obs.value[:, start:stop] == 0).all(axis=1)
-        if stop - start > 1 and zero[row] and zero.mean() < FEW:
+        if stop - start > 1 and zero[row] and zero.mean() < ZERO_ROWS_SHARE:
             return Remark.of(Code.CAUSE_ZEROS)
     return Remark.of(Code.CAUSE_ALONE)
 
 
-SURE = 1e-3  # chance that a row which fits is taken for one that does not
-LUCK = 0.05  # how many other rows may fit by chance, where one does
-SEVERAL = 2  # rows whose column is shifted alike
 MOST = 1000  # flagged rows that are looked at
 
 
@@ -250,8 +251,8 @@ class _Rows:
         self.raw, self.value, self.predicted = value, value / scale, predicted / scale
         self.flagged = flagged
         # A prediction is not certain either: the radius is that of a difference.
-        self.radius = math.sqrt(2 * float(special.chdtri(value.shape[1], SURE)))
-        self.width = math.sqrt(2 * float(special.chdtri(1, SURE)))
+        self.radius = math.sqrt(2 * float(special.chdtri(value.shape[1], MATCH_CHANCE)))
+        self.width = math.sqrt(2 * float(special.chdtri(1, MATCH_CHANCE)))
 
     def fits(self, i: int, predicted: Array) -> NDArray[np.bool_]:
         """Which of some predictions (n, d) row i fits."""
@@ -296,7 +297,7 @@ def _elsewhere(rows: _Rows, some: Ints) -> dict[int, Named]:
         mutual = sorted(j for j in found if i in match.get(j, ()))
         if mutual and luck < 1:
             out[i] = Named(i, Cause.SWAPPED, mutual[0])
-        elif found and luck < LUCK:
+        elif found and luck < MATCH_LUCK:
             nearest = min(found, key=lambda j: float(np.linalg.norm(rows.value[i] - rows.predicted[j])))
             out[i] = Named(i, Cause.ELSEWHERE, nearest)
     return out
@@ -318,7 +319,7 @@ def _columns(rows: _Rows, some: Ints) -> dict[int, Named]:
     count = Counter((off[i], s) for i, found in shift.items() for s in found)
     out: dict[int, Named] = {}
     for i, c in off.items():
-        alike = [s for s in shift[i] if count[c, s] >= SEVERAL]
+        alike = [s for s in shift[i] if count[c, s] >= SHIFTED_ROWS]
         if alike:
             out[i] = Named(i, Cause.SHIFTED, i + alike[0], column=c)
         elif abs(rows.value[i, c] + rows.predicted[i, c]) < rows.width:

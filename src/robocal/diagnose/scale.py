@@ -9,13 +9,14 @@ B the estimate's answer to the truth (`Total`: a length that was not fitted show
 making leaves. An arm errs in each of its lengths on its own; all of them together by a factor that making does not leave
 is the length that was stated, or the instrument, not the arm. Where one length alone (column i of R instead of a) explains
 delta better, and leaves nothing for a factor beside it, it is that length. Lengths that err by more than S lets them, as where a
-prior was stated too tight, say as much less of a factor (b, where chi^2 is no chance; no further than to a sigma of WIDEST, or an
+prior was stated too tight, say as much less of a factor (b, where chi^2 is no chance; no further than to a sigma of SCALE_WIDEST, or an
 arm that was bent to nothing would be as uncertain as it is bent). Generalised least squares: Aitken (1935);
 the ratio b: Birge (1932).
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,7 +24,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.diagnose.verdict import Verdict
+from robocal.diagnose.context import Context, once
+from robocal.diagnose.finding import Finding, Level, of_remarks
+from robocal.diagnose.limits import (
+    SCALE_CHANCE,
+    SCALE_DOUBT_SIGMA,
+    SCALE_LEAST,
+    SCALE_OPEN,
+    SCALE_READ_SIGMA,
+    SCALE_SIGMA,
+    SCALE_WIDEST,
+)
+from robocal.diagnose.registry import When, check
 from robocal.estimate.uncertainty import Total
 from robocal.measure.base import Rows
 from robocal.measure.machine import Model
@@ -33,15 +45,9 @@ from robocal.remarks.remark import Remark
 if TYPE_CHECKING:
     from robocal.fit.fit import Fit
 
-__all__ = ["Scale", "scale_of", "scaled"]
+__all__ = ["Scale", "common_scale", "scale_of"]
 
 Array = NDArray[np.float64]
-REFUSED, REMARKED = 3.0, 2.0  # of its own sigma
-READ = 5.0  # the same where readings are lengths themselves: trackers have a scale that was calibrated
-CHANCE = 1e-3  # of changes that are larger than expected and mean nothing
-LEAST = 1e-6  # a micron in a metre: less is nobody's mistake, and rounding
-WIDEST = 2e-3  # no more is taken for errors of an arm's lengths
-OPEN = 0.1  # a scale that is known no better is that of the nominal model
 
 
 @dataclass(frozen=True)
@@ -60,16 +66,16 @@ class Scale:
     @property
     def seen(self) -> bool:
         """Whether the data know it at all."""
-        return self.sigma <= OPEN
+        return self.sigma <= SCALE_OPEN
 
     @property
     def _told(self) -> bool:
-        return self.common and abs(self.factor) > LEAST
+        return self.common and abs(self.factor) > SCALE_LEAST
 
     @property
     def beyond(self) -> bool:
         """Whether no arm's making leaves that."""
-        return self._told and abs(self.factor) > (REFUSED if self.stated else READ) * self.sigma
+        return self._told and abs(self.factor) > (SCALE_SIGMA if self.stated else SCALE_READ_SIGMA) * self.sigma
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
@@ -77,7 +83,7 @@ class Scale:
         numbers = {"factor": self.factor, "sigma": self.sigma}
         if self.stated and not self.seen and not self.beyond:
             return (Remark.of(Code.SCALE_OPEN, sigma=self.sigma),)
-        if abs(self.factor) <= REMARKED * self.sigma or not self._told:
+        if abs(self.factor) <= SCALE_DOUBT_SIGMA * self.sigma or not self._told:
             return ()
         if self.beyond:
             return (Remark.of(Code.SCALE_WRONG, **numbers),)
@@ -109,7 +115,7 @@ def scale_of(model: Model, fit: Fit, off: Total) -> Scale | None:
     weight = root @ along / information
     common = _common(along, root.T @ each, white)
     narrow = information**-0.5
-    wider = min(_wider(white - along * float(weight @ delta)), max(1.0, WIDEST / narrow))
+    wider = min(_wider(white - along * float(weight @ delta)), max(1.0, SCALE_WIDEST / narrow))
     fitted_part, making_part = (wider * float(np.sqrt(max(weight @ c @ weight, 0.0))) for c in (noise, making))
     stated = not any(t.metric for t in fit.problem.terms if isinstance(t, Rows))
     return Scale(float(weight @ delta), wider * narrow, fitted_part, making_part, stated, common)
@@ -118,7 +124,7 @@ def scale_of(model: Model, fit: Fit, off: Total) -> Scale | None:
 def _wider(left: Array) -> float:
     """How many times as large as expected are the changes (k,) that a factor leaves; 1 where that may be chance."""
     dof, chi2 = len(left) - 1, float(left @ left)
-    return float(np.sqrt(chi2 / dof)) if dof > 0 and chi2 > special.chdtri(dof, CHANCE) else 1.0
+    return float(np.sqrt(chi2 / dof)) if dof > 0 and chi2 > special.chdtri(dof, SCALE_CHANCE) else 1.0
 
 
 def _common(factor: Array, each: Array, change: Array) -> bool:
@@ -131,11 +137,26 @@ def _common(factor: Array, each: Array, change: Array) -> bool:
     other = each[:, best] / size[best]
     rest = factor - other * (other @ factor)
     left = float(np.linalg.norm(rest))
-    return left > 1e-9 * float(np.linalg.norm(factor)) and abs(float(rest @ change)) > REFUSED * left
+    return left > 1e-9 * float(np.linalg.norm(factor)) and abs(float(rest @ change)) > SCALE_SIGMA * left
 
 
-def scaled(found: Verdict, scale: Scale | None) -> Verdict:
-    """The verdict, unless what gives the scale is wrong: then no gain counts."""
-    if scale is None or not scale.beyond:
-        return found
-    return found.refused(*scale.remarks)
+@once
+def common_scale(context: Context[Model]) -> Scale | None:
+    """That of the fit to everything."""
+    return scale_of(context.model, context.fitted, context.total)
+
+
+@check("scale", When.FIT, order=210, needs=("fit",))
+def doubt_scale(context: Context[Model]) -> Iterator[Finding]:
+    """A scale that is open, or worth a remark."""
+    scale = common_scale(context)
+    if scale is not None and not scale.beyond:
+        yield from of_remarks(scale.remarks, Level.DOUBT)
+
+
+@check("wrong-scale", When.PROOF, order=140, needs=("fit",))
+def refuse_scale(context: Context[Model]) -> Iterator[Finding]:
+    """A scale that no making leaves: what gives it is wrong, and no gain counts."""
+    scale = common_scale(context)
+    if scale is not None and scale.beyond:
+        yield from of_remarks(scale.remarks, Level.REFUSE)

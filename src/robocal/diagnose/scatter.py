@@ -21,12 +21,15 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from robocal.diagnose.context import Context, once
+from robocal.diagnose.limits import SAME_PLACES_SHARE
 from robocal.estimate.elimination import reweighted
 from robocal.estimate.uncertainty import Total
 from robocal.fit.repeats import NEAR, places
+from robocal.measure.machine import Model
 
 if TYPE_CHECKING:
-    from robocal.fit.fit import Fit
+    pass
 
 __all__ = ["Kept", "Scatter", "kept_rows", "scatter"]
 
@@ -67,13 +70,15 @@ class Scatter:
     same: float
 
 
-def kept_rows(fit: Fit, total: Total) -> Kept | None:
+@once
+def kept_rows(context: Context[Model]) -> Kept | None:
     """The rows of a fit that tell how its errors are spread; None where places have no joint values, or rows have
     unknowns of their own."""
-    where, problem, x = fit.data.configurations, fit.problem, fit.solution.x
+    fit, total = context.fitted, context.total
+    where, problem = fit.data.configurations, fit.problem
     if where.joints is None or not problem.n or problem.blocks:
         return None
-    lin = reweighted(problem.linearize(x), problem)
+    lin = reweighted(context.jacobian, problem)
     seen = fit.uncertainty
     at = [total.names.index(n) for n in problem.free]
     size = problem.scales**2
@@ -120,14 +125,14 @@ def scatter(runs: Sequence[Kept], totals: Sequence[Total], names: Sequence[str],
     same = float(met.mean())
     thin = max(k.thinned for k in runs)
     found = []
-    for by, labels in _labels(runs, np.where(met, near, -1), same > 0.5).items():
+    for by, labels in _labels(runs, np.where(met, near, -1), same > SAME_PLACES_SHARE).items():
         ratio, dof = _ratio(runs, gains, labels)
         # Errors that several places share add up by pairs, and thinning lost pairs in proportion.
         ratio = ratio if by == "place" else max(1 + (ratio - 1) * thin, 0.0)
         found.append(Scatter(ratio * even / fitted, dof, by, same))
     worst = max(found, key=lambda s: s.factor)
     # Only errors that both met at the same places may make the difference surer than either run.
-    return worst if worst.factor > 1 or same > 0.5 else replace(worst, factor=1.0)
+    return worst if worst.factor > 1 or same > SAME_PLACES_SHARE else replace(worst, factor=1.0)
 
 
 def _trace(total: Total, names: Sequence[str], x: Array) -> float:

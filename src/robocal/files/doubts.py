@@ -14,6 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.diagnose.limits import (
+    COPY_CHANCE,
+    DEGREES_MOVED,
+    DEGREES_RANGE,
+    QUIETEST,
+    RADIANS_OUTSIDE,
+    RADIANS_TURNS,
+    REPEAT_SIGMA,
+    SPREAD_LARGE,
+    SPREAD_MOVED,
+    SPREAD_ROWS,
+    SPREAD_SMALL,
+)
 from robocal.files.units import UNITS, Unit
 from robocal.measure.base import kind_of
 from robocal.measure.data import Configurations, DataSet, Observations
@@ -25,10 +38,8 @@ from robocal.remarks.remark import Remark
 __all__ = ["Suspicion", "alternatives", "limit_warning", "repeat_warnings", "suspicions"]
 
 Array = NDArray[np.float64]
-TURN = 2 * math.pi
-CHANCE = 1e-3  # of taking honest repeats for copies
+TURN = 2 * math.pi  # tolerance: none, a turn is exact
 BULK = (10, 90)  # per cent of the values that are there in any case
-QUIET = {"m": 5e-6, "rad": 5e-6, "px": 0.02}  # no robot and instrument repeat themselves better
 
 
 @dataclass(frozen=True)
@@ -102,7 +113,7 @@ def suspicions(
         out.append(
             Suspicion("joints", obs.source, angle.name, other.name, other.factor / angle.factor, reason, turning)
         )
-    if length is not None and len(obs) > 3:
+    if length is not None and len(obs) >= SPREAD_ROWS:
         spread = float(np.linalg.norm(np.ptp(obs.value[:, :3], axis=0)))
         # One number that was mistyped makes no unit: what most of them spread over decides on one that is too large.
         bulk = float(np.linalg.norm(np.ptp(np.percentile(obs.value[:, :3], BULK, axis=0), axis=0)))
@@ -110,12 +121,12 @@ def suspicions(
             abs(p.value) for p in chain.table.rows if p.unit == "m" and p.name.rpartition(".")[0] not in ("base",)
         )
         geometry += sum(float(np.ptp(joints[:, i])) for i, j in enumerate(joints_of(chain)) if j.type == "prismatic")
-        moved = float(np.ptp(joints, axis=0).max(initial=0.0)) > 0.2
+        moved = float(np.ptp(joints, axis=0).max(initial=0.0)) > SPREAD_MOVED
         reason = Remark.of(Code.SPREAD_UNLIKE, spread=spread, reach=geometry)
         other_unit = None
-        if geometry > 0 and bulk > 10 * geometry:
+        if geometry > 0 and bulk > SPREAD_LARGE * geometry:
             other_unit = {"m": "mm", "inch": "mm", "cm": "mm", "mm": "um"}.get(length.name)
-        elif 0 < spread < geometry / 100 and moved:
+        elif 0 < spread < geometry / SPREAD_SMALL and moved:
             other_unit = {"mm": "m", "um": "mm", "cm": "m"}.get(length.name)
         if other_unit:
             unit = UNITS[other_unit]
@@ -149,14 +160,16 @@ def _angles(q: Array, limits: Array, unit: Unit) -> tuple[Unit, Remark] | None:
     largest, swapped = float(np.abs(q).max()), q * (other.factor / unit.factor)
     outside = float(np.mean(_outside(q, limits).any(axis=1)))
     mended = not _outside(swapped, limits).any()
-    if unit.name == "rad" and (largest > 2.5 * TURN or (outside > 0.5 and mended and largest > TURN)):
+    if unit.name == "rad" and (
+        largest > RADIANS_TURNS * TURN or (outside > RADIANS_OUTSIDE and mended and largest > TURN)
+    ):
         return other, Remark.of(Code.LARGEST_ANGLE, largest=largest, unit="rad")
     # Degrees that never leave one radian's worth of turn: a robot that is measured moves further.
     if (
         unit.name == "deg"
-        and np.ptp(q, axis=0).max() < math.radians(7)
-        and largest < math.radians(7)
-        and np.ptp(swapped, axis=0).max() > 0.3
+        and np.ptp(q, axis=0).max() < DEGREES_RANGE
+        and largest < DEGREES_RANGE
+        and np.ptp(swapped, axis=0).max() > DEGREES_MOVED
     ):
         return other, Remark.of(Code.LARGEST_ANGLE, largest=math.degrees(largest), unit="deg")
     return None
@@ -204,7 +217,7 @@ def repeat_warnings(obs: Observations, configurations: Configurations, file: obj
     compared = [i for a, b, unit in kind_of(obs).parts if unit != "rad" for i in range(a, b)]
     gap = np.abs(obs.value[order] - obs.value[first])[:, compared]
     sigma = np.hypot(obs.sigma[order], obs.sigma[first])[:, compared]
-    bad = np.flatnonzero((gap > 10 * sigma).any(axis=1))
+    bad = np.flatnonzero((gap > REPEAT_SIGMA * sigma).any(axis=1))
     if not len(bad):
         return out
     a, b = int(obs.rows[first[bad[0]]]), int(obs.rows[order[bad[0]]])
@@ -228,7 +241,7 @@ def _twice(obs: Observations, order: NDArray[np.int64], first: NDArray[np.int64]
     size = np.bincount(first, minlength=len(obs))
     honest = (order != first) & ~copy
     pairs = float((size * (size - 1) / 2).sum())
-    if special.pdtrc(len(found) - 1, pairs * _agreeing(obs, order[honest], first[honest])) > CHANCE:
+    if special.pdtrc(len(found) - 1, pairs * _agreeing(obs, order[honest], first[honest])) > COPY_CHANCE:
         return ()
     a, b = min(sorted(int(obs.rows[order[i]]) for i in (original[k], k)) for k in found)
     return (Remark.of(Code.COPIED, file=str(file), count=len(found), first=a, second=b),)
@@ -246,7 +259,7 @@ def _agreeing(obs: Observations, one: NDArray[np.int64], other: NDArray[np.int64
             elif len(one):
                 sigma = float(np.sqrt(np.mean((obs.value[one, i] - obs.value[other, i]) ** 2) / 2))
             else:
-                sigma = QUIET.get(unit, 0.0)
+                sigma = QUIETEST.get(unit, 0.0)
             chance *= min(1.0, step / (2 * math.sqrt(math.pi) * sigma)) if sigma > 0 else 1.0
     return chance
 

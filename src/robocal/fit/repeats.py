@@ -12,7 +12,7 @@ __all__ = ["NEAR", "places"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-NEAR = 2e-4  # rad or m, in every joint
+NEAR = 2e-4  # tolerance: rad or m, in every joint
 
 
 def places(configurations: Configurations, near: float = NEAR) -> Ints:

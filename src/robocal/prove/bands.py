@@ -25,8 +25,6 @@ from robocal.measure.base import Model
 from robocal.measure.base import problem as build
 from robocal.measure.data import Configurations, DataSet
 from robocal.prove.statistics import Coverage
-from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark
 
 if TYPE_CHECKING:
     from robocal.fit.fit import Fit
@@ -35,15 +33,12 @@ __all__ = [
     "Bands",
     "claimed",
     "coverage",
-    "coverage_of",
-    "coverage_remarks",
     "dense",
     "mean_conditions",
     "measured_bands",
     "measured_range",
     "row_bands",
     "total_of",
-    "unmet",
 ]
 
 Array = NDArray[np.float64]
@@ -161,30 +156,3 @@ def claimed(found: Fit, off: Total) -> frozenset[str]:
     than before anything was measured, whoever else is to blame; `off` is what they may be off by."""
     sigma, table = dict(zip(off.names, off.sigma, strict=True)), found.problem.table
     return frozenset(n for n in found.identifiability.identified if n in sigma and sigma[n] <= table[n].scale)
-
-
-def coverage_of(found: Fit, held: Ints) -> tuple[Coverage, ...]:
-    """Whether the bands of a fit hold the measurements of configurations that it had not seen."""
-    # A pose that is found from the very rows that are to be predicted leaves nothing to predict.
-    if not len(held) or found.problem.blocks:
-        return ()
-    off = total_of(found)
-    return coverage(row_bands(found.problem, found.solution.x, off, held, unmet(found)), off.dof)
-
-
-def unmet(found: Fit) -> tuple[str, ...]:
-    """Parameters that no fitted row depends on: a frame that only held-out rows see (a new marker) was fitted to nothing,
-    and its rows have no band worth the name. What is nearly unseen is as uncertain as expected, and that is a band."""
-    alone = tuple(c.name for c in found.identifiability.combinations if not c.partners)
-    some = found.problem.with_free(alone)
-    seen = np.diag(some.normal(found.solution.x).a[0]) if some.n else np.zeros(0)
-    return tuple(n for n, s in zip(some.free, seen, strict=True) if s == 0)
-
-
-def coverage_remarks(found: Fit, held: Ints, checked: Sequence[Coverage]) -> tuple[Remark, ...]:
-    """Why the bands were not checked, where they were not."""
-    if checked:
-        return ()
-    if found.problem.blocks:
-        return (Remark.of(Code.BAND_PROFILED),)
-    return (Remark.of(Code.BAND_BLIND, names=unmet(found)[:6]) if len(held) else Remark.of(Code.BAND_UNCHECKED),)

@@ -10,26 +10,30 @@ bootstrap (1993), chapters 9 and 13.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.context import once
+from robocal.diagnose.finding import Finding, Level, of_remarks
+from robocal.diagnose.limits import BOOTSTRAP_DRAWS, BOOTSTRAP_PLACES
+from robocal.diagnose.registry import When, check
 from robocal.errors import ModelError
 from robocal.estimate.least_squares import least_squares
 from robocal.fit.fit import Fit
 from robocal.fit.repeats import places
 from robocal.geometry import so3
+from robocal.measure.machine import Model
+from robocal.prove.decision import Decision
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["FEWEST_DRAWS", "Resampled", "bootstrap_words", "resample"]
+__all__ = ["Resampled", "bootstrap_of", "bootstrap_remarks", "resample"]
 
 Array = NDArray[np.float64]
 Watch = Callable[[dict[str, object]], None]
-FEWEST_DRAWS = 100  # below, a percentile at 2.5 % is a guess
-FEW_PLACES = 25  # below, so few poses repeat themselves in every draw that the scatter is too small
 CHUNK = 128
 
 
@@ -54,8 +58,8 @@ def resample(fit: Fit, sigma: Array, draws: int, seed: int, watch: Watch | None 
     sigma (n,) are the linear standard deviations of the fitted columns. Raises ModelError for too few draws, or when
     fewer than half of them can be fitted.
     """
-    if draws < FEWEST_DRAWS:
-        raise ModelError("too few draws for a 95 % interval", key="bootstrap", found=draws, expected=FEWEST_DRAWS)
+    if draws < BOOTSTRAP_DRAWS:
+        raise ModelError("too few draws for a 95 % interval", key="bootstrap", found=draws, expected=BOOTSTRAP_DRAWS)
     problem, x = fit.problem, fit.solution.x
     # A configuration without joint values ties frames together and is no draw of chance.
     label = places(fit.data.configurations)
@@ -98,7 +102,23 @@ def _turned(values: Array, x: Array, turns: NDArray[np.int64]) -> Array:
     return np.asarray(out)
 
 
-def bootstrap_words(drawn: Resampled | None) -> tuple[Remark, ...]:
+@once
+def bootstrap_of(context: Decision[Model]) -> Resampled | None:
+    """That of the fit to everything, where it was asked for."""
+    options, fit = context.chosen, context.fitted
+    if options.bootstrap is None:
+        return None
+    u = fit.uncertainty if fit.covariance is None else replace(fit.uncertainty, covariance=fit.covariance)
+    return resample(fit, u.sigma, options.bootstrap, options.seed, context.watch)
+
+
+@check("bootstrap", When.FIT, order=200, needs=("proven",))
+def note_bootstrap(context: Decision[Model]) -> Iterator[Finding]:
+    """How the scatter compares with the linear bars."""
+    yield from of_remarks(bootstrap_remarks(bootstrap_of(context)), Level.NOTE)
+
+
+def bootstrap_remarks(drawn: Resampled | None) -> tuple[Remark, ...]:
     """How the scatter compares with the linear bars; nothing where no bootstrap was asked for."""
     if drawn is None or not len(drawn.names):
         return ()
@@ -110,7 +130,7 @@ def bootstrap_words(drawn: Resampled | None) -> tuple[Remark, ...]:
             median=float(np.nanmedian(drawn.ratio)),
             parameter=drawn.names[worst],
             worst=float(drawn.ratio[worst]),
-            places=drawn.places if drawn.places < FEW_PLACES else None,
+            places=drawn.places if drawn.places < BOOTSTRAP_PLACES else None,
             lost=drawn.asked - drawn.draws or None,
         ),
     )

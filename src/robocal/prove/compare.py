@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robocal.diagnose.limits import HOLD_OUT_PLACES
 from robocal.errors import ModelError
 from robocal.fit.estimators import ended, estimator
 from robocal.fit.options import Options
@@ -20,7 +21,7 @@ from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.prove.identification import Identification
-from robocal.prove.identify import FEW, identify
+from robocal.prove.identify import identify
 from robocal.prove.statistics import Statistic
 
 __all__ = ["DEFAULT", "Comparison", "Entry", "compare"]
@@ -84,7 +85,7 @@ def compare(
     options = replace(options or Options(), bootstrap=None)
     for name in methods:
         estimator(name)
-    few = len(np.unique(places(data.configurations))) < FEW
+    few = len(np.unique(places(data.configurations))) < HOLD_OUT_PLACES
     # With a fifth held out the proof is the same for all; leave-one-out is a gift where it is cheap.
     if few and options.leave_one_out is None and options.folds is None:
         options = replace(options, leave_one_out=True)

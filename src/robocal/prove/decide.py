@@ -14,121 +14,32 @@ identifications asks for the status and for the errors of what was not used.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Generic, TypeVar
+from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.diagnose.gross import set_aside
-from robocal.diagnose.late import Late, late, punctual
-from robocal.diagnose.motions import lacking
-from robocal.diagnose.numbers import Held, held_number, questioned
-from robocal.diagnose.scale import Scale, scale_of, scaled
-from robocal.diagnose.segments.find import Segment, find_segments, refused_by
-from robocal.diagnose.verdict import Verdict
+from robocal.diagnose.limits import HOLD_OUT_PLACES, HOLD_OUT_SHARE
 from robocal.errors import ModelError
-from robocal.estimate.uncertainty import Total
-from robocal.fit.baseline import Baseline, known_baseline, renoised
-from robocal.fit.fit import Fit, fit, posed_again
+from robocal.fit.baseline import known_baseline, renoised
+from robocal.fit.fit import fit, posed_again
 from robocal.fit.options import Options
 from robocal.fit.repeats import places
 from robocal.fit.starts.own import placed
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
-from robocal.prove.bands import total_of
-from robocal.prove.judge import unseen_of, verdict
-from robocal.prove.prove import FEW, Proven, prove
-from robocal.prove.region import Holds, qualified
-from robocal.prove.split import SHARE, make_split
-from robocal.prove.statistics import Statistic
+from robocal.prove.decision import Decision
+from robocal.prove.prove import prove
+from robocal.prove.split import make_split
 from robocal.prove.zeros import with_zeros
 
-__all__ = ["Decision", "decide"]
+__all__ = ["decide"]
 
 Array = NDArray[np.float64]
 M = TypeVar("M", bound=Model)
 Watch = Callable[[dict[str, object]], None]
-
-
-@dataclass(frozen=True)
-class Decision(Generic[M]):
-    """A fit to all measurements but gross rows, which `data` marks, from `start` (1, P), the baseline beside it, and what was
-    proven; the options are those that were used."""
-
-    model: M
-    data: DataSet
-    options: Options
-    start: Array
-    base: Baseline
-    whole: Fit
-    proven: Proven
-
-    @cached_property
-    def off(self) -> Total:
-        """What the parameters may be off by."""
-        return total_of(self.whole)
-
-    @cached_property
-    def values(self) -> dict[str, float]:
-        """All parameters at the solution."""
-        return dict(zip(self.whole.problem.table.names, map(float, self.whole.solution.x[0]), strict=False))
-
-    @cached_property
-    def corrected(self) -> M:
-        """The model with what was found."""
-        return self.model.with_values({n: v for n, v in self.values.items() if n in self.model.table})
-
-    @cached_property
-    def scale(self) -> Scale | None:
-        """Of the fitted lengths, all together."""
-        return scale_of(self.model, self.whole, self.off)
-
-    @cached_property
-    def held_number(self) -> Held | None:
-        """The stated number that the data contradict most."""
-        return held_number(self.model, self.whole)
-
-    @cached_property
-    def late(self) -> Late | None:
-        """Readings of a moving arm that belong to another moment than its joint values."""
-        return late(self.model, self.whole)
-
-    @cached_property
-    def moved(self) -> tuple[Segment, ...]:
-        """What stood elsewhere for a part of the file."""
-        return find_segments(self.model, self.data, self.values)
-
-    @cached_property
-    def _judged(self) -> Verdict:
-        proven = self.proven
-        found = verdict(
-            self.model,
-            self.data,
-            proven.base,
-            proven.part,
-            self.whole,
-            proven.proofs,
-            self.options,
-            self.base.converged,
-        )
-        few = lacking(self.model, self.whole)
-        return found if few is None else found.refused(few)
-
-    def verdict(self, holds: Holds | None = None) -> Verdict:
-        """Whether the model improved; where the correction `holds` is said of an improvement, and changes no status."""
-        found = punctual(questioned(scaled(self._judged, self.scale), self.held_number), self.late)
-        return refused_by(self.moved, qualified(found, holds))
-
-    def unseen(self, unit: str) -> tuple[Statistic, Statistic] | None:
-        """The errors, before and after, of what was held out, or else left out one by one; None where nothing was."""
-        proofs = self.proven.proofs
-        for name in ("held_out", "leave_one_out"):
-            before, after = unseen_of(proofs[name], unit) if name in proofs else (None, None)
-            if before is not None and after is not None:
-                return before, after
-        return None
 
 
 def decide(model: M, data: DataSet, options: Options | None = None, watch: Watch | None = None) -> Decision[M]:
@@ -141,7 +52,9 @@ def decide(model: M, data: DataSet, options: Options | None = None, watch: Watch
     data = placed(model, data)
     count = len(np.unique(places(data.configurations)))
     if options.hold_out is None:
-        options = replace(options, hold_out=SHARE if count >= FEW and options.folds is None else 0.0)
+        options = replace(
+            options, hold_out=HOLD_OUT_SHARE if count >= HOLD_OUT_PLACES and options.folds is None else 0.0
+        )
     assert options.hold_out is not None
     split = make_split(data, options.hold_out, folds=options.folds, blocks=options.blocks, seed=options.seed)
     everyone = np.arange(len(data.configurations))
@@ -154,7 +67,7 @@ def decide(model: M, data: DataSet, options: Options | None = None, watch: Watch
     # The baseline deserves the same noise: with unstated or far too small sigmas a few rows or the angles would rule it.
     base = renoised(model, (clean, begun), whole.data, everyone, *by)
     proven = prove(model, data, clean, split, options, base, whole, watch)
-    return Decision(model, clean, options, start, base, whole, proven)
+    return Decision(model, clean, base, whole, options, watch, start=start, proven=proven)
 
 
 def _numbers(data: DataSet) -> None:

@@ -1,4 +1,4 @@
-"""Errors that a person understands, and the verdict that follows from them.
+"""Errors that a person understands, and the gain that follows from them.
 
 The error of an observation is the length of its residual in metres (and, for poses, its angle in radians). The
 verdict compares the identified model with the baseline, the nominal model with instrument frames and tool fitted, on
@@ -7,34 +7,31 @@ configurations that were not used for fitting.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.diagnose.verdict import Verdict
+from robocal.diagnose.limits import UNEXPLAINED_SIGMA
 from robocal.prove.split import Split
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
 __all__ = [
-    "PROOF",
+    "Evidence",
+    "Gain",
     "bootstrap_gain",
     "constant_errors",
-    "judge",
 ]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-# Far outside the stated noise, in standard deviations.
-FAR = 3.0
-# Of the variance, that no arm's making leaves: a tenth of what the positions scatter by.
-LEFT = 0.01
-# A bootstrap of n gains that all have one sign never doubts them; by chance that happens once in 2^n.
-PROOF = 5
-DRAWN = 1 << 17  # numbers of a bootstrap at once: more would leave the cache
-MANY = 1000  # configurations: four thousand draws know the ends of their mean less well than its expansion
-RULED = 0.2  # skewness and excess kurtosis of a mean: beyond, its expansion is no better than draws
-ROUNDING = 1e-12  # of the largest error, or of a metre, a radian, a pixel
+DRAWN = 1 << 17  # grid: numbers of a bootstrap at once: more would leave the cache
+MANY = 1000  # grid: configurations: four thousand draws know the ends of their mean less well than its expansion
+RULED = 0.2  # tolerance: skewness and excess kurtosis of a mean: beyond, its expansion is no better than draws
+ROUNDING = 1e-12  # tolerance: of the largest error, or of a metre, a radian, a pixel
 
 
 def constant_errors(values: Array, configurations: Ints, split: Split, used: NDArray[np.bool_] | None = None) -> Array:
@@ -110,67 +107,73 @@ def _expanded(values: Array) -> tuple[float, float] | None:
     return float(low), float(high)
 
 
-def judge(
-    before: Array,
-    after: Array,
-    constant: Array | None,
-    configurations: Ints,
-    *,
-    blind: bool,
-    converged: bool,
-    seed: int,
-    kind: str,
-    stated: float | None = None,
-    unit: str = "m",
-    everything: tuple[Array, Array, NDArray[np.bool_]] | None = None,
-    located: Array | None = None,
-) -> Verdict:
-    """The verdict from unseen errors of the baseline and of the identified model, (N,) each, in `unit`; `kind` names
-    how they were held out, `blind` whether nothing was seen above the noise. `constant` is what predicting the mean misses of
-    those that have one, `located` what the identified model misses of the same (None: `after`). `everything` are both errors of
-    all rows, and which of them are told, where gross ones were left out."""
-    if blind:
-        return Verdict("refused", (Remark.of(Code.RANK_ZERO),))
-    if not np.isfinite(after).all():
-        return Verdict("refused", (Remark.of(Code.NOT_FINITE),))
-    there = after if located is None else located
-    if constant is not None and len(constant) and len(there):
-        if there.mean() >= 0.9 * constant.mean():
-            shown = {"after": Quantity(float(there.mean())), "constant": Quantity(float(constant.mean()))}
-            return Verdict("refused", (Remark.of(Code.NO_BETTER_THAN_MEAN, **shown),))
-        unexplained = float(np.mean(there**2) / np.mean(constant**2))
-        rms = float(np.sqrt(np.mean(there**2)))
-        noise = Quantity(stated) if stated else None
-        told = Remark.of(Code.UNEXPLAINED, explained=1 - unexplained, rms=Quantity(rms), stated=noise)
-        if unexplained > 0.5 and rms > FAR * (stated or 0.0):
-            return Verdict("refused", (told,))
-    else:
-        told, unexplained, rms = None, 0.0, 0.0
-    gain, low, high = bootstrap_gain(before, after, configurations, seed)
-    if np.abs(before - after).max() <= ROUNDING * max(1.0, float(np.abs(before).max())):
-        # Two models that are one: what differs is how the computer rounds.
-        gain = low = high = 0.0
+@dataclass(frozen=True)
+class Gain:
+    """The reduction of the error on unseen measurements, as it is reported, whether it is proven, and where it holds, if known."""
 
-    def span(code: Code) -> Remark:
-        ends = (Quantity(low, unit), Quantity(high, unit)) if np.isfinite([low, high]).all() else (None, None)
+    remark: Remark
+    proven: bool
+    region: str | None = None
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Unseen errors of the baseline and of the identified model, (N,) each, in `unit`, by configuration (or whatever the bootstrap
+    draws as a whole).
+
+    `kind` names how they were held out, `blind` whether nothing was seen above the noise. `constant` is what predicting the mean
+    misses of those that have one, `located` what the identified model misses of the same (None: `after`). `everything` are both
+    errors of all rows, and which of them count, where gross ones were left out.
+    """
+
+    before: Array
+    after: Array
+    constant: Array | None
+    configurations: Ints
+    blind: bool
+    converged: bool
+    seed: int
+    kind: str
+    stated: float | None = None
+    unit: str = "m"
+    everything: tuple[Array, Array, NDArray[np.bool_]] | None = None
+    located: Array | None = None
+
+    @property
+    def there(self) -> Array:
+        """Errors of the identified model where predicting the mean has one to compare with."""
+        return self.after if self.located is None else self.located
+
+    @cached_property
+    def unexplained(self) -> tuple[float, float]:
+        """Share of the variance that the model leaves, and the rms that is left; nothing where there is no mean to predict."""
+        if self.constant is None or not len(self.constant) or not len(self.there):
+            return 0.0, 0.0
+        square = np.mean(self.there**2)
+        return float(square / np.mean(self.constant**2)), float(np.sqrt(square))
+
+    @property
+    def beyond_noise(self) -> bool:
+        """Whether what is left is far outside the stated noise."""
+        return self.unexplained[1] > UNEXPLAINED_SIGMA * (self.stated or 0.0)
+
+    @cached_property
+    def gain(self) -> Gain:
+        """The reduction of the mean error with its 95 % interval."""
+        gain, low, high = bootstrap_gain(self.before, self.after, self.configurations, self.seed)
+        if np.abs(self.before - self.after).max() <= ROUNDING * max(1.0, float(np.abs(self.before).max())):
+            # Two models that are one: what differs is how the computer rounds.
+            gain = low = high = 0.0
+        finite = np.isfinite([low, high]).all()
+        ends = (Quantity(low, self.unit), Quantity(high, self.unit)) if finite else (None, None)
         aside, otherwise = None, None
-        if everything is not None:
-            first, second, told = everything
-            aside = int(told.sum()) - len(before)
-            otherwise = Quantity(float((first - second)[told].mean()), unit)
-        amounts = {"gain": Quantity(gain, unit), "low": ends[0], "high": ends[1]}
-        return Remark.of(code, **amounts, how=kind, aside=aside, otherwise=_finite(otherwise))
-
-    if not converged:
-        return Verdict("not_improved", (Remark.of(Code.NOT_CONVERGED), span(Code.GAIN_ANYWAY)))
-    if len(np.unique(configurations)) < PROOF:
-        return Verdict("not_improved", (Remark.of(Code.FEW_UNSEEN, least=PROOF), span(Code.GAIN_ANYWAY)))
-    if low > 0:
-        return Verdict("improved", (span(Code.GAIN_PROVEN),))
-    if told is not None and unexplained > LEFT and rms > FAR * (stated or 0.0):
-        # Nobody should hear that the nominal model may be as good as can be.
-        return Verdict("refused", (told, span(Code.GAIN_ANYWAY)))
-    return Verdict("not_improved", (span(Code.GAIN_NOT_PROVEN),))
+        if self.everything is not None:
+            first, second, counted = self.everything
+            aside = int(counted.sum()) - len(self.before)
+            otherwise = _finite(Quantity(float((first - second)[counted].mean()), self.unit))
+        code = Code.GAIN_PROVEN if low > 0 else Code.GAIN_NOT_PROVEN
+        amounts = {"gain": Quantity(gain, self.unit), "low": ends[0], "high": ends[1]}
+        return Gain(Remark.of(code, **amounts, how=self.kind, aside=aside, otherwise=otherwise), bool(low > 0))
 
 
 def _finite(value: Quantity | None) -> Quantity | None:

@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.limits import FRAME_MOVES, FRAME_SEEN
 from robocal.estimate.choosing.choice import SEEN, choose
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
@@ -53,7 +54,6 @@ Watch = Callable[[dict[str, object]], None]
 CHUNK = 256
 # Of what was expected: a direction that rows tell less of does not move in a fit, whatever is there to be found.
 OPEN = 1e-2
-CLEAR = 10.0  # seen by all rows, beyond doubt
 
 
 @dataclass(frozen=True)
@@ -146,8 +146,8 @@ def proves_nothing(problem: Problem, x: Array, part: Problem, a: Array, local: S
         values, vectors = np.linalg.eigh(own)  # of the lower triangle
         loose = vectors[:, values < SEEN**2]
         full = whole + np.tril(whole, -1).T
-        missed = loose[:, np.einsum("ik,ij,jk->k", loose, full, loose) > CLEAR**2]
-        factor[b, sees[(np.abs(missed) > 0.1).any(axis=1)].any(axis=0)] = np.nan
+        missed = loose[:, np.einsum("ik,ij,jk->k", loose, full, loose) > FRAME_SEEN**2]
+        factor[b, sees[(np.abs(missed) > FRAME_MOVES).any(axis=1)].any(axis=0)] = np.nan
 
 
 def empty(problem: Problem, x: Array, units: Sequence[str]) -> dict[str, Array]:

@@ -9,10 +9,10 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.finding import Finding
 from robocal.diagnose.outliers import Outlier
 from robocal.diagnose.scale import Scale
 from robocal.diagnose.scatter import Kept
-from robocal.diagnose.verdict import Verdict
 from robocal.estimate.identifiability import Identifiability
 from robocal.estimate.least_squares import Reason
 from robocal.estimate.uncertainty import Total
@@ -25,6 +25,7 @@ from robocal.prove.linear import Linearity
 from robocal.prove.offsets import OffsetsAlone
 from robocal.prove.region import Holds
 from robocal.prove.statistics import Coverage, Stages
+from robocal.prove.verdict import Verdict
 from robocal.remarks.remark import Remark
 
 __all__ = ["Band", "Identification", "ParameterResult", "RowTable"]
@@ -118,7 +119,7 @@ class Identification(Generic[M_co]):
     correlation: Array
     covariance: Array  # as fitted, of correlation_names
     band: Band | None
-    warnings: tuple[Remark, ...] = ()
+    findings: tuple[Finding, ...] = ()  # doubts and notes beside the verdict
     embargoed_ids: tuple[str, ...] = ()  # neither fitted nor held out: tied to what is held out
     how: str = ""  # in words, how the unseen measurements were chosen
     extra: Mapping[str, object] = field(default_factory=dict)
@@ -134,3 +135,8 @@ class Identification(Generic[M_co]):
     holds: Holds | None = None  # over the working range
     scale: Scale | None = None  # of the fitted lengths, all together
     kept: Kept | None = None  # the rows at the solution, for a comparison with another run
+
+    @property
+    def warnings(self) -> tuple[Remark, ...]:
+        """The doubts and notes for people."""
+        return tuple(f.remark for f in self.findings)

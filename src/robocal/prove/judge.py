@@ -1,4 +1,4 @@
-"""What the errors of unseen measurements prove: the stages of every quantity, and the verdict.
+"""What the errors of unseen measurements are: proofs, and the stages of every quantity.
 
 A proof is a split with the errors of baseline and identified model on what it held out. The verdict takes the first
 that there is: a hold-out, a k-fold, leave-one-out.
@@ -13,35 +13,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.diagnose.digits import FINE, WITHIN, carried
-from robocal.diagnose.gross import MOST, share
-from robocal.diagnose.verdict import Verdict
+from robocal.diagnose.limits import PROOF_PLACES
+from robocal.diagnose.motions import ABSOLUTE
 from robocal.estimate.problem import Problem
-from robocal.fit.baseline import frame_names
-from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit
 from robocal.fit.misfit import by_unit, errors
 from robocal.fit.noise import owners
-from robocal.fit.options import Options
-from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Model
-from robocal.prove.bands import claimed, total_of
-from robocal.prove.evidence import PROOF, constant_errors, judge
+from robocal.prove.evidence import constant_errors
 from robocal.prove.folds import Unseen
 from robocal.prove.split import Split, leave_one_out_rounds
 from robocal.prove.statistics import Fold, Stages, Statistic
-from robocal.prove.warn import ABSOLUTE, implausible, unmade
-from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["Proof", "best", "drawn", "stages", "units_of", "unseen_of", "verdict"]
+__all__ = ["Proof", "best", "constant_of", "drawn", "located", "stages", "units_of", "unseen_of"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 UNITS = ("m", "rad", "px")  # in which errors are told; the verdict takes the first that was measured
-TURNED = 0.05  # rad per axis: angles that were measured and are not explained
-BENT = 3e-3  # m per axis: what implausible changes may leave; an arm that is merely bad is explained better
 
 
 @dataclass(frozen=True)
@@ -63,7 +51,7 @@ class Proof:
     def starved(self) -> bool:
         """Whether enough rows were unseen, but too many of them are gross."""
         some = [[int(self.errors(u, everything)[2].sum()) for everything in (False, True)] for u in self.aside]
-        return bool(some) and some[0][0] < PROOF <= some[0][1]
+        return bool(some) and some[0][0] < PROOF_PLACES <= some[0][1]
 
 
 def units_of(problem: Problem) -> tuple[str, ...]:
@@ -107,7 +95,7 @@ def _stages(
         proof = proofs.get(name)
         seen[f"{name}_before"], seen[name] = (None, None) if proof is None else unseen_of(proof, unit, everything)
     # Where a configuration's own pose is fitted to its rows, predicting the mean of them is no rival.
-    constant = _constant(data, base, best(proofs), everything) if unit == "m" and not base.blocks else None
+    constant = constant_of(data, base, best(proofs), everything) if unit == "m" and not base.blocks else None
     return Stages(
         unit=unit,
         before=Statistic.of(before[inside]),
@@ -145,15 +133,15 @@ def best(proofs: Mapping[str, Proof]) -> Proof | None:
     return next((proofs[n] for n in known if not proofs[n].starved), proofs[known[0]] if known else None)
 
 
-def _located(data: DataSet) -> list[int]:
+def located(data: DataSet) -> list[int]:
     """The observations that have a mean to predict: positions in the coordinates of an instrument."""
     return [i for i, o in enumerate(data.observations) if o.kind in ABSOLUTE and o.value.ndim == 2]
 
 
-def _constant(data: DataSet, base: Problem, proof: Proof | None, everything: bool = False) -> Array | None:
+def constant_of(data: DataSet, base: Problem, proof: Proof | None, everything: bool = False) -> Array | None:
     """What predicting the mean would miss of the rows that prove something, of each target by each instrument that measured
     positions; None where none did."""
-    found = _located(data)
+    found = located(data)
     split = proof.split if proof is not None else leave_one_out_rounds(data)
     if not found or (len(split) < 2 and proof is None):
         return None
@@ -178,135 +166,9 @@ def _constant(data: DataSet, base: Problem, proof: Proof | None, everything: boo
     return np.asarray(missed[~np.isnan(missed)])
 
 
-def verdict(
-    model: Model,
-    data: DataSet,
-    base: Problem,
-    part: Fit,
-    whole: Fit,
-    proofs: Mapping[str, Proof],
-    options: Options,
-    started: bool = True,
-) -> Verdict:
-    """Whether the model improved, with the reasons; `part` is what was judged, `whole` what is handed back, `data` has the gross
-    rows marked, and `started` says whether the baseline converged. See docs/architecture.md."""
-    label = places(data.configurations)
-    if len(np.unique(label)) < 2:
-        return Verdict("refused", (Remark.of(Code.ONE_PLACE),))
-    # A fit that did not see all rows may see more clearly which are gross.
-    if (aside := max(share(data), part.problem.aside)) > MOST:
-        return Verdict("refused", (Remark.of(Code.TOO_MANY_ASIDE, share=aside, most=MOST),))
-    proof = best(proofs)
-    if proof is None:
-        return Verdict("not_improved", (Remark.of(Code.NOTHING_HELD_OUT),))
-    unit = units_of(base)[0]
-    before, after, told = proof.errors(unit)
-    if not told.any() and len(np.unique(label)) < PROOF:
-        return Verdict("not_improved", (Remark.of(Code.FEW_UNSEEN, least=PROOF),))
-    if not told.any():
-        return Verdict("not_improved", (Remark.of(Code.NOTHING_MEASURED_THERE),))
-    digits = _digits(model, data, part, before, after, told) if unit == "m" else None
-    if digits is not None and (left := _rms(before[told])) <= WITHIN * digits:
-        return Verdict("not_improved", (Remark.of(Code.NOMINAL_EXACT, left=Quantity(left), digits=Quantity(digits)),))
-    constant = _constant(data, base, proof) if unit == "m" else None
-    owner = by_unit(base.terms, [np.full(len(t.index), i) for i, t in owners(data, base)], unit)
-    at = np.concatenate([r.configuration for r in base.residuals(base.start) for *_, u in r.parts if u == unit])
-    stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
-    found = judge(
-        before[told],
-        after[told],
-        constant,
-        drawn(proof.split, label, at[told]),
-        blind=part.identifiability.blind,
-        # Some methods end after as many steps as were asked for.
-        converged=part.solution.reasons[0].converged or estimator(options.method).finite,
-        seed=options.seed,
-        kind=proof.split.how,
-        stated=float(np.sqrt(3) * stated[0]) if stated else None,
-        unit=unit,
-        everything=proof.errors(unit, everything=True) if proof.aside[unit].any() else None,
-        located=after[told & np.isin(owner, _located(data))],
-    )
-    if found.status == "improved" and (what := _unfinished(whole, proof, options, started)):
-        found = found.instead("not_improved", Remark.of(Code.NOT_CONVERGED, what=what))
-    if found.status == "improved":
-        found = _second_thoughts(model, base, part, proof, found)
-    if found.status == "improved":
-        found = _same_model(whole, proof, unit, found)
-    if found.status == "improved" and digits is not None and (left := _rms(after[told])) <= WITHIN * digits:
-        exact = Remark.of(Code.EXACT, left=Quantity(left), digits=Quantity(digits))
-        found = Verdict(found.status, (*found.reasons, exact))
-    return found
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def _digits(
-    model: Model, data: DataSet, part: Fit, before: Array, after: Array, told: NDArray[np.bool_]
-) -> float | None:
-    """What rounding leaves (m), where one of the two models is so good that it matters; see `digits`."""
-    matters = min(_rms(before[told]), _rms(after[told])) < FINE
-    return carried(model, data, part, told) if matters else None
-
-
-def _unfinished(whole: Fit, proof: Proof, options: Options, started: bool) -> str | None:
-    """Which of the fits behind a verdict did not converge; None when all did."""
-    ended = {
-        "the baseline": started and proof.before.converged,
-        "the fit to everything": whole.solution.reasons[0].converged or estimator(options.method).finite,
-        "a round": proof.after.converged,
-    }
-    return next((what for what, done in ended.items() if not done), None)
-
-
 def drawn(split: Split, label: Ints, at: Ints) -> Ints:
     """What the bootstrap draws as a whole: blocks or groups, where enough of them were held out to prove something, else
     places."""
-    if split.together is not None and len(np.unique(split.together[at])) >= PROOF:
+    if split.together is not None and len(np.unique(split.together[at])) >= PROOF_PLACES:
         return split.together[at]
     return label[at]
-
-
-def _second_thoughts(model: Model, base: Problem, part: Fit, proof: Proof, found: Verdict) -> Verdict:
-    """An improvement that cannot be one: nothing of the robot was fitted, or a round leaves too little to fit."""
-    problem = part.problem
-    if not set(problem.free) - set(frame_names(model, base)):
-        return found.instead("not_improved", Remark.of(Code.NOTHING_OF_ROBOT))
-    if not claimed(part, total_of(part)) & set(model.table.names):
-        return found.instead("not_improved", Remark.of(Code.NOTHING_IDENTIFIED))
-    rows = problem.numbers
-    left, sought = int((proof.split.fit @ rows).min()), problem.n - int(problem.stated.sum())
-    # What is left would be met exactly, and the left-out configuration by what was known of it before.
-    if len(proof.split) > 1 and left <= sought:
-        few = Remark.of(Code.FEW_NUMBERS, noun=_noun(proof), left=left, sought=sought)
-        return found.instead("not_improved", few)
-    bent = implausible(model, part)
-    left_over = max((g.rms for g in part.groups if g.unit == "m"), default=0.0)
-    if bent and left_over > BENT:
-        return found.refused(Remark.of(Code.BENT, left=Quantity(left_over)), *bent)
-    if wrong := unmade(model, base, part):
-        return found.refused(*wrong)
-    for g in part.groups:
-        if g.unit == "rad" and g.rms > max(TURNED, 3 * (g.stated or 0.0)):
-            told = Remark.of(Code.ANGLES_UNEXPLAINED, group=g.name, left=Quantity(g.rms, "rad"))
-            return found.refused(told)
-    return found
-
-
-def _same_model(whole: Fit, proof: Proof, unit: str, found: Verdict) -> Verdict:
-    """What was proven of one fit holds for another only if both ended in the same place: the fit to everything has seen
-    what the other one predicted, and must keep at least half of the gain."""
-    before, after, told = proof.errors(unit)
-    left = errors(whole.problem.residuals(whole.solution.x), unit)[0][told].mean()
-    if left <= (before[told].mean() + after[told].mean()) / 2:
-        return found
-    elsewhere = Remark.of(
-        Code.ENDED_ELSEWHERE, left=Quantity(float(left), unit), after=Quantity(float(after[told].mean()), unit)
-    )
-    return found.instead("not_improved", elsewhere)
-
-
-def _noun(proof: Proof) -> str:
-    return "configuration" if proof.split.how == "leave-one-out" else "fold"

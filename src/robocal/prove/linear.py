@@ -3,23 +3,29 @@ curvature within the sigmas; with the words that a reader should not miss."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.context import once
+from robocal.diagnose.finding import Finding, doubt, note
+from robocal.diagnose.limits import CURVATURE, STEP_MISLEADS
+from robocal.diagnose.registry import When, check
 from robocal.estimate.linearity import Curvature, Step, curvature, one_step
 from robocal.estimate.uncertainty import Uncertainty
 from robocal.fit.fit import Fit
+from robocal.measure.machine import Model
+from robocal.prove.decision import Decision
+from robocal.prove.judge import units_of
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark
+from robocal.remarks.remark import Quantity
 
-__all__ = ["Linearity", "linearity", "linearity_words"]
+__all__ = ["Linearity", "linearity", "linearity_of"]
 
 Array = NDArray[np.float64]
-MORE = 1.5  # times what is promised, or the noise: from here on one step would mislead
-CURVED = 1.0  # half of it is what a sigma is wrong by, one sigma away
 
 
 @dataclass(frozen=True)
@@ -49,7 +55,7 @@ class Linearity:
     @property
     def misleads(self) -> bool:
         """Whether one step in the fitted parameters leaves clearly more than it promises and than the noise is."""
-        return not self.fitted.left <= MORE * max(self.fitted.promised, self.fitted.noise)
+        return not self.fitted.left <= STEP_MISLEADS * max(self.fitted.promised, self.fitted.noise)
 
     @property
     def ruins(self) -> bool:
@@ -75,21 +81,30 @@ def linearity(fit: Fit, start: Array, u: Uncertainty, units: tuple[str, ...]) ->
     return None
 
 
-def linearity_words(found: Linearity | None) -> tuple[Remark, ...]:
-    """What one linear step would have done, where it would mislead."""
-    if found is None:
-        return ()
-    out = []
+@once
+def linearity_of(context: Decision[Model]) -> Linearity | None:
+    """Of the fit to everything, with the covariance of its method where that has one of its own."""
+    fit, u = context.fitted, context.fitted.uncertainty
+    if fit.covariance is not None:
+        u = replace(u, covariance=fit.covariance)
+    assert context.start is not None
+    return linearity(fit, context.start, u, units_of(context.known.base))
 
-    def told(code: Code, step: Step, before: Quantity | None = None) -> Remark:
-        promised, left = Quantity(step.promised, step.unit), Quantity(step.left, step.unit)
-        return Remark.of(code, promised=promised, left=left, before=before)
+
+@check("linearity", When.FIT, order=190, needs=("proven",))
+def doubt_linearity(context: Decision[Model]) -> Iterator[Finding]:
+    """What one linear step would have done, where it would mislead."""
+    found = linearity_of(context)
+    if found is None:
+        return
+
+    def amounts(step: Step) -> dict[str, Quantity]:
+        return {"promised": Quantity(step.promised, step.unit), "left": Quantity(step.left, step.unit)}
 
     if found.misleads:
-        out.append(told(Code.NOT_LINEAR, found.fitted))
+        yield note(Code.NOT_LINEAR, **amounts(found.fitted), before=None)
     if found.ruins and found.everything is not None:
         before = Quantity(found.everything.before, found.fitted.unit)
-        out.append(told(Code.ONE_STEP_MISLEADS, found.everything, before))
-    if found.curvature is not None and found.curvature > CURVED:
-        out.append(Remark.of(Code.CURVED, curvature=found.curvature, parameter=found.curvature_parameter))
-    return tuple(out)
+        yield note(Code.ONE_STEP_MISLEADS, **amounts(found.everything), before=before)
+    if found.curvature is not None and found.curvature > CURVATURE:
+        yield doubt(Code.CURVED, curvature=found.curvature, parameter=found.curvature_parameter)

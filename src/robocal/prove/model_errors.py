@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any, cast
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from robocal.estimate.choosing.choice import choose
 from robocal.fit.baseline import baseline, frame_names
 from robocal.fit.misfit import errors
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Machine
+from robocal.measure.machine import Model
 
 __all__ = ["Errors", "model_errors"]
 
@@ -42,11 +41,11 @@ class Errors:
         )
 
 
-def model_errors(model: Machine, data: DataSet, watch: Watch | None = None, *, tool: bool = False) -> Errors:
+def model_errors(model: Model, data: DataSet, watch: Watch | None = None, *, tool: bool = False) -> Errors:
     """Errors of a model with its own parameters held, frames of instruments fitted; `tool`: what is free of its tool
     too."""
     free = tuple(n for n in model.table.free if tool and n.startswith("tool."))
-    held: Machine = replace(cast(Any, model), table=model.table.with_free(free))
+    held = model.with_table(model.table.with_free(free))
     problem, x = baseline(held, data, np.arange(len(data.configurations)), watch)
     frames = frame_names(held, problem)
     kept = choose(problem.with_free(frames), x).kept if frames else ()

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.limits import PROOF_PLACES
 from robocal.estimate.elimination import squares
 from robocal.estimate.identifiability import Combination, analyse
 from robocal.estimate.least_squares import least_squares
@@ -27,7 +28,7 @@ from robocal.fit.fit import Fit
 from robocal.fit.repeats import places
 from robocal.geometry.path.joints import Zero
 from robocal.measure.machine import Model, joints_of
-from robocal.prove.evidence import PROOF, bootstrap_gain
+from robocal.prove.evidence import bootstrap_gain
 from robocal.prove.folds import local_names, unseen
 from robocal.prove.judge import Proof, drawn, units_of
 from robocal.prove.prove import Proven
@@ -196,7 +197,7 @@ def _judged(
     finite = bool(np.isfinite(after[told]).all())
     gain = bootstrap_gain(before[told], after[told], together, seed) if finite else None
     seen = any(o.status == "identified" for o in offsets)
-    enough = len(np.unique(together)) >= PROOF
+    enough = len(np.unique(together)) >= PROOF_PLACES
     proven = gain is not None and converged and seen and enough and gain[1] > 0
     first, mine, best_of = (Statistic.of(v[told]) for v in (before, after, best))
     shown = {name: Quantity(s.mean, unit) for name, s in (("before", first), ("after", mine), ("whole", best_of)) if s}
@@ -208,7 +209,7 @@ def _judged(
     elif not seen:
         reason = Remark.of(Code.OFFSETS_UNSEEN)
     elif not enough:
-        reason = Remark.of(Code.FEW_UNSEEN, least=PROOF)
+        reason = Remark.of(Code.FEW_UNSEEN, least=PROOF_PLACES)
     else:
         reason = Remark.of(Code.OFFSETS_NOT_PROVEN, **shown, low=low, high=high, how=main.split.how)
     return OffsetsAlone(offsets, proven, reason, unit, first, mine, best_of, gain, main.split.how)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.diagnose.gross import neither, set_aside
+from robocal.diagnose.limits import HOLD_OUT_PLACES, LEAVE_ONE_OUT_PLACES
 from robocal.estimate.problem import Problem
 from robocal.fit.baseline import Baseline, frame_names, known_baseline, renoised
 from robocal.fit.estimators import batched, estimator
@@ -40,14 +41,12 @@ from robocal.prove.split import Split, leave_one_out_rounds
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["FEW", "Proven", "Trial", "prove", "trial"]
+__all__ = ["Proven", "Trial", "prove", "trial"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 Watch = Callable[[dict[str, object]], None]
-FEW = 25  # below this many configurations a held-out fifth proves little, and leave-one-out is cheap
-MANY = 400  # above this, leave-one-out is not run unless asked for
 
 
 class Proofs(Mapping[str, Proof]):
@@ -118,7 +117,9 @@ def prove(
     # By itself where it is one batch, or where nothing else proves anything; who asks for it gets it from any method, by
     # refits.
     blind = estimator(options.method).blind
-    cheap = options.folds is None and (count <= MANY if batched(options) else count < FEW and not blind)
+    cheap = options.folds is None and (
+        count <= LEAVE_ONE_OUT_PLACES if batched(options) else count < HOLD_OUT_PLACES and not blind
+    )
     if (cheap if options.leave_one_out is None else options.leave_one_out) and count > 2:
 
         def one_by_one() -> Proof:

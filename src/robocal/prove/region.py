@@ -19,7 +19,8 @@ clusters: then they told nothing of the way between these.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,7 +28,11 @@ import scipy
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.diagnose.verdict import Verdict
+from robocal.diagnose.context import once
+from robocal.diagnose.finding import Finding, qualify
+from robocal.diagnose.limits import BESIDE_NEAR, BESIDE_SHARE, WORSE_CHANCE
+from robocal.diagnose.registry import Given, When, check
+from robocal.diagnose.scale import common_scale
 from robocal.estimate.problem import Problem
 from robocal.estimate.uncertainty import Total, band
 from robocal.fit.working_range import Region
@@ -35,21 +40,21 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, joints_of
 from robocal.measure.reach import reach
 from robocal.prove.bands import mean_conditions, measured_range
+from robocal.prove.decision import Decision
 from robocal.prove.workspace import motion_field, parameters_of, sample_joints
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark
+from robocal.remarks.remark import Quantity
 
 if TYPE_CHECKING:
     from robocal.diagnose.scale import Scale
     from robocal.fit.fit import Fit
     from robocal.prove.split import Split
 
-__all__ = ["Holds", "beside", "limited", "qualified", "spanned", "where_it_holds"]
+__all__ = ["REGION", "Holds", "beside", "limited", "range_of", "spanned", "where_it_holds"]
 
 Array = NDArray[np.float64]
-SAMPLES = 500
-NEAR = 0.02  # a fiftieth of the way from any place to another is no other place
-DOUBT = 0.025  # the chance that the nominal model is better: more is no proof, as for the gain
+SAMPLES = 500  # grid: configurations of a range
+REGION = "region"  # the name of the check
 SPAN = "range that the measured joints span"
 
 
@@ -70,7 +75,7 @@ class Holds:
     @property
     def region(self) -> str:
         """`working` where the correction holds in the whole range, else `measured`."""
-        sure = self.chance <= DOUBT or not self.asked
+        sure = self.chance <= WORSE_CHANCE or not self.asked
         return "working" if self.band <= self.moved and sure else "measured"
 
 
@@ -146,32 +151,34 @@ def where_it_holds(
     found = (float(np.sqrt(far)), float(np.sqrt(square)), chance)
     if not np.isfinite(found).all():
         return None
-    asked = named or (chance > DOUBT and split is not None and beside(data.configurations.joints, split))
+    asked = named or (chance > WORSE_CHANCE and split is not None and beside(data.configurations.joints, split))
     return Holds(region.name, *found, len(region.joints), asked, scaled)
 
 
 def beside(joints: Array, split: Split) -> bool:
-    """Whether most configurations that were held out stood beside a fitted one: nearer than NEAR of the distance of any two."""
+    """Whether most configurations that were held out stood beside a fitted one: nearer than BESIDE_NEAR of the distance of any two."""
     place = np.nan_to_num(joints / np.where((spread := np.nanstd(joints, axis=0)) > 0, spread, 1.0))
-    near = NEAR * float(np.sqrt(2 * (spread > 0).sum()))
+    near = BESIDE_NEAR * float(np.sqrt(2 * (spread > 0).sum()))
     found = []
     for held, fit in zip(split.held, split.fit, strict=True):
         if fit.any():
             found.append(scipy.spatial.cKDTree(place[fit]).query(place[held])[0] < near)
-    return bool(found) and float(np.mean(np.concatenate(found))) > 0.5
+    return bool(found) and float(np.mean(np.concatenate(found))) > BESIDE_SHARE
 
 
-def qualified(found: Verdict, holds: Holds | None) -> Verdict:
-    """An improvement says where it holds."""
-    if found.status != "improved" or holds is None:
-        return found
-    if holds.region == "working":
-        return replace(found, region="working")
-    told = Remark.of(
-        Code.HOLDS_WHERE_MEASURED,
-        region=holds.name,
-        band=Quantity(holds.band),
-        moved=Quantity(holds.moved),
-        chance=holds.chance,
-    )
-    return replace(found, reasons=(*found.reasons, told), region="measured")
+@once
+def range_of(context: Decision[Model]) -> Holds | None:
+    """Where the correction of the fit to everything holds."""
+    proven = context.known
+    base, split = (proven.base, proven.base_x), None if context.proof is None else context.proof.split
+    known = context.model, context.measured, context.fitted, context.total, base
+    return where_it_holds(*known, context.chosen.region, common_scale(context), split)
+
+
+@check(REGION, When.PROOF, order=170, given=Given.GAIN, needs=("proven",))
+def outside_measured(context: Decision[Model]) -> Iterator[Finding]:
+    """An improvement that holds near the measurements alone."""
+    holds = range_of(context)
+    if holds is not None and holds.region != "working":
+        amounts = {"band": Quantity(holds.band), "moved": Quantity(holds.moved)}
+        yield qualify(Code.HOLDS_WHERE_MEASURED, region=holds.name, **amounts, chance=holds.chance)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.limits import PARTNERS_WIDER
 from robocal.estimate.choosing.choice import together
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Residuals
@@ -37,8 +38,7 @@ __all__ = ["parameter_results", "prediction_band", "row_table"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 # From here on the hidden partners, not the data, decide how well a parameter is known, and it is said.
-WIDER = 1.5
-ROUNDING = 1e-12  # rad
+ROUNDING = 1e-12  # tolerance: rad
 
 
 def parameter_results(
@@ -75,7 +75,7 @@ def parameter_results(
                 notes = (Remark.of(Code.LITTLE_SAID),)
             elif status == "prior":
                 notes = (Remark.of(Code.ONLY_COMBINATION, partners=partners),)
-            elif partners and total[row.name] > WIDER * sigma[row.name]:
+            elif partners and total[row.name] > PARTNERS_WIDER * sigma[row.name]:
                 notes = (Remark.of(Code.HIDDEN_PARTNERS, partners=partners),)
             if values[i] <= row.lower or values[i] >= row.upper:
                 notes = (Remark.of(Code.AT_BOUND), *notes)

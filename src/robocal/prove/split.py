@@ -20,17 +20,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.limits import HOLD_OUT_SHARE
 from robocal.errors import ModelError
 from robocal.fit.repeats import places
 from robocal.measure.data import Configurations, DataSet
 
-__all__ = ["SHARE", "Split", "groups_of", "leave_one_out_rounds", "make_split", "stratified"]
+__all__ = ["Split", "groups_of", "leave_one_out_rounds", "make_split", "stratified"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
-SHARE = 0.2  # held out when nobody says how much
-BLOCKS = 10
+BLOCKS = 10  # grid: blocks, and names that a sentence lists
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ def _rounds(
     rng = np.random.default_rng(seed)
     together = None if noun == "fold" else label
     if folds is None:
-        chosen = np.sort(rng.permutation(many)[: max(1, round(SHARE * many))])
+        chosen = np.sort(rng.permutation(many)[: max(1, round(HOLD_OUT_SHARE * many))])
         held = np.isin(label, chosen)[None]
         words = ", ".join(names[i] for i in chosen) if many <= BLOCKS else f"{len(chosen)} of {many} {noun}s"
         return Split.of(data, held, (words,), f"{noun}s held out", together)

@@ -17,7 +17,6 @@ from string import Formatter
 from typing import Any, Protocol, TypeAlias
 
 from robocal.remarks import english
-from robocal.remarks.code import Code
 
 __all__ = ["Number", "Quantity", "Remark", "Said", "documents", "percent", "sentences", "spoken", "told"]
 
@@ -48,11 +47,11 @@ Number: TypeAlias = "str | int | float | Quantity | tuple[str, ...] | tuple[int,
 class Remark:
     """One thing said: what (`code`) and of what (`numbers`: names, rows, amounts in SI)."""
 
-    code: Code
+    code: str  # of the table of codes, or one that a check declares beside itself
     items: tuple[tuple[str, Number], ...] = ()
 
     @classmethod
-    def of(cls, code: Code, **numbers: Number) -> Remark:
+    def of(cls, code: str, **numbers: Number) -> Remark:
         """A remark with its numbers by name."""
         return cls(code, tuple(numbers.items()))
 
@@ -64,12 +63,12 @@ class Remark:
     @property
     def sentence(self) -> str:
         """The sentence, without a full stop."""
-        return _filled(english.TABLE[self.code].sentence, self.numbers)
+        return _filled(english.words_of(self.code).sentence, self.numbers)
 
     @property
     def advice(self) -> str:
         """What to do about it; empty where there is nothing to do."""
-        return _filled(english.TABLE[self.code].advice, self.numbers)
+        return _filled(english.words_of(self.code).advice, self.numbers)
 
     @property
     def document(self) -> dict[str, Any]:

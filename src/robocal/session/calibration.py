@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from robocal.errors import FileError
 from robocal.files.covariance import COVARIANCE, Knowledge
-from robocal.files.opened import Opened, cable_file
 from robocal.files.runfolder import Run, open_run
 from robocal.files.text import InputFile, read_text
 from robocal.session.cable.calibrated import calibrated
-from robocal.session.inputs import open_arm, robot_files
+from robocal.session.inputs import open_machine
+from robocal.session.opened import Opened
 from robocal.session.predict import known_of
 
 __all__ = ["Calibration", "open_calibration"]
@@ -24,7 +25,7 @@ class Calibration:
     """A run folder, its machine as identified, what is known of its parameters, and the files that were read."""
 
     run: Run
-    opened: Opened
+    opened: Opened[Any]
     known: Knowledge
     files: tuple[InputFile, ...]
 
@@ -38,11 +39,11 @@ class Calibration:
 def open_calibration(place: Path) -> Calibration:
     """Opens a run folder of any machine. Raises InputError where it is none, or does not say how far its parameters may be off."""
     run = open_run(place)
-    if cable_file(place) is None:
-        arm = open_arm(place)
-        known = known_of(place, arm)
+    opened = open_machine(place)
+    if opened.arm is not None:
+        known = known_of(place, opened.arm)
         own = InputFile(place / COVARIANCE, read_text(place / COVARIANCE).sha256)
-        return Calibration(run, arm, known, (*robot_files(arm, place), own))
+        return Calibration(run, opened, known, (*opened.inputs, own))
     read = calibrated(str(place))
     if read.knowledge is None:
         raise FileError(
@@ -50,4 +51,6 @@ def open_calibration(place: Path) -> Calibration:
             expected=f"{COVARIANCE}: identify once more with this version",
         )  # fmt: skip
     file = read.file
-    return Calibration(run, file, read.knowledge, (InputFile(file.path or place, file.sha256), *file.beside))
+    return Calibration(
+        run, opened.with_machine(file.robot), read.knowledge, (InputFile(file.path or place, file.sha256), *file.beside)
+    )

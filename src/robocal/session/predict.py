@@ -32,7 +32,7 @@ from robocal.session.watching import Watch
 __all__ = ["Prediction", "known_of", "predicted", "prediction_text", "shape_motion"]
 
 Array = NDArray[np.float64]
-SAME = 1e-7  # of a value that was written and read
+SAME = 1e-7  # tolerance: of a value that was written and read
 ANCHORS = 2000  # configurations over which the base is aligned
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from scipy import special
 
+from robocal.diagnose.limits import BAND_CHANCE
 from robocal.files import evidence as files
 from robocal.files.shown import shown
 from robocal.fit.estimators import estimator
@@ -15,7 +16,7 @@ from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["band_remarks", "prediction_part", "range_part", "scale_part"]
 
-NOTHING = 1e-9  # m: two models that differ by rounding are one, and neither is the better
+NOTHING = 1e-9  # tolerance: m; two models that differ by rounding are one, and neither is the better
 WHOLE = {"position": "positions", "orientation": "orientations"}
 
 
@@ -36,8 +37,7 @@ def band_remarks(found: Identification[Mechanism]) -> tuple[Remark, ...]:
     narrow = [
         Remark.of(Code.BAND_TOO_NARROW, whole=c.whole, n=c.n, quantity=WHOLE[c.quantity])
         for c in found.coverage
-        # Fewer than one honest band in a thousand would miss so many.
-        if c.quantity in WHOLE and special.bdtr(round(c.whole * c.n), c.n, c.level) < 1e-3
+        if c.quantity in WHOLE and special.bdtr(round(c.whole * c.n), c.n, c.level) < BAND_CHANCE
     ]
     b = found.band
     if b is None:

@@ -15,6 +15,7 @@ from robocal.measure.data import DataSet, Frame
 from robocal.planning.candidates import joint_range
 from robocal.prove.decide import decide
 from robocal.prove.identify import identify
+from robocal.prove.verdict import verdict_of
 from robocal.simulation.hiding import hidden
 from robocal.simulation.rigs import STANDS, Instrument, measure
 from robocal.studies.poses import ArmPoses
@@ -53,7 +54,7 @@ class ArmTrials:
         for i, own in enumerate(rng.spawn(count)):
             truth, frame, data = self._measured(own)
             found = decide(self.arm.chain, data, self.options)
-            out["improved"][i] = found.verdict().status == "improved"
+            out["improved"][i] = verdict_of(found, over_range=False).status == "improved"
             if (unseen := found.unseen("m")) is not None:
                 out["before"][i], out["after"][i] = (errors.mean for errors in unseen)
             # Streams of their own: what is judged does not change what is measured.

@@ -11,7 +11,7 @@ from robocal.arms.chain import Chain
 from robocal.measure.base import problem
 from robocal.measure.data import Frame
 from robocal.parameters import FRAME_SYMBOLS
-from robocal.prove.decide import Decision
+from robocal.prove.decision import Decision
 from robocal.prove.identification import Identification
 from robocal.simulation.rigs import Instrument, measure
 

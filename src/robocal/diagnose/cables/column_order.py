@@ -14,14 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.cables.calibration.per_cable import per_cable
 from robocal.cables.geometry import CableRobot
+from robocal.diagnose.limits import COLUMN_CLEARLY, COLUMN_LEAVES, COLUMN_POSES
 from robocal.errors import ModelError
 
 __all__ = ["Exchange", "exchanged"]
 
 Array = NDArray[np.float64]
-FEWEST = 10  # poses: fewer are met by any anchor
-CLEARLY = 3.0  # times less than as stated
-EXPLAINED = 0.03  # of how far the poses spread: what may be left
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ def exchanged(robot: CableRobot, poses: ArrayLike, readings: ArrayLike) -> Excha
     from scipy.optimize import linear_sum_assignment
 
     y, m = np.asarray(readings, float), len(robot.cables)
-    if len(y) < FEWEST or np.isfinite(y).sum(axis=0).min() < FEWEST:
+    if len(y) < COLUMN_POSES or np.isfinite(y).sum(axis=0).min() < COLUMN_POSES:
         return None
     left, found = np.empty((m, m)), np.empty((m, m, 3))
     for i in range(m):  # every column by platform anchor i
@@ -68,7 +66,7 @@ def exchanged(robot: CableRobot, poses: ArrayLike, readings: ArrayLike) -> Excha
         [(j, j) for j in moved], [(of[j], j) for j in moved],
     ))  # fmt: skip
     spread = float(np.linalg.norm(np.std(np.asarray(poses, float)[:, :3, 3], axis=0)))
-    if not (CLEARLY * new <= stated and new <= EXPLAINED * spread):
+    if not (COLUMN_CLEARLY * new <= stated and new <= COLUMN_LEAVES * spread):
         return None
     here = np.array([found[of[j], j] for j in range(m)])
     as_columns, as_cables = (_unlike(here, robot.a[list(order)]) for order in (range(m), of))

@@ -11,15 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.cables.calibration.per_cable import per_cable
 from robocal.cables.geometry import CableRobot
+from robocal.diagnose.limits import COLUMN_CLEARLY, COLUMN_LEAVES, COLUMN_POSES
 from robocal.errors import ModelError
 
 __all__ = ["Turned", "turned"]
 
 Array = NDArray[np.float64]
 Kind = Literal["position", "pose", "orientation"]
-FEWEST = 10  # poses: fewer are met by any anchor
-CLEARLY = 3.0  # times less than as stated
-EXPLAINED = 0.03  # of how far the poses spread: what may be left
 REFLECTIONS = {
     "x has the wrong sign": (0, 1, 2, -1, 1, 1), "y has the wrong sign": (0, 1, 2, 1, -1, 1), "z has the wrong sign": (0, 1, 2, 1, 1, -1),
     "x and y are exchanged": (1, 0, 2, 1, 1, 1), "x and z are exchanged": (2, 1, 0, 1, 1, 1), "y and z are exchanged": (0, 2, 1, 1, 1, 1),
@@ -41,17 +39,19 @@ def turned(robot: CableRobot, poses: ArrayLike, readings: ArrayLike) -> Turned |
     """The other axes in which poses (n, 4, 4) explain readings (n, m), NaN where there is none; None where they do as they are, or where
     nothing does."""
     t, y = np.asarray(poses, float), np.asarray(readings, float)
-    if len(robot.axes) < 6 or len(y) < FEWEST or np.isfinite(y).sum(axis=0).min() < FEWEST:
+    if len(robot.axes) < 6 or len(y) < COLUMN_POSES or np.isfinite(y).sum(axis=0).min() < COLUMN_POSES:
         return None
     spread = float(np.linalg.norm(np.std(t[:, :3, 3], axis=0)))
     stated = _left(robot, t, y)
-    if stated is None or stated <= EXPLAINED * spread / CLEARLY:
+    if stated is None or stated <= COLUMN_LEAVES * spread / COLUMN_CLEARLY:
         return None
     tried = [(left, kind, what) for kind, what, moved in _others(t) if (left := _left(robot, moved, y)) is not None]
     if not tried:
         return None
     left, kind, what = min(tried, key=lambda v: v[0])
-    return Turned(kind, what, stated, left) if CLEARLY * left <= stated and left <= EXPLAINED * spread else None
+    return (
+        Turned(kind, what, stated, left) if COLUMN_CLEARLY * left <= stated and left <= COLUMN_LEAVES * spread else None
+    )
 
 
 def _left(robot: CableRobot, poses: Array, readings: Array) -> float | None:

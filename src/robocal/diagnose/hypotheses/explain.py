@@ -21,6 +21,14 @@ from numpy.typing import NDArray
 from robocal.diagnose.hypotheses.changes import Both, Change, What, pairs
 from robocal.diagnose.hypotheses.lockstep import Held, fitted, reach_of
 from robocal.diagnose.hypotheses.sights import Sights, sights, usable
+from robocal.diagnose.limits import (
+    EXPLAINED_CLEARLY,
+    EXPLANATIONS_ALIKE,
+    HYPOTHESIS_PLACES,
+    MAKING_LEAVES,
+    MISFIT_ASKS,
+    QUARTER_TURN_NEAR,
+)
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Mechanism
 
@@ -29,14 +37,8 @@ __all__ = ["Doubt", "Explanation", "Trial", "alike", "doubted", "explain", "left
 Array = NDArray[np.float64]
 Trial = Change | Both
 ROWS = 40  # readings that are enough to tell
-FEWEST = 8  # different configurations: fewer are met by anything
-ASKS = 1e-3  # of the reach: less than this is no sign of anything wrong
-MAKING = 0.01  # of the reach: what an arm's making leaves
-CLEARLY = 5.0
-ALIKE = 1.5  # times the best misfit: not told apart
 BEST = 10  # how many of a batch are looked at again
 SOFT, LOST = 0.03, 1.0  # rad: how far a joint's zero may be off as a matter of course, and when its mastering is lost
-QUARTER = math.radians(4.0)  # of a right angle: a zero that is off by so nearly one is no lost mastering
 WHOLE = (What.SHIFT, What.REVERSED, What.TURNS)  # these look at neighbouring rows, or at every row
 
 
@@ -62,7 +64,7 @@ class Doubt:
 
     def met(self, left: float) -> bool:
         """Whether this is little enough to explain the data."""
-        return left <= MAKING * self.reach and left * CLEARLY <= min(self.stated, self.lost)
+        return left <= MAKING_LEAVES * self.reach and left * EXPLAINED_CLEARLY <= min(self.stated, self.lost)
 
 
 def doubted(chain: Mechanism, data: DataSet) -> Doubt | None:
@@ -77,9 +79,9 @@ def doubted(chain: Mechanism, data: DataSet) -> Doubt | None:
     with np.errstate(all="ignore"):
         soft = Held.softly(chain, SOFT)
         left = float(min(fitted(chain, stated, soft).left[0], fitted(chain, stated).left[0]))
-        if left <= ASKS * reach:
+        if left <= MISFIT_ASKS * reach:
             return None
-        return Doubt(rows, left, _lost(chain, stated, left), reach, stated.places < FEWEST)
+        return Doubt(rows, left, _lost(chain, stated, left), reach, stated.places < HYPOTHESIS_PLACES)
 
 
 def explain(
@@ -105,13 +107,13 @@ def explain(
 
 def alike(left: float, best: float) -> bool:
     """Whether two misfits (m) are not told apart."""
-    return left <= ALIKE * best + 1e-9
+    return left <= EXPLANATIONS_ALIKE * best + 1e-9
 
 
 def left_of(chain: Mechanism, data: DataSet, doubt: Doubt) -> float:
     """What another arm leaves of the same rows (m); inf where it cannot be told."""
     seen = sights(chain, [taken(data, doubt.rows)])
-    if seen is None or not np.isfinite(seen.joints).all() or seen.places < FEWEST:
+    if seen is None or not np.isfinite(seen.joints).all() or seen.places < HYPOTHESIS_PLACES:
         return math.inf
     with np.errstate(all="ignore"):
         return float(fitted(chain, seen, Held.softly(chain, SOFT)).left[0])
@@ -123,7 +125,7 @@ def _lost(chain: Mechanism, stated: Sights, as_stated: float) -> float:
     turning = np.array([j.type != "prismatic" for j in chain.joints])
     zeros = free.zeros[0][turning]
     quarter = np.abs(zeros - np.round(zeros / (math.pi / 2)) * (math.pi / 2))
-    square = np.abs(np.round(zeros / (math.pi / 2))).sum() > 0 and quarter.max(initial=0.0) < QUARTER
+    square = np.abs(np.round(zeros / (math.pi / 2))).sum() > 0 and quarter.max(initial=0.0) < QUARTER_TURN_NEAR
     return as_stated if square else float(free.left[0])
 
 
@@ -141,7 +143,7 @@ def _best(
     left = np.full(len(trials), np.inf)
     again = fitted(chain, seen.take(few), soft)
     # Readings made so small that anything meets them are explained by nothing.
-    left[few] = np.where(again.left <= 2 * MAKING * again.spread, again.left, np.inf)
+    left[few] = np.where(again.left <= 2 * MAKING_LEAVES * again.spread, again.left, np.inf)
     return [int(i) for i in np.argsort(left, kind="stable") if np.isfinite(left[i])], left
 
 
@@ -156,7 +158,7 @@ def rows_of(data: DataSet) -> list[NDArray[np.int64]] | None:
     for i in seen:
         size = len(data.observations[i])
         out[i] = np.sort(rng.permutation(size)[:each])
-    return out if sum(len(r) for r in out) >= FEWEST else None
+    return out if sum(len(r) for r in out) >= HYPOTHESIS_PLACES else None
 
 
 def taken(data: DataSet, rows: list[NDArray[np.int64]]) -> DataSet:

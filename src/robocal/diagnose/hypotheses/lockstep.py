@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.diagnose.hypotheses.sights import Sights
+from robocal.diagnose.limits import HYPOTHESIS_BENT
 from robocal.geometry import so3
 from robocal.geometry.path.program import compile_path
 from robocal.measure.machine import Mechanism
@@ -26,7 +27,6 @@ Array = NDArray[np.float64]
 ROUNDS = 10
 NOISE = 5e-4  # m: against which the soft hold is weighed
 LOOSE = 3.0  # expected errors: how softly the arm's own numbers are held
-BENT = 5.0  # times that: an arm that was bent so far is another arm, and explains nothing
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ class _State:
         if self.width:
             given = np.abs(self.moved / self.sigma)
             square = square + NOISE**2 * np.sum(given**2, axis=1) / self.size[1]
-            square = np.where(given.max(axis=1) > BENT, np.inf, square)
+            square = np.where(given.max(axis=1) > HYPOTHESIS_BENT, np.inf, square)
         return np.asarray(np.where(np.isfinite(square), np.sqrt(square), np.inf))
 
     def step(self) -> None:

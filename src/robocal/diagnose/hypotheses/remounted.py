@@ -10,16 +10,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robocal.diagnose.hypotheses.explain import CLEARLY, FEWEST, MAKING, SOFT, rows_of, taken
+from robocal.diagnose.hypotheses.explain import SOFT, rows_of, taken
 from robocal.diagnose.hypotheses.lockstep import Held, fitted, reach_of
 from robocal.diagnose.hypotheses.sights import Sights, sights, usable
+from robocal.diagnose.limits import (
+    EXPLAINED_CLEARLY,
+    HYPOTHESIS_PLACES,
+    MAKING_LEAVES,
+    REMOUNT_FILES,
+    REMOUNT_LEAST,
+    REMOUNT_WORTH,
+)
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Mechanism
 
 __all__ = ["Remounted", "remounted"]
-
-WORTH = 1.5  # times: what one place for all leaves against one for each
-LEAST = 2e-4  # m: less is nothing that anybody sees
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,11 @@ def remounted(chain: Mechanism, data: DataSet) -> Remounted | None:
     shared = [o for o in data.observations if usable(o)]
     sources = tuple(dict.fromkeys(o.source for o in shared))
     names = {t.name for o in shared for t in o.targets} or {"tool"}
-    if not 2 <= len(sources) <= 8 or len(names) != 1 or any(bool(o.targets) != bool(shared[0].targets) for o in shared):
+    if (
+        not 2 <= len(sources) <= REMOUNT_FILES
+        or len(names) != 1
+        or any(bool(o.targets) != bool(shared[0].targets) for o in shared)
+    ):
         return None
     if any(o.frame is not None and o.frame.mount != "base" for o in shared):
         return None
@@ -49,7 +58,12 @@ def remounted(chain: Mechanism, data: DataSet) -> Remounted | None:
         return None
     small = taken(data, chosen)
     one = sights(chain, [small])
-    if one is None or one.places < FEWEST or not one.things_free[0, :3].any() or not np.isfinite(one.joints).all():
+    if (
+        one is None
+        or one.places < HYPOTHESIS_PLACES
+        or not one.things_free[0, :3].any()
+        or not np.isfinite(one.joints).all()
+    ):
         return None
     each = np.concatenate([np.full(len(o), sources.index(o.source)) for o in small.observations if usable(o)])
     several = replace(
@@ -58,10 +72,10 @@ def remounted(chain: Mechanism, data: DataSet) -> Remounted | None:
     )  # fmt: skip
     with np.errstate(all="ignore"):
         together, apart = (_left(chain, s) for s in (one, several))
-    if together <= WORTH * apart or together - apart <= LEAST:
+    if together <= REMOUNT_WORTH * apart or together - apart <= REMOUNT_LEAST:
         return None
-    making = MAKING * reach_of(chain, one)
-    alone = apart <= making < together and CLEARLY * apart <= together
+    making = MAKING_LEAVES * reach_of(chain, one)
+    alone = apart <= making < together and EXPLAINED_CLEARLY * apart <= together
     return Remounted(names.pop(), sources, together, apart, alone)
 
 

@@ -22,34 +22,36 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from robocal.diagnose.segments.model import LEAST, Found, SegmentModel, spread
+from robocal.diagnose.limits import (
+    SEGMENT_APART,
+    SEGMENT_CHANCE,
+    SEGMENT_COUNT,
+    SEGMENT_MAJORITY,
+    SEGMENT_RIVAL,
+    SEGMENT_ROWS,
+    SEGMENT_SEEN,
+    SEGMENT_SIZE,
+    SEGMENT_SMALL,
+    SEGMENT_ZERO_SIZE,
+)
+from robocal.diagnose.segments.model import Found, SegmentModel, spread
 from robocal.diagnose.segments.posed import ZERO
 from robocal.diagnose.segments.rows import runs
 from robocal.diagnose.segments.run import Run
-from robocal.diagnose.verdict import Verdict
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Number, Quantity, Remark
 
-__all__ = ["Segment", "find_segments", "refused_by", "segment_remarks"]
+__all__ = ["Segment", "find_segments", "segment_remarks"]
 
 Array = NDArray[np.float64]
-SURE = 1e-6  # chance of naming anything in a file where nothing moved
-LARGE = 3.0  # standard deviations of what is left, per axis
-COUNTED = 1.5  # the same of one sensor's zero, which all other sensors contradict
-SEEN = 1.5  # the same after the model's own answer
-MAJORITY = 0.8  # of the rows of a segment that must have moved alike
-SMALL = {"m": 1e-5, "rad": 1e-5, "px": 0.05}  # what moved by less is nobody's concern, however exact the numbers are
-MOST = 6
 # What a data file of its own says, so that what moved has a place of its own there.
 LINES = {
     "target": "targets: {moved: {}}",
     "instrument": "frame: {name: moved}",
     "target or instrument": "frame: {name: moved}, or targets: {moved: {}}",
 }
-# Causes that gain this share of the best are compared; one that leaves no more than this many times is named with it.
-ALIKE, APART = 0.5, 1.15
 
 
 @dataclass(frozen=True)
@@ -78,16 +80,16 @@ def find_segments(
     """The segments of every file, the strongest first; `start` holds the parameters of a fit, `weights` (1, U) which
     configurations count."""
     found, info = runs(model, data, start, weights)
-    long = [r for r in found if len(r.residual) >= 2 * LEAST]
+    long = [r for r in found if len(r.residual) >= 2 * SEGMENT_ROWS]
     if not long:
         return ()
     state = SegmentModel(found, [r.jacobian for r in found], info)
     tried = sum(len(r.candidates) * len(r.residual) ** 2 / 2 for r in long)
     out: list[Segment] = []
-    while len(out) < MOST and (reset := _reset(state, long)) is not None:
+    while len(out) < SEGMENT_COUNT and (reset := _reset(state, long)) is not None:
         out.append(reset[0])
         state = reset[1]
-    while len(out) < MOST:
+    while len(out) < SEGMENT_COUNT:
         best = _best(state, long)
         if best is None:
             break
@@ -119,23 +121,18 @@ def segment_remarks(found: tuple[Segment, ...]) -> tuple[Remark, ...]:
     return tuple(out)
 
 
-def refused_by(found: tuple[Segment, ...], verdict: Verdict) -> Verdict:
-    """The verdict on data a part of which was measured with something moved: refused, with the segments first."""
-    return verdict.refused(*segment_remarks(found)) if found else verdict
-
-
 def _best(state: SegmentModel, among: list[Run]) -> Found | None:
     """The segment that explains most. Its cause is the one that leaves least, once it is in the model."""
     out = [f for run in among for c in run.candidates if (f := state.segment(run, c)) is not None]
     # More columns explain more by chance.
     first = max(out, key=lambda f: f.gain - f.cost, default=None)
-    if first is None or special.chdtrc(first.column.shape[2], first.gain) > SURE:
+    if first is None or special.chdtrc(first.column.shape[2], first.gain) > SEGMENT_CHANCE:
         return None
-    rivals = [f for f in out if f.run is first.run and f.gain > ALIKE * first.gain]
+    rivals = [f for f in out if f.run is first.run and f.gain > SEGMENT_RIVAL * first.gain]
     after = [state.with_segment(f) for f in rivals]
     best = int(np.argmin([m.misfit(first.run) + f.cost for f, m in zip(rivals, after, strict=True)]))
     left = [_left_of(m, rivals[best]) for m in after]
-    causes = {f.candidate.cause for f, v in zip(rivals, left, strict=True) if v < APART * left[best]}
+    causes = {f.candidate.cause for f, v in zip(rivals, left, strict=True) if v < SEGMENT_APART * left[best]}
     return replace(rivals[best], either=len(causes) > 1)
 
 
@@ -155,10 +152,10 @@ def _reset(state: SegmentModel, among: list[Run]) -> tuple[Segment, SegmentModel
         for c in run.candidates
         if c.cause == ZERO
         for ends in run.files
-        if ends[1] - ends[0] >= LEAST
+        if ends[1] - ends[0] >= SEGMENT_ROWS
     ]
     best = max((state.whole_file(run, c, *ends) for run, c, ends in tried), key=lambda f: f.gain, default=None)
-    if best is None or special.chdtrc(1, best.gain) * len(tried) > SURE:
+    if best is None or special.chdtrc(1, best.gain) * len(tried) > SEGMENT_CHANCE:
         return None
     after = state.with_segment(best)
     told = _judged(state, best, after, len(tried), whole=True)
@@ -184,17 +181,17 @@ def _judged(state: SegmentModel, best: Found, after: SegmentModel, tried: float,
     few = min(mine.sum(), (looked & ~mine).sum()) / mine.sum()
     moved = _moved(best, mine)
     seen = strength * math.sqrt(best.gain / max(own, 1e-300) / few)
-    large = strength >= (LARGE if c.cause != ZERO else COUNTED) and seen >= SEEN
-    if not whole and (not large or _together(best, left, unit, mine) < MAJORITY):
+    large = strength >= (SEGMENT_SIZE if c.cause != ZERO else SEGMENT_ZERO_SIZE) and seen >= SEGMENT_SEEN
+    if not whole and (not large or _together(best, left, unit, mine) < SEGMENT_MAJORITY):
         return None
-    if all(v <= SMALL.get(u, 0.0) for u, v in moved.items()):
+    if all(v <= SEGMENT_SMALL.get(u, 0.0) for u, v in moved.items()):
         return None
     inflation = _correlated(np.einsum("kdq,kd->kq", c.column[looked] / unit[:, None], left[looked]))
     q = c.column.shape[2]
     dof = max((int(looked.sum()) * left.shape[1] - q) / inflation - after.used, 1.0)
     gain = best.gain * max(1.0, float(np.min(state.unit[i] / unit)) ** 2)
     chance = float(special.fdtrc(q, dof, gain / (inflation * q))) * tried
-    if chance > SURE or not (whole or _abrupt(state, best)):
+    if chance > SEGMENT_CHANCE or not (whole or _abrupt(state, best)):
         return None
     source, rows = best.run.place(best.a, best.b - 1)
     _, without = best.run.place(*best.run.beside(c, best.a, best.b - 1))
@@ -245,7 +242,7 @@ def _abrupt(state: SegmentModel, best: Found) -> bool:
     k = len(rows)
     first, last = int(np.searchsorted(rows, best.a)), int(np.searchsorted(rows, best.b))
     step = state.shared(best.run, best.candidate, _profile(k, first, last, 0))
-    width = 2 * LEAST
+    width = 2 * SEGMENT_ROWS
     while width <= 2 * k:
         if state.shared(best.run, best.candidate, _profile(k, first, last, width)) > step:
             return False

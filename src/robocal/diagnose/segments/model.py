@@ -15,21 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.diagnose.limits import SEGMENT_ROWS
 from robocal.diagnose.segments.run import Candidate, Run
 from robocal.fit.noise import median
 
-__all__ = ["LEAST", "Found", "SegmentModel", "spread"]
+__all__ = ["Found", "SegmentModel", "spread"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-LEAST = 5  # rows on either side
 GRID = 48
 CLIP = 3.0  # robust standard deviations from which on a row pulls no harder
 FLAT = 0.1  # of a column's own information: what the model answers but for this much is not seen
 FEWEST = 1e-3  # share of the rows that the fewer are taken for at least
 ROUNDS = 4
-EPS = 1e-12
-CLEAR = 1e-9  # of the smallest pivot: so far above EPS every direction is known, and the triangle's inverse is a root
+EPS = 1e-12  # tolerance: of the largest eigenvalue
+CLEAR = 1e-9  # tolerance: of the smallest pivot: so far above EPS every direction is known, and the triangle's inverse is a root
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,7 @@ class SegmentModel:
         for i, run in enumerate(self.runs):
             left = self.left[i] * self.unit[i]
             # Too few rows to speak for themselves keep the noise as it was fitted.
-            if len(left) >= 2 * LEAST:
+            if len(left) >= 2 * SEGMENT_ROWS:
                 unit = [max(spread(left[:, a:b]) / self.share, EPS) for a, b, _ in run.parts for _ in range(a, b)]
                 self.unit[i] = np.array(unit)
             far = np.sqrt(np.mean((left / self.unit[i]) ** 2, axis=1))
@@ -128,7 +128,7 @@ class SegmentModel:
         """The segment of one file and cause that gains most."""
         i, rows = self.number(run), c.rows
         k = len(rows)
-        if k < 2 * LEAST:
+        if k < 2 * SEGMENT_ROWS:
             return None
         unit = self.unit[i][:, None]
         answer = (self.jacobian[i][rows] / unit) @ self.root
@@ -249,7 +249,7 @@ class _Sums:
     def best(self, a: Ints, b: Ints) -> tuple[int, int] | None:
         """The pair that gains most, with enough rows inside and outside."""
         k = len(self.score) - 1
-        fit = (b - a >= LEAST) & (k - (b - a) >= LEAST)
+        fit = (b - a >= SEGMENT_ROWS) & (k - (b - a) >= SEGMENT_ROWS)
         if not fit.any():
             return None
         at = int(self.gain(a[fit], b[fit])[0].argmax())

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.limits import SEGMENT_COMPLETE
 from robocal.diagnose.segments.run import Candidate, Plain, Run
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import spread
@@ -28,8 +29,7 @@ __all__ = ["ZERO", "posed"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 ZERO = "zero"
-FELT = 1e-9  # of a number's own standard deviation: what is less is nothing
-WHOLE = 0.9  # of the numbers must be there: with fewer the rows are not alike, and nothing is said
+FELT = 1e-9  # tolerance: of a number's own standard deviation: what is less is nothing
 
 
 def posed(machine: Model, problem: Problem, data: DataSet, x: Array) -> list[Run]:
@@ -46,7 +46,7 @@ def posed(machine: Model, problem: Problem, data: DataSet, x: Array) -> list[Run
         return []
     parts, sigma, r, j, local, there = laid
     size = local.shape[2]
-    if r.shape[1] <= size or there.mean() < WHOLE:
+    if r.shape[1] <= size or there.mean() < SEGMENT_COMPLETE:
         return []
     beside = np.linalg.svd(local, full_matrices=True)[0][:, :, size:].swapaxes(1, 2)
     candidates = []

@@ -32,7 +32,7 @@ __all__ = ["runs"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 HOLD = 3.0  # expected errors: how softly the model is held, so that few rows cannot bend it to anything
-FELT = 1e-6  # of the largest column: what is less is rounding
+FELT = 1e-6  # tolerance: of the largest column: what is less is rounding
 UNSAID = "moved"  # owner of the target that nobody named
 
 

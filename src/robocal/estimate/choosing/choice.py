@@ -25,9 +25,9 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 # With s = 1 the expected error of a column and the standard deviation with which it would be estimated are equal: below, freeing
 # it adds more variance than the bias that it removes.
-SEEN = 1.0
+SEEN = 1.0  # tolerance: see above
 # Exactly dependent to first order, in units of the largest singular value of the column-normalised matrix.
-STRUCTURAL = 1e-9
+STRUCTURAL = 1e-9  # tolerance: see above
 NAMED = 6  # partners that are named
 FEW = 3  # of the same part, that are named one by one
 FAMILIES = ("the free poses", "the free targets")  # of local blocks, as people call them

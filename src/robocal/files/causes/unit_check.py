@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
+from robocal.diagnose.limits import STILL_MOVED, STILL_PLACES, UNIT_BETTER, UNIT_GAIN, UNIT_MISFIT, UNIT_SPARE
 from robocal.errors import FormatError
 from robocal.estimate.problem import Problem
 from robocal.files.dataset import Reading
@@ -24,12 +25,8 @@ __all__ = ["doubt_units", "misfit", "refuse_still"]
 
 Array = NDArray[np.float64]
 Watch = Callable[[dict[str, object]], None]
-TENFOLD = 10.0
-SPARE = 3  # numbers beyond what frames can meet: by luck each falls tenfold once in ten times
-BAD = 0.05  # of the spread of what was measured: from here on every other unit is tried
 PLACED = ("position", "pose", "spherical", "bearing", "range", "pixels")  # kinds that read where the tool is
-LEAST, MOVED = 4, 0.02  # places, and rad or m between them, from which on equal readings are no chance
-MANY = 300  # configurations that are enough to tell units apart
+MANY = 300  # grid: configurations that are enough to tell units apart
 
 
 def misfit(chain: Chain, data: DataSet) -> float:
@@ -41,7 +38,7 @@ def misfit(chain: Chain, data: DataSet) -> float:
     little that frames alone meet it in any unit.
     """
     problem, x = baseline(chain, data, np.arange(len(data.configurations)))
-    if _told(data, problem) < len(frame_names(chain, problem)) + SPARE:
+    if _told(data, problem) < len(frame_names(chain, problem)) + UNIT_SPARE:
         return float("nan")
     left = {unit: errors(problem.residuals(x), unit)[0] for unit in ("m", "rad", "px")}
     unit = next((u for u, v in left.items() if len(v)), None)
@@ -83,13 +80,13 @@ def refuse_still(data: DataSet) -> None:
     filled in. A bar of fixed length may, and so may a contact."""
     joints = data.configurations.joints
     for obs in data.observations if joints is not None else ():
-        if obs.kind not in PLACED or obs.rows is None or len(obs) < LEAST:
+        if obs.kind not in PLACED or obs.rows is None or len(obs) < STILL_PLACES:
             continue
         where = joints[obs.configuration]  # type: ignore[index]
         if (
             np.ptp(obs.value, axis=0).any()
-            or len(np.unique(where, axis=0)) < LEAST
-            or np.ptp(where, axis=0).max() < MOVED
+            or len(np.unique(where, axis=0)) < STILL_PLACES
+            or np.ptp(where, axis=0).max() < STILL_MOVED
         ):
             continue
         raise FormatError(
@@ -109,7 +106,7 @@ def doubt_units(
     doubts = reading.suspicions[:6]
     sample = _sample(reading.dataset)
     as_read = misfit(chain, sample)
-    bad = not as_read <= BAD and not np.isnan(as_read)
+    bad = not as_read <= UNIT_MISFIT and not np.isnan(as_read)
     if not doubts and not bad:
         return ()
     if watch:
@@ -123,10 +120,10 @@ def doubt_units(
             data = doubt.apply(data)
         found = misfit(chain, data)
         # Of two equally good explanations the one with fewer changes stands.
-        if np.isfinite(found) and found < 0.9 * best:
+        if np.isfinite(found) and found < UNIT_BETTER * best:
             best, chosen = found, some
     # What leaves much of the misfit is no explanation, whatever it lowers.
-    if chosen and best * TENFOLD <= as_read and best <= BAD:
+    if chosen and best * UNIT_GAIN <= as_read and best <= UNIT_MISFIT:
         if others:
             return tuple(dict.fromkeys(d.remark for d in (*chosen, *doubts)))
         first = chosen[0]

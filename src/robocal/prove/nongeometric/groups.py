@@ -10,8 +10,8 @@ Orders of ripple are sought one pair (cos, sin) at a time, in what the other col
 
     gain(pair) = v^T (C + f I)^-1 v,    C, v: the pair's part of the Gram matrix with all chosen columns projected out
 
-The largest gain enters while it exceeds f 2 ln(candidates / LEVEL), which the largest of so many pairs of pure noise
-exceeds once in 1 / LEVEL times. Reference: Chen, Billings and Luo, Orthogonal least squares methods and their
+The largest gain enters while it exceeds f 2 ln(candidates / RIPPLE_CHANCE), which the largest of so many pairs of pure noise
+exceeds once in 1 / RIPPLE_CHANCE times. Reference: Chen, Billings and Luo, Orthogonal least squares methods and their
 application to non-linear system identification (1989).
 """
 
@@ -28,6 +28,7 @@ from robocal.arms.chain import Chain, Group
 from robocal.arms.groups import GROUPS, add, held, released, without
 from robocal.arms.joints import orders_of, turning
 from robocal.diagnose.gross import set_aside
+from robocal.diagnose.limits import GROUP_PLACES, RIPPLE_CHANCE
 from robocal.fit.baseline import baseline
 from robocal.fit.fit import fit
 from robocal.fit.options import Options
@@ -46,7 +47,6 @@ Ints = NDArray[np.int64]
 Watch = Callable[[dict[str, object]], None]
 ROUNDS = 10
 WHOLE = -1  # instead of the number of a round: all rows
-FEWEST = 25  # places; below, blocks prove nothing
 UNITS = ("m", "rad", "px")
 
 
@@ -178,8 +178,8 @@ def choose_groups(
     wanted = [g.name for g in wide.groups if not g.parameters or set(g.parameters) - bound]
     if not wanted:
         return Choice(model, ())
-    if len(np.unique(places(data.configurations))) < FEWEST:
-        few = Remark.of(Code.GROUP_FEW, least=FEWEST)
+    if len(np.unique(places(data.configurations))) < GROUP_PLACES:
+        few = Remark.of(Code.GROUP_FEW, least=GROUP_PLACES)
         tried = [Tried(g.name, len(g.parameters), False, few) for g in wide.groups if g.name in wanted]
         return Choice(held(model), tuple(tried))
     race = _Race(wide, data, wanted, bound, options)
@@ -218,7 +218,6 @@ def _chosen(model: Chain, race: _Race, extra: Mapping[str, Mapping[str, Any]], b
 
 
 HIGHEST = 64
-LEVEL = 1e-3
 
 
 def candidates(model: Chain, group: Group) -> tuple[Chain, dict[str, tuple[float, ...]]]:
@@ -241,7 +240,7 @@ def seek(gram: Array, base: Ints, pairs: Ints, noise: float, rows: int) -> Ints:
     inner = gram[np.ix_(base, base)] + noise * np.eye(len(base))
     cross = gram[np.ix_(base, rest)]
     c = gram[np.ix_(rest, rest)] - cross.T @ np.linalg.solve(inner, cross)
-    limit = 2.0 * np.log(len(pairs) / LEVEL)
+    limit = 2.0 * np.log(len(pairs) / RIPPLE_CHANCE)
     first = np.arange(0, 2 * len(pairs), 2)
     chosen: list[int] = []
     open_ = np.ones(len(pairs), dtype=bool)

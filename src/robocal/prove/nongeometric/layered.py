@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.limits import LAYER_PLACES
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.geometry import so3
@@ -31,7 +32,6 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Watch = Callable[[dict[str, object]], None]
 ROUNDS = 5
-FEWEST = 50
 KINDS = ("position", "pose")
 
 
@@ -97,8 +97,8 @@ def try_layer(model: Model, data: DataSet, problem: Problem, x: Array, watch: Wa
     rows = layer_rows(data, problem, x)
     if rows is None or q is None or not np.isfinite(q).all():
         return Guarded(None, Remark.of(Code.LAYER_NEEDS))
-    if len(q) < FEWEST:
-        return Guarded(None, Remark.of(Code.GROUP_FEW, least=FEWEST))
+    if len(q) < LAYER_PLACES:
+        return Guarded(None, Remark.of(Code.GROUP_FEW, least=LAYER_PLACES))
     turning = tuple(j.type == "revolute" for j in joints_of(model))
     split = make_split(data, "blocks", folds=ROUNDS)
     weights = np.ones(problem.configurations) if problem.weights is None else problem.weights[0]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.cables.calibration.balanced import Balance, balance
+from robocal.diagnose.cables.balance import Balance, balance
+from robocal.diagnose.limits import CELL_UNIT_NEAR, TENSION_FARTHER, TENSION_MASS, TENSION_POSES
 from robocal.errors import FormatError, ToWrite
 from robocal.files.cable.cablefile import CableFile
 from robocal.fit.starts.own import placed
@@ -17,11 +18,7 @@ from robocal.remarks.remark import Quantity, Remark
 __all__ = ["at_rest"]
 
 Array = NDArray[np.float64]
-WEIGHS = 2.0  # times as much, or as little, as the robot's file states
-FARTHER = 2.0  # times what geometry leaves: of tensions beside lengths, which a platform may have that moves a little
-FEWEST = 3  # poses
 KNOWN = {9.80665: "kgf for N", 4.4482216152605: "lbf for N", 1000.0: "kN for N", 0.001: "mN for N"}
-NEAR = 0.2  # of a factor
 
 
 def at_rest(file: CableFile, data: DataSet) -> tuple[Remark, ...]:
@@ -35,7 +32,7 @@ def at_rest(file: CableFile, data: DataSet) -> tuple[Remark, ...]:
             start = placed(file.robot, data).configurations.start
         assert start is not None
         at, pull = _every(file, obs)
-        if len(at) < FEWEST or len(file.robot.cables) < len(file.robot.axes):
+        if len(at) < TENSION_POSES or len(file.robot.cables) < len(file.robot.axes):
             continue
         said += _judged(file, obs, balance(file.robot, se3.from_vector(start[at]), pull))
     return tuple(said)
@@ -69,17 +66,17 @@ def _judged(file: CableFile, obs: Observations, found: Balance) -> list[Remark]:
             f"the tensions stand {abs(found.shifted)} rows too {'low' if found.shifted > 0 else 'high'}: {left}", file=obs.source, key=key,
             expected="each beside the id of its pose",
         )  # fmt: skip
-    if found.left > found.allowed * (1.0 if load else FARTHER):
+    if found.left > found.allowed * (1.0 if load else TENSION_FARTHER):
         raise FormatError(
             "no platform at rest hangs by these tensions", file=obs.source, key=key, found=left,
             expected="the order of the columns as that of the cables, one unit, the platform at rest",
         )  # fmt: skip
     mass = file.robot.mass
-    if mass is None or mass / WEIGHS < found.mass < mass * WEIGHS:
+    if mass is None or mass / TENSION_MASS < found.mass < mass * TENSION_MASS:
         return []
     if load:
         factor = mass / found.mass if found.mass > 0 else np.inf
-        unit = next((w for f, w in KNOWN.items() if abs(factor / f - 1) < NEAR), "another unit, or no tare")
+        unit = next((w for f, w in KNOWN.items() if abs(factor / f - 1) < CELL_UNIT_NEAR), "another unit, or no tare")
         raise FormatError(
             "the load cells weigh another platform", file=obs.source, key="load.unit",
             found=f"{found.mass:.3g} kg where the robot's file states {mass:.3g} kg ({unit}?)",

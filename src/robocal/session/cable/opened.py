@@ -13,6 +13,7 @@ import numpy as np
 from robocal.cables.geometry import CableRobot
 from robocal.diagnose.cables.column_order import exchanged
 from robocal.diagnose.cables.pose_axes import turned
+from robocal.diagnose.limits import AXES_SIMPLER, CABLE_COPIES, SIZE_CONFIGURATIONS, SIZES_APART
 from robocal.errors import FormatError, ToWrite
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.robot import read_cable
@@ -38,12 +39,6 @@ from robocal.session.opened import Data, Inputs, Opened, Rendered
 from robocal.session.watching import Watch, computable
 
 __all__ = ["OpenedCable", "open_cable"]
-
-
-COPIES = 0.1  # of the configurations
-FEWEST = 5  # configurations that tell a size
-SIMPLER = 1.5  # times as much may be left by axes that are wrong, which is one mistake, as by cables that are exchanged, which are several
-SIZES = 4.0  # an inch is 25 mm, and no robot is four times as large as it was built
 
 
 @dataclass(frozen=True)
@@ -129,7 +124,7 @@ def _copied(data: DataSet) -> None:
         if (first := seen.setdefault(b"".join(part), c)) != c:
             again.append((c, first))
     # Of one length a coarse encoder may show the same twice, of eight and a pose it does not.
-    if COPIES * len(parts) < len(again) and len(set(seen.values())) > 1:
+    if CABLE_COPIES * len(parts) < len(again) and len(set(seen.values())) > 1:
         c, first = again[0]
         ids = data.configurations.ids
         raise FormatError(
@@ -149,13 +144,13 @@ def _one_size(data: DataSet, file: CableFile) -> None:
             continue
         lengths, by_lengths = read[0], told[0][obs.configuration]
         known = np.isfinite(by_lengths).all(axis=1)
-        if known.sum() >= FEWEST:
+        if known.sum() >= SIZE_CONFIGURATIONS:
             seen, said = (float(np.linalg.norm(v[known].std(axis=0))) for v in (obs.value[:, :3], by_lengths))
         else:  # lengths that no pose meets: of a step in any direction a length takes a third, in the mean of squares
             of = lengths.extra["cable"]
             each = [float(lengths.value[of == c, 0].std()) for c in np.unique(of)]
             seen, said = float(np.linalg.norm(obs.value[:, :3].std(axis=0))), float(np.sqrt(3.0) * np.median(each))
-        if len(obs) >= FEWEST and said > 0 and not 1 / SIZES < seen / said < SIZES:
+        if len(obs) >= SIZE_CONFIGURATIONS and said > 0 and not 1 / SIZES_APART < seen / said < SIZES_APART:
             # The one that is farther from the size of the robot is likelier to be wrong.
             frame = float(np.linalg.norm(file.robot.a.std(axis=0)))
             wrong = obs if abs(np.log(seen / frame)) > abs(np.log(said / frame)) else lengths
@@ -183,7 +178,7 @@ def _own_columns(data: DataSet, file: CableFile) -> None:
     y[said.configuration, said.extra["cable"].astype(np.int64)] = said.value[:, 0]
     known = np.isfinite(t).all(axis=(1, 2))
     found, axes = exchanged(robot, t[known], y[known]), turned(robot, t[known], y[known])
-    if axes is not None and (found is None or axes.left <= SIMPLER * found.left):
+    if axes is not None and (found is None or axes.left <= AXES_SIMPLER * found.left):
         gain = f"with that, what they leave falls from {1e3 * axes.stated:.3g} mm to {1e3 * axes.left:.3g} mm"
         message = {
             "position": f"in the positions {axes.what}", "orientation": "the orientations are inverted",

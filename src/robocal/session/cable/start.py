@@ -15,6 +15,7 @@ from robocal.cables.poses import PoseBox
 from robocal.cables.room import frame_box
 from robocal.cables.start import CELLS, Clearance, Start, examine, propose
 from robocal.cables.statics import structure_of
+from robocal.diagnose.limits import BOX_LARGEST
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.units import numbers_of
@@ -27,7 +28,6 @@ __all__ = ["body_of", "box_of", "clearance_of", "started"]
 
 Array = NDArray[np.float64]
 TURN = math.radians(30.0)
-LARGEST = 1000.0  # box, as a multiple of the machine
 
 
 def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str) -> Start:
@@ -150,8 +150,10 @@ def box_of(robot: CableRobot, start: Array, said: Any, si: Any) -> PoseBox:
         return PoseBox(0.5 * np.ptp(sides, axis=1), np.full(3, angle), sides.mean(axis=1) - start[:3, 3])
     low, high = si.box.reshape(2, 3)
     found = said.box
-    if np.abs(si.box).max() > LARGEST * np.abs(robot.a).max():
-        raise ModelError("out of range", key="--box", found=found, expected=f"less than {LARGEST:g} times the machine")
+    if np.abs(si.box).max() > BOX_LARGEST * np.abs(robot.a).max():
+        raise ModelError(
+            "out of range", key="--box", found=found, expected=f"less than {BOX_LARGEST:g} times the machine"
+        )
     if (low > high).any():
         raise ModelError(
             "an empty box", key="--box", found=found, expected="X0,Y0,Z0,X1,Y1,Z1 with X0 <= X1, Y0 <= Y1, Z0 <= Z1"

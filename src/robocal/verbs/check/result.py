@@ -9,7 +9,6 @@ import numpy as np
 
 from robocal.diagnose.gross import sift
 from robocal.diagnose.outliers import Outlier, named
-from robocal.diagnose.segments.find import find_segments, segment_remarks
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.parts import hashes
 from robocal.files.text import InputFile
@@ -17,7 +16,6 @@ from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, joints_of
 from robocal.prove.identify import baseline
-from robocal.prove.warn import few_numbers, input_remarks
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 from robocal.session.inputs import open_machine, read_inputs
@@ -98,7 +96,8 @@ def unmeasured(opened: Opened[Any]) -> Checked:
     """A machine alone: what its file says, and what its geometry shows."""
     machine: Model = opened.machine
     # A cable robot's file need not say what is free.
-    remarks = (*opened.warnings, *input_remarks(machine), *(_free(machine) if opened.arm else ()))
+    findings = (f for f in run(When.DATA, Context(machine)) if opened.arm or f.code != Code.NOTHING_FREE)
+    remarks = (*opened.warnings, *(f.remark for f in findings))
     return Checked(opened, None, (), machine.table.free, None, None, False, remarks, opened.inputs)
 
 
@@ -111,7 +110,8 @@ def examined(inputs: Inputs, watch: Watch | None = None) -> Checked:
     problem, x = baseline(machine, sifted.data, everyone, watch)
     free = problem.table.free
     seen = analyse(problem.with_free(free), x) if free else None
-    moved = find_segments(machine, measured, dict(zip(problem.table.names, map(float, x[0]), strict=False)))
+    context = Context(machine, measured, Baseline(problem, x), watch=watch)
+    findings = [*run(When.DATA, context), *moved.run(context)]
     strange = named(machine, sifted.data, sifted.problem, sifted.x, sifted.away)
     lengths = [
         (np.linalg.norm(r.value[:, a:b], axis=1), r.used)
@@ -122,15 +122,9 @@ def examined(inputs: Inputs, watch: Watch | None = None) -> Checked:
     misfit = float(np.concatenate([v[used] for v, used in lengths]).mean()) if lengths else None
     whole = float(np.concatenate([v for v, _ in lengths]).mean()) if lengths else None
     assumed = any(o.sigma is None for o in measured.observations)
-    rows = sum(o.value.size for o in measured.observations)
-    said = (*input_remarks(machine, measured), *few_numbers(rows, len(free)), *_free(machine), *segment_remarks(moved))
-    warnings = tuple(dict.fromkeys((*inputs.warnings, *said)))
+    warnings = tuple(dict.fromkeys((*inputs.warnings, *(f.remark for f in findings))))
     seen_by = _instruments(measured)
     return Checked(opened, measured, seen_by, free, seen, misfit, assumed, warnings, inputs.files, strange, whole)
-
-
-def _free(chain: Model) -> tuple[Remark, ...]:
-    return () if chain.table.free else (Remark.of(Code.NOTHING_FREE),)
 
 
 def _instruments(data: DataSet) -> tuple[dict[str, Any], ...]:

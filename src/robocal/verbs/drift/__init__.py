@@ -57,9 +57,9 @@ class Options(Told):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     """Compares two run folders of one robot, or one with the truth; a folder gets drift.json, and of a truth or of cables a page.
     Raises InputError when they cannot be compared."""
-    from robocal.files.opened import cable_file
+    from robocal.files.opened import machine_kind
     from robocal.files.plain import json_text
-    from robocal.files.runfolder import open_run
+    from robocal.files.runfolder import ROBOTS, open_run
     from robocal.files.units import parse_quantity
     from robocal.files.writing import refuse_existing, write_files, write_text
     from robocal.session.history import with_history
@@ -67,7 +67,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
 
     if o.second.is_file():
         return _beside_truth(o, command)
-    if cable_file(o.first) is not None:
+    if machine_kind(o.first / ROBOTS[0]) == "cable":
         _refuse(o, ("new_tool", "matters"), "this is for arms", "nothing, for a cable robot")
         both = cables.Options((str(o.first), str(o.second)), history=o.history, output=o.output, force=o.force)
         return cables.run(both, watch, command)

@@ -10,10 +10,8 @@ from typing import Any
 
 from robocal.apply.truth import CHANCE, GroupErrors, ParameterError, TruthErrors, compare_truth
 from robocal.errors import FileError, ModelError
-from robocal.files.opened import Opened, cable_file
 from robocal.files.parts import made_by
 from robocal.files.plain import plain
-from robocal.files.robot import Robot, open_robot
 from robocal.files.runfolder import RESULT, find_run
 from robocal.files.shown import shown
 from robocal.files.text import InputFile, read_text
@@ -21,6 +19,8 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, sentences, told
 from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
 from robocal.session.calibration import Calibration, open_calibration
+from robocal.session.inputs import open_machine
+from robocal.session.opened import Opened
 from robocal.session.runs import verdict_remarks
 from robocal.verbs.outcome import Outcome
 
@@ -43,7 +43,7 @@ class TruthComparison:
     @property
     def name(self) -> str:
         """The name of the machine."""
-        return self.calibration.opened.machine.name
+        return str(self.calibration.opened.machine.name)
 
     @cached_property
     def groups(self) -> tuple[GroupErrors, ...]:
@@ -112,17 +112,16 @@ def compare_with_truth(run: Path, truth: Path, command: str = "") -> TruthCompar
     )
 
 
-def _open_truth(place: Path, like: Opened) -> Opened:
+def _open_truth(place: Path, like: Opened[Any]) -> Opened[Any]:
     """The machine of a file that holds the truth; the links of a URDF are those of the run."""
     if find_run(place) is not None:
         raise FileError(
             "this is the calibrated robot of a run, and no truth", file=place,
             expected=f"truth.yaml, as robocal simulate writes it; two runs are compared by their folders ({RESULT})",
         )  # fmt: skip
-    if (file := cable_file(place)) is not None:
-        return file
-    base, tip = (like.root, like.tip) if isinstance(like, Robot) else ("", "")
-    return open_robot(place, base=base or None, tip=tip or None)
+    links = ("", "") if like.arm is None else (like.arm.root, like.arm.tip)
+    base, tip = (link or None for link in links)
+    return open_machine(place, base=base, tip=tip)
 
 
 def sections(made: Outcome) -> Iterator[Section]:

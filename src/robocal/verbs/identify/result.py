@@ -21,6 +21,7 @@ import numpy as np
 from robocal.arms import catalog
 from robocal.arms.chain import Chain
 from robocal.arms.groups import rule_of
+from robocal.diagnose.limits import HOLD_OUT_PLACES, HOLD_OUT_SHARE
 from robocal.errors import ModelError
 from robocal.files import evidence as files
 from robocal.files.groups import plain_options
@@ -41,9 +42,8 @@ from robocal.measure.data import DataSet
 from robocal.measure.machine import Mechanism
 from robocal.prove.bands import measured_range
 from robocal.prove.identification import Identification
-from robocal.prove.identify import FEW
 from robocal.prove.region import SAMPLES, limited
-from robocal.prove.split import SHARE, make_split
+from robocal.prove.split import make_split
 from robocal.prove.workspace import TURN, between
 from robocal.session.opened import Opened
 from robocal.session.watching import Watch
@@ -185,7 +185,7 @@ def select_groups(
     share = options.hold_out
     if share is None:
         many = len(np.unique(places(data.configurations)))
-        share = SHARE if many >= FEW and options.folds is None else 0.0
+        share = HOLD_OUT_SHARE if many >= HOLD_OUT_PLACES and options.folds is None else 0.0
     split = make_split(data, share, folds=options.folds, blocks=options.blocks, seed=options.seed)
     if len(split) and options.folds is None:
         data = data.take(split.configurations(0)[0])

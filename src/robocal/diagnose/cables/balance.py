@@ -15,12 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
+from robocal.diagnose.limits import TENSION_CLEARLY, TENSION_DIRECTIONS
 
 __all__ = ["Balance", "balance"]
 
 Array = NDArray[np.float64]
-OFF = 0.1  # of the tensions: what wrong directions leave of them, at most
-CLEARLY = 0.4  # of what is left: a cause leaves less
 SHIFTS = (-3, -2, -1, 1, 2, 3)
 
 
@@ -46,15 +45,15 @@ def balance(robot: CableRobot, poses: ArrayLike, tensions: ArrayLike) -> Balance
     t, pull = np.asarray(poses, float), np.asarray(tensions, float)
     w, unit = structure_of(robot, t), _by_body(robot, t)
     mass, left = _left(w, unit, pull)
-    allowed = OFF * float(np.sqrt(np.mean(np.sum(pull**2, axis=1))))
+    allowed = TENSION_DIRECTIONS * float(np.sqrt(np.mean(np.sum(pull**2, axis=1))))
     exchanged = shifted = None
     if left > allowed:
         tried = {pair: _left(w, unit, _exchanged(pull, *pair))[1] for pair in combinations(range(pull.shape[1]), 2)}
         late = {by: _left(w, unit, np.roll(pull, by, axis=0))[1] for by in SHIFTS if len(pull) > 2 * abs(by)}
         pair, row = min(tried, key=tried.__getitem__), min(late, key=late.__getitem__, default=None)
-        if tried[pair] < CLEARLY * left:
+        if tried[pair] < TENSION_CLEARLY * left:
             exchanged = pair
-        elif row is not None and late[row] < CLEARLY * left:
+        elif row is not None and late[row] < TENSION_CLEARLY * left:
             shifted = -row
     return Balance(mass, left, allowed, exchanged, shifted)
 

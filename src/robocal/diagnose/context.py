@@ -1,0 +1,123 @@
+"""What checks look at: a machine, its data and a fit to them, with everything that several checks ask, computed once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property, wraps
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.diagnose.farness import Farness, far_from
+from robocal.diagnose.paths import pace
+from robocal.estimate.rows import Linear, Residuals
+from robocal.estimate.uncertainty import Total
+from robocal.fit.baseline import Baseline
+from robocal.fit.fit import Fit
+from robocal.fit.options import Options
+from robocal.fit.repeats import places
+from robocal.measure.data import DataSet
+from robocal.measure.machine import Model
+
+__all__ = ["Context", "once"]
+
+M_co = TypeVar("M_co", bound=Model, covariant=True)
+C = TypeVar("C", bound="Context[Model]")
+T = TypeVar("T")
+Array = NDArray[np.float64]
+Watch = Callable[[dict[str, object]], None]
+
+
+@dataclass(frozen=True)
+class Context(Generic[M_co]):
+    """A machine, and what there is beside it: measurements, the baseline, a fit to all of them with its options."""
+
+    model: M_co
+    data: DataSet | None = None
+    base: Baseline | None = None
+    fit: Fit | None = None
+    options: Options | None = None
+    watch: Watch | None = field(default=None, compare=False)
+    memo: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)  # what `once` has computed
+
+    @property
+    def improvement(self) -> bool:
+        """Whether unseen measurements prove a gain: not known before there is a proof."""
+        return False
+
+    @property
+    def measured(self) -> DataSet:
+        """The data, where there must be some."""
+        assert self.data is not None
+        return self.data
+
+    @property
+    def fitted(self) -> Fit:
+        """The fit, where there must be one."""
+        assert self.fit is not None
+        return self.fit
+
+    @cached_property
+    def residuals(self) -> list[Residuals]:
+        """What the fit leaves of every term, (m, d)."""
+        return self.fitted.problem.residuals(self.fitted.solution.x)
+
+    @cached_property
+    def jacobian(self) -> Linear:
+        """The whitened rows of the fit at its solution, and their Jacobian."""
+        return self.fitted.problem.linearize(self.fitted.solution.x)
+
+    @cached_property
+    def leverage(self) -> Farness:
+        """How far every row is from the fit without it, and its leverage."""
+        data = self.measured
+        return far_from(data, self.fitted.problem, self.fitted.solution.x, np.arange(len(data.configurations)))
+
+    @cached_property
+    def rates(self) -> tuple[Array, bool] | None:
+        """The rate of every joint along a path, (m, n), and whether it is per second; None where there is no path."""
+        return pace(self.fitted.data.configurations)
+
+    @cached_property
+    def places(self) -> NDArray[np.int64]:
+        """A number for every configuration, equal where the machine stood at the same place."""
+        return places(self.measured.configurations)
+
+    @property
+    def total(self) -> Total:
+        """What the parameters may be off by, hidden partners included."""
+        return self.fitted.total
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """All parameters: of the fit, else of the baseline."""
+        if self.fit is not None:
+            names, x = self.fit.problem.table.names, self.fit.solution.x
+        else:
+            assert self.base is not None
+            names, x = self.base.problem.table.names, self.base.x
+        return dict(zip(names, map(float, x[0]), strict=False))
+
+    @property
+    def numbers(self) -> tuple[int, int]:
+        """How many numbers were measured, and how many parameters are looked for."""
+        if self.fit is not None:
+            return int(self.fit.problem.numbers.sum()), self.fit.problem.n
+        free = 0 if self.base is None else len(self.base.problem.table.free)
+        return sum(o.value.size for o in self.measured.observations), free
+
+
+def once(make: Callable[[C], T]) -> Callable[[C], T]:
+    """A function of a context that is computed once for each context."""
+    key = f"{make.__module__}.{make.__qualname__}"
+
+    @wraps(make)
+    def remembered(context: C) -> T:
+        if key not in context.memo:
+            context.memo[key] = make(context)
+        known: T = context.memo[key]
+        return known
+
+    return remembered

@@ -1,0 +1,212 @@
+"""Every number on which a verdict, a remark or an exit status hangs: what it is, in which unit, why so much, and where from.
+
+    LATE_SHARE = limit(0.5, "of the squares left", "why this number", "source")
+
+A limit is a plain number where it is used. `LIMITS` lists all of them by name; docs/verdicts.md prints that table. Tolerances of
+arithmetic and sizes of grids are no limits: they stay beside their formula, with `# tolerance: why` or `# grid: why`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+__all__ = ["LIMITS", "Limit", "limit", "topics"]
+
+T = TypeVar("T")
+CHOICE = "choice"
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A number (or one for each unit) with its unit, the reason why it is no other, and where it comes from."""
+
+    value: Any
+    unit: str
+    why: str
+    source: str = CHOICE
+
+
+_DECLARED: list[tuple[str, Limit]] = []  # each under its topic
+_TOPIC = [""]
+
+
+def topic(title: str) -> None:
+    """What follows belongs under this title."""
+    _TOPIC[0] = title
+
+
+def limit(value: T, unit: str, why: str, source: str = CHOICE) -> T:
+    """Declares a limit, and returns its value."""
+    _DECLARED.append((_TOPIC[0], Limit(value, unit, why, source)))
+    return value
+
+
+# fmt: off
+
+topic("Gross rows")
+GROSS_DISTANCE = limit(6.0, "robust sigma", "Six sigma happen once in 10^9 honest rows, so no honest row is lost.")
+GROSS_TAILS = limit(2.0, "times that",
+    "Where the scale is what a model leaves, tails are longer than those of noise.", "tests/statistics/test_gross_rows.py")
+GROSS_SHARE = limit(0.2, "of the rows", "A larger share of excluded rows are no outliers any more.")
+ZERO_ROWS_SHARE = limit(0.5, "of the rows", "Zeros in more rows are what an instrument reads (a ball in a socket), no dropped beam.")
+MATCH_CHANCE = limit(1e-3, "chance", "A row that fits another place is taken for one that does not, once in a thousand.")
+MATCH_LUCK = limit(0.05, "rows", "So many other rows may fit by luck where one does.")
+SHIFTED_ROWS = limit(2, "rows", "One row with a shifted column may be chance, two are not.")
+FINEST_ERROR = limit(1e-5, "m",
+    "No arm repeats better: what is left below is rounding, or numbers that were computed.", "repeatability in data sheets (ISO 9283)")
+ROUNDING_MARGIN = limit(3.0, "times", "So many times what the digits carry are still nothing but rounding.")
+
+topic("Something moved for a part of a file")
+SEGMENT_CHANCE = limit(1e-6, "chance",
+    "Of naming anything in a file where nothing moved, after all that was tried.", "tests/prove/test_segments.py")
+SEGMENT_SIZE = limit(3.0, "sigma per axis", "A step must stand out of what model and noise leave.")
+SEGMENT_ZERO_SIZE = limit(1.5, "sigma",
+    "One sensor's zero is contradicted by all other sensors, so less is enough.", "tests/prove/test_segments_of_cables.py")
+SEGMENT_SEEN = limit(1.5, "sigma", "The same after the model's own answer.")
+SEGMENT_MAJORITY = limit(0.8, "of the rows", "So many rows of a segment must have moved alike: gross rows do not.")
+SEGMENT_SMALL = limit({"m": 1e-5, "rad": 1e-5, "px": 0.05}, "m, rad, px",
+    "What moved by less matters to no one, however exact the numbers are.")
+SEGMENT_COUNT = limit(6, "segments", "A file with more of them is no longer one measurement.")
+SEGMENT_RIVAL = limit(0.5, "of the best gain", "Causes that gain as much are compared.")
+SEGMENT_APART = limit(1.15, "times", "A cause that leaves no more than this is named with the best one.")
+SEGMENT_ROWS = limit(5, "rows", "Fewer rows on either side are met by any step.")
+SEGMENT_COMPLETE = limit(0.9, "of the numbers", "With fewer numbers in a row of poses the rows are not alike.")
+
+topic("Stated numbers, time and scale")
+NUMBER_SIGMA = limit(5.0, "sigma", "Beyond, a stated number of an instrument is contradicted beyond chance.", "tests/prove/test_numbers.py")
+NUMBER_SHARE = limit(0.3, "of the squares left",
+    "A stated number that explains more is wrong, and a gain says nothing; less is a remark.", "tests/prove/test_numbers.py")
+LATE_SHARE = limit(0.5, "of the squares left", "Play that a path takes up one way explains up to a third.", "tests/prove/test_late.py")
+LATE_DOUBT_SHARE = limit(0.1, "of the squares left", "A time offset that explains less is of no consequence.")
+PATH_STEP = limit(0.25, "of the distance of two places", "A longer step between neighbours in time is no path.")
+PATH_SHARE = limit(0.5, "of the configurations", "With fewer near neighbours the configurations were taken one by one.")
+PATH_CONFIGURATIONS = limit(20, "configurations", "Fewer say nothing of a speed.")
+SCALE_SIGMA = limit(3.0, "sigma", "A scale that making does not leave is that of the stated length.", "tests/statistics/test_scale.py")
+SCALE_DOUBT_SIGMA = limit(2.0, "sigma", "One in twenty honest scales is as far off: worth a remark.")
+SCALE_READ_SIGMA = limit(5.0, "sigma",
+    "Where readings are lengths themselves: trackers have a calibrated scale.", "tests/statistics/test_scale.py")
+SCALE_CHANCE = limit(1e-3, "chance", "Of changes that are larger than expected and mean nothing.")
+SCALE_LEAST = limit(1e-6, "of a length", "A micron in a metre is no mistake but rounding.")
+SCALE_WIDEST = limit(2e-3, "of a length", "No more is taken for errors of an arm's lengths.")
+SCALE_OPEN = limit(0.1, "of a length", "A scale that is known no better is that of the nominal model.")
+MOTION_UNSEEN = limit(1e-5, "of the residuals that a motion makes", "Roots of normal equations have half the digits.", "double precision")
+SAME_PLACES_SHARE = limit(0.5, "of the places", "Two runs measured the same places where most of them are common.")
+
+topic("One change that explains the data")
+HYPOTHESIS_PLACES = limit(8, "places", "Fewer configurations are met by any change.", "tests/statistics/test_hypotheses.py")
+MISFIT_ASKS = limit(1e-3, "of the reach", "A smaller misfit is no sign of anything wrong.", "tests/statistics/test_hypotheses.py")
+MAKING_LEAVES = limit(0.01, "of the reach", "No arm's making leaves more.", "tests/real/test_hypotheses.py")
+EXPLAINED_CLEARLY = limit(5.0, "times less",
+    "A change explains the data where it leaves so much less.", "tests/statistics/test_hypotheses.py")
+EXPLANATIONS_ALIKE = limit(1.5, "times the best", "Changes that leave no more are not told apart.", "tests/statistics/test_hypotheses.py")
+QUARTER_TURN_NEAR = limit(math.radians(4.0), "rad", "A zero so near to a right angle is no lost mastering but a convention.")
+HYPOTHESIS_BENT = limit(5.0, "times the soft hold", "An arm that was bent so far is another arm, and explains nothing.")
+REMOUNT_WORTH = limit(1.5, "times", "What one place for all files leaves against one for each.")
+REMOUNT_LEAST = limit(2e-4, "m", "A smaller difference between two mountings shows nowhere.")
+REMOUNT_FILES = limit(8, "files", "Of more files each has too few rows for a place of its own.")
+
+topic("Lists of cable robots")
+COLUMN_POSES = limit(10, "poses", "Fewer are met by any anchor.", "tests/cli/test_cable_wrong.py")
+COLUMN_CLEARLY = limit(3.0, "times less", "Other columns or axes must leave so much less than as stated.")
+COLUMN_LEAVES = limit(0.03, "of the spread of the poses", "What other columns or axes may leave.")
+AXES_SIMPLER = limit(1.5, "times", "Wrong axes are one mistake, exchanged cables several: they may leave more.")
+CABLE_COPIES = limit(0.1, "of the configurations", "Of eight lengths and a pose even one copy is no chance; so many are no slip.")
+SIZE_CONFIGURATIONS = limit(5, "configurations", "Fewer tell no size.")
+SIZES_APART = limit(4.0, "times", "An inch is 25 mm, and no robot is four times as large as it was built.")
+TENSION_DIRECTIONS = limit(0.1, "of the tensions", "Directions that are a tenth off leave no more force.")
+TENSION_CLEARLY = limit(0.4, "of the force left", "A cause of wrong tensions leaves less.")
+TENSION_FARTHER = limit(2.0, "times what geometry leaves", "Beside lengths a platform may move a little.")
+TENSION_POSES = limit(3, "poses", "Fewer are balanced by any mass.")
+TENSION_MASS = limit(2.0, "times", "A mass so far from the stated one is another platform, or another unit.")
+CELL_UNIT_NEAR = limit(0.2, "of a factor", "So near to the factor of a unit it is that unit.")
+BOX_LARGEST = limit(1000.0, "times the machine", "A box of poses that is larger is a slip of the unit.")
+
+topic("Files and units")
+UNIT_GAIN = limit(10.0, "times", "By luck a wrong unit lowers the misfit less.", "tests/files/test_silent_readings.py")
+UNIT_MISFIT = limit(0.05, "of the spread measured", "From here on every other unit is tried; what leaves more is no explanation.")
+UNIT_SPARE = limit(3, "numbers", "Beyond what frames can meet: by luck each falls tenfold once in ten times.")
+UNIT_BETTER = limit(0.9, "times", "Of two equally good explanations the one with fewer changes stands.")
+STILL_PLACES = limit(4, "places", "From here on equal readings of a moving arm are no chance.")
+STILL_MOVED = limit(0.02, "rad or m", "So far the joints must have moved.")
+COPY_CHANCE = limit(1e-3, "chance", "Of taking honest repeats for copies.")
+QUIETEST = limit({"m": 5e-6, "rad": 5e-6, "px": 0.02}, "m, rad, px",
+    "No robot and instrument repeat themselves better.", "repeatability in data sheets (ISO 9283)")
+REPEAT_SIGMA = limit(10.0, "sigma of a difference", "Repeats that differ by more are no repeats.")
+SPREAD_ROWS = limit(4, "rows", "Fewer positions have no spread.")
+SPREAD_LARGE = limit(10.0, "times the arm", "No arm reaches positions that spread so far.")
+SPREAD_SMALL = limit(100.0, "times less than the arm", "An arm that moves its joints hardly stays in so little.")
+SPREAD_MOVED = limit(0.2, "rad or m", "So far a joint must have moved before positions have to spread.")
+RADIANS_TURNS = limit(2.5, "turns", "Radians beyond are degrees.")
+RADIANS_OUTSIDE = limit(0.5, "of the rows", "Angles of which more lie outside the limits are in the other unit.")
+DEGREES_RANGE = limit(math.radians(7.0), "rad", "Degrees that never leave it are radians: a measured robot moves further.")
+DEGREES_MOVED = limit(0.3, "rad", "So far they must move when read as radians.")
+
+topic("Proof and verdict")
+PROOF_PLACES = limit(5, "places", "A bootstrap of n gains of one sign never doubts them; by chance that happens once in 2^n.")
+HOLD_OUT_SHARE = limit(0.2, "of the places", "What is held out where nothing else is asked for.")
+HOLD_OUT_PLACES = limit(25, "places", "Of fewer a held-out fifth proves little, and leave-one-out is cheap.")
+LEAVE_ONE_OUT_PLACES = limit(400, "places", "Of more leave-one-out takes long and adds nothing to a hold-out.")
+MEAN_RIVAL = limit(0.9, "of the error of the mean", "A model that is hardly better than predicting the mean explains nothing.")
+UNEXPLAINED_MOST = limit(0.5, "of the variance", "A model that leaves more does not describe this robot, whatever it gains.")
+UNEXPLAINED_SHARE = limit(0.01, "of the variance", "No arm's making leaves a tenth of what the positions scatter by.")
+UNEXPLAINED_SIGMA = limit(3.0, "stated sigma", "Less may be the stated noise.")
+ANGLES_LEFT = limit(0.05, "rad per axis", "Measured angles that are left over are not explained.")
+ANGLES_SIGMA = limit(3.0, "stated sigma", "Less may be the stated noise.")
+BENT_LEAVES = limit(3e-3, "m per axis", "What implausible changes may leave; an arm that is merely bad is explained better.")
+KEPT_GAIN = limit(0.5, "of the gain", "The fit to everything must keep it where it has seen what the other predicted.")
+IMPLAUSIBLE_CHANGE = limit(20.0, "times what is expected", "20 mm or 6 deg: no arm is made so far from its drawing.")
+UNMADE_SIGMA = limit(5.0, "sigma", "A change that is none of the fit's own uncertainty.")
+ZERO_CHANGE = limit(10.0, "times what is expected", "10 mm or 3 deg: from here on a joint's zero is tried instead.")
+ZERO_SIGMA = limit(5.0, "sigma", "A change that is none of the fit's own uncertainty.")
+ZERO_LOST = limit({"rad": 0.5, "m": 0.1}, "rad, m", "So far a zero may be off that was lost.")
+WORSE_CHANCE = limit(0.025, "chance",
+    "That the nominal model is better in the working range: more is no proof, as for the gain.", "tests/statistics/test_region.py")
+BESIDE_NEAR = limit(0.02, "of the distance of two places", "A fiftieth of the way to another place is no other place.")
+BESIDE_SHARE = limit(0.5, "of what was held out", "Held-out places beside fitted ones tell nothing of the way between them.")
+FRAME_SEEN = limit(10.0, "times what is expected", "A direction of a frame that all rows see is seen beyond doubt.")
+FRAME_MOVES = limit(0.1, "of what is expected", "A reading that moves by more with an unseen direction proves nothing.")
+
+topic("Remarks on data and fit")
+NUMBERS_PER_PARAMETER = limit(2, "numbers", "Fewer measured numbers for a parameter are few.")
+PLANE_POINTS = limit(4, "points", "Three points always lie in a plane.")
+PLANE_THICKNESS = limit(0.02, "of the extent", "Thinner points lie in one plane.")
+NOISE_ABOVE = limit(3.0, "times the stated sigma", "The model leaves more than was stated.")
+NOISE_BELOW = limit(3.0, "times less than stated", "A stated sigma that is so far too large.")
+NOISE_CHANCE = limit(1e-3, "chance", "That it is not too large.")
+COMPUTED_ERROR = limit(1e-6, "m", "No arm repeats and no instrument reads so well: the data were computed.")
+COMPUTED_FREEDOM = limit(0.5, "degrees of freedom", "Of fewer rows the fit leaves nothing anyhow.")
+FOLLOW_SIGMA = limit(4.0, "sigma", "Errors that follow those before by more are no chance.", "tests/prove/test_follow.py")
+FOLLOW_SHARE = limit(0.2, "of the squares", "Less is of no consequence.")
+FOLLOW_PAIRS = limit(20, "pairs", "Fewer tell nothing.")
+FOLLOW_ALIKE = limit(1.25, "times as far", "So much farther in joint space the pair may be that is compared with.")
+STEP_MISLEADS = limit(1.5, "times what is promised, or the noise", "From here on one linear step would mislead.")
+CURVATURE = limit(1.0, "of a sigma", "Half of it is what a sigma is wrong by, one sigma away.")
+BOOTSTRAP_DRAWS = limit(100, "draws", "Of fewer a percentile at 2.5 % is a guess.")
+BOOTSTRAP_PLACES = limit(25, "places", "Fewer repeat themselves in every draw, and the scatter is too small.")
+BAND_CHANCE = limit(1e-3, "chance", "Fewer than one honest band in a thousand would miss so many.")
+PARTNERS_WIDER = limit(1.5, "times", "Hidden partners that widen a sigma by more are named.")
+GROUP_PLACES = limit(25, "places", "Of fewer, blocks prove nothing about what lies beyond geometry.")
+LAYER_PLACES = limit(50, "places", "Fewer teach no layer.")
+RIPPLE_CHANCE = limit(1e-3, "chance", "Of an order of ripple that is none, over all that were tried.")
+
+topic("Two runs of one robot")
+DRIFT_MATTERS = limit(1e-4, "m", "Below, no change is worth an alarm, unless the user says otherwise.")
+DRIFT_CHANCE = limit(1e-3, "chance",
+    "A level of 1e-2 accuses one in ten of the worst halves of a real series.", "tests/statistics/test_drift_and_prediction.py")
+DRIFT_OBSERVABLE = limit(0.25, "of the expected variance", "Known to half of what was expected.")
+
+# fmt: on
+
+
+def topics() -> dict[str, dict[str, Limit]]:
+    """Every limit by name, under its topic; a name stands where its limit was declared."""
+    out: dict[str, dict[str, Limit]] = {}
+    names = [n for n in globals() if n.isupper() and not n.startswith("_") and n not in ("T", "CHOICE", "LIMITS")]
+    for name, (title, entry) in zip(names, _DECLARED, strict=True):
+        out.setdefault(title, {})[name] = entry
+    return out
+
+
+LIMITS = {name: entry for entries in topics().values() for name, entry in entries.items()}
