@@ -7,11 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from robocal.diagnose.context import Context
 from robocal.diagnose.gross import sift
+from robocal.diagnose.moved import moved
 from robocal.diagnose.outliers import Outlier, named
+from robocal.diagnose.registry import When, run
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files.parts import hashes
 from robocal.files.text import InputFile
+from robocal.fit.baseline import Baseline
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, joints_of
