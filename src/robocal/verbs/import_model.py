@@ -36,7 +36,7 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Caspr]:
     """The robot of a cable set as the text of a robot.yaml, lengths in m. Raises InputError for whatever the model is that no
     robot.yaml can be, and writes nothing then."""
     from robocal.errors import ModelError
@@ -65,7 +65,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return Outcome(made, lambda: document, remarks=remarks, text=text).put(o.output)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Caspr]) -> Iterator[Section]:
     """Robot and cable set, every cable as CASPR and as robot.yaml call it, and where the file is."""
     from robocal.session.cable.summed import summed
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robocal.report.sections import Section, Text, ends, figure, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.session.predict import Prediction
 
 __all__ = ["Options", "run", "sections"]
 
@@ -36,7 +40,7 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Prediction]:
     """Predicts the tool's pose at the joint values of a CSV; `output` gets the same as a CSV. Raises InputError."""
     from robocal.files.writing import refuse_existing, write_text
     from robocal.session.predict import predicted, prediction_text
@@ -48,7 +52,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return Outcome(found, lambda: found.document, remarks=found.warnings, written=found.written)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Prediction]) -> Iterator[Section]:
     """One line per pose: where, and how far that may be off."""
     found = made.result
     yield Section.of(

@@ -6,11 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
+from typing import TYPE_CHECKING
 
 from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.session.simulate import Simulated
 
 __all__ = ["Options", "run", "sections"]
 
@@ -59,7 +63,7 @@ class Options(Told):
     tip: w.Tip = None
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Simulated]:
     """Simulates and writes robot, truth and data into a folder; everything that it writes says simulated. Raises InputError."""
     import numpy as np
 
@@ -96,7 +100,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return Outcome(made, lambda: document, written=made.written)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Simulated]) -> Iterator[Section]:
     """How wrong the model is, the files, and the next command."""
     found = made.result
     names = {p.stem: p for p in made.written if p.suffix != ".csv"}

@@ -40,7 +40,7 @@ class Options(Told):
     tip: w.Tip = None
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Checked]:
     """Reads a robot, and data files when there are any. Raises InputError for whatever is wrong with them."""
     from robocal.verbs.check.result import checked
 
@@ -48,7 +48,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return Outcome(found, lambda: found.document, remarks=found.warnings)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Checked]) -> Iterator[Section]:
     """What files contain and what they can tell."""
     from robocal.report.errors import strange
     from robocal.session.strange import outlier

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robocal.remarks.remark import sentences
 from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.drift.result import Comparison
 
 __all__ = ["Options", "run", "sections"]
 
@@ -44,7 +48,7 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Comparison]:
     """Compares two run folders of one robot; a folder gets drift.json. Raises InputError when they cannot be compared."""
     from robocal.files.plain import json_text
     from robocal.files.runfolder import open_run
@@ -64,7 +68,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return Outcome(made, lambda: made.document, not made.void, made.warnings, written=made.written)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Comparison]) -> Iterator[Section]:
     """The verdict, how far predictions are apart, and the parameters that changed most."""
     found = made.result
     apart = found.apart

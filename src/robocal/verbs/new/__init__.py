@@ -6,11 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
+from typing import TYPE_CHECKING
 
 from robocal.report.sections import Section, Text, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.new.result import Catalogue, New
 
 __all__ = ["Options", "run", "sections"]
 
@@ -39,7 +43,7 @@ class Options(Told):
     tip: w.Tip = None
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[New | Catalogue]:
     """Writes robot.yaml, data.yaml and measurements.csv; of a cable robot robot.yaml and poses.csv. Raises ModelError for an
     unknown name, FileError for a file that exists."""
     from robocal.errors import ModelError
@@ -65,7 +69,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return Outcome(made, lambda: document, written=made.written)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[New | Catalogue]) -> Iterator[Section]:
     """What was written and what to do with it; or the catalogue and the conventions."""
     found = made.result
     if not made.written:
@@ -90,6 +94,6 @@ def sections(made: Outcome) -> Iterator[Section]:
     )
 
 
-def _second(made: Outcome) -> str:
+def _second(made: Outcome[New | Catalogue]) -> str:
     """What the robot's file is checked with: the data file, or the poses of a cable robot."""
     return str(next(p for p in made.written if p != made.result.robot))

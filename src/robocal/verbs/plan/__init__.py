@@ -6,12 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robocal.report.sections import Detail, Section, Text, Written, ends, figure, quiet, strong, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.plan.result import Planned
 
 __all__ = ["Options", "run", "sections"]
 
@@ -89,7 +92,7 @@ class Options(Told):
     tip: w.Tip = None
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Planned]:
     """Plans and, given a folder, writes. Raises InputError."""
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
@@ -105,7 +108,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     )  # fmt: skip
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Planned]) -> Iterator[Section]:
     """Accuracy against the number of poses, and what to do next."""
     from robocal.report.plan import foretold, places
     from robocal.verbs.plan.result import points

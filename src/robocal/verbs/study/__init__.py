@@ -14,6 +14,7 @@ from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
+    from robocal.studies.run import Found
     from robocal.studies.cluster import Cluster
 
 __all__ = ["Options", "details", "run", "sections"]
@@ -53,7 +54,7 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Found]:
     """Runs a study; the file holds every output of every trial, the .json beside it what is said of them. Raises InputError."""
     import os
 
@@ -112,14 +113,14 @@ def _far(o: Options) -> Cluster | None:
     return None
 
 
-def details(made: Outcome) -> Iterator[Section]:
+def details(made: Outcome[Found]) -> Iterator[Section]:
     """A picture of every output."""
     from robocal.verbs.study.page import pictures
 
     yield from pictures(made.result)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Found]) -> Iterator[Section]:
     """Root mean square, mean and scatter of every output at every point, and what theory foretells."""
     from robocal.verbs.study.result import summary
 

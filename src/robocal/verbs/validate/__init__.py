@@ -75,7 +75,7 @@ class Options(Told):
     tip: w.Tip = None
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Validation]:
     """Validates a robot on data files; a folder gets validation.json and validation.html. Raises InputError."""
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
@@ -91,7 +91,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     )  # fmt: skip
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Validation]) -> Iterator[Section]:
     """The errors of a model, and of another one."""
     from robocal.report.validation import standing
 

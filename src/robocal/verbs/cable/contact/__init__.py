@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robocal.report.sections import Section, Text, ends, figure, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.cable.contact.result import Motions
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -43,7 +47,7 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Motions]:
     """The motions of a path; a folder gets FILES. Raises InputError."""
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
@@ -59,14 +63,14 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     )  # fmt: skip
 
 
-def details(made: Outcome) -> Iterator[Section]:
+def details(made: Outcome[Motions]) -> Iterator[Section]:
     """Pictures, every motion, how it was worked out."""
     from robocal.verbs.cable.contact.page import contact_details
 
     yield from contact_details(made.result)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Motions]) -> Iterator[Section]:
     """How many motions can be gone, and those that cannot."""
     found = made.result
     stopped = [row for row, whole in zip(found.rows, found.found.whole, strict=True) if not whole]

@@ -15,7 +15,7 @@ from robocal.report.cable.scene import scene
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
 from robocal.session.cable.load import assumed_text, ruler_of
-from robocal.verbs.cable.contact.result import Path
+from robocal.verbs.cable.contact.result import Motions
 
 __all__ = ["contact_details"]
 
@@ -23,7 +23,7 @@ DRAWN = 6  # motions
 MOST = 500  # rows of the table
 
 
-def contact_details(made: Path) -> Iterator[Section]:
+def contact_details(made: Motions) -> Iterator[Section]:
     """Pictures of the motions that cannot be gone to their end, or of the last one; every motion; how it was worked out."""
     stopped = np.flatnonzero(~made.found.whole)
     shown = stopped[:DRAWN] if len(stopped) else np.array([len(made.rows) - 1])
@@ -49,7 +49,7 @@ def contact_details(made: Path) -> Iterator[Section]:
     )
 
 
-def _drawn(made: Path, i: int, more: str) -> Section:
+def _drawn(made: Motions, i: int, more: str) -> Section:
     """Where a motion ends, between where it starts and where it was to go."""
     robot, (first, last, free, why) = made.file.robot, made.rows[i]
     at = made.found.reached[i]
@@ -66,7 +66,7 @@ def _drawn(made: Path, i: int, more: str) -> Section:
     )
 
 
-def _tension(made: Path, at: NDArray[np.float64]) -> NDArray[np.float64] | None:
+def _tension(made: Motions, at: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Tensions that hold the platform there; none where nothing is known of them, or none do."""
     robot = made.file.robot
     if made.demand is None or robot.limits is None:

@@ -20,11 +20,11 @@ from robocal.remarks.remark import Remark
 from robocal.session.cable.load import framed, held_robot, mass_of, robot_inputs
 from robocal.session.cable.start import clearance_of
 
-__all__ = ["Path", "path_of"]
+__all__ = ["Motions", "path_of"]
 
 
 @dataclass(frozen=True)
-class Path:
+class Motions:
     """Names of the poses, what the motions between them meet, and what is to be said."""
 
     file: CableFile
@@ -69,9 +69,9 @@ class Path:
         )
 
 
-def path_of(o: Any, command: str = "") -> Path:
+def path_of(o: Any, command: str = "") -> Motions:
     """A path by the options of the verb. Raises InputError."""
-    from pathlib import Path as FilePath
+    from pathlib import Path
 
     file = read_cable(o.robot)
     si = o.si(file.units)
@@ -96,8 +96,8 @@ def path_of(o: Any, command: str = "") -> Path:
         ) from None
     if open_ := int((~found.contacts.resolved & ~(found.held < found.contacts.fraction)).sum()):
         said = (*said, Remark.of(Code.MOTIONS_OPEN, count=open_))
-    inputs = (*robot_inputs(file, o.robot), InputFile(FilePath(o.poses), rows.sha256))
-    return Path(
+    inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256))
+    return Motions(
         replace(file, robot=robot),
         rows.names,
         found,

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robocal.report.sections import Section, Text, ends, figure, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.cable.workspace.result import Workspace
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -75,7 +78,7 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Workspace]:
     """The workspace for what is demanded; a folder gets FILES, and MESHES of a spatial robot. Raises InputError."""
     from robocal.files.writing import refuse_existing
     from robocal.verbs.cable.workspace.compute import workspace
@@ -92,14 +95,14 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return outcome.paged(o.output, told, lambda: texts(result), FILES[3], title=title, kind="Cable robot")
 
 
-def details(made: Outcome) -> Iterator[Section]:
+def details(made: Outcome[Workspace]) -> Iterator[Section]:
     """The robot, sections with margins, what was demanded, how it was worked out."""
     from robocal.verbs.cable.workspace.page import workspace_details
 
     yield from workspace_details(made.result)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Workspace]) -> Iterator[Section]:
     """How large it is by either way, where, and what is to spare there, in the robot file's units."""
     result, found = made.result, made.document()
     length, force = result.units.length, result.units.force
