@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Annotated, Any, TypeAlias
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, Protocol, TypeAlias
 
 __all__ = [
     "AMOUNT",
@@ -84,6 +84,14 @@ def unit_value(value: Any, unit: str) -> UnitValue | None:
     return None if value is None else UnitValue(value, unit)
 
 
+class Values(Protocol):
+    """One value per row: a list, a tuple or an array."""
+
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[Any]: ...
+    def __getitem__(self, row: int, /) -> Any: ...
+
+
 @dataclass(frozen=True, eq=False)
 class Column:
     """A column of a listing: its name, the unit of its values (empty where they have none), and a value for each row: a number, a word,
@@ -95,7 +103,7 @@ class Column:
 
     name: str
     unit: str
-    values: Sequence[Any]
+    values: Values
     digits: int = field(default=15, metadata=LAYOUT)
     decimals: int | None = field(default=None, metadata=LAYOUT)
     si_decimals: int | None = field(default=None, metadata=LAYOUT)
@@ -110,8 +118,8 @@ class Column:
     @property
     def plain(self) -> list[Any]:
         """The values as Python's own."""
-        made = self.values.tolist() if hasattr(self.values, "tolist") else list(self.values)
-        return made if isinstance(made, list) else [made]
+        values: Any = self.values
+        return list(values.tolist() if hasattr(values, "tolist") else values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,3 +148,7 @@ class Listing:
     def without(self, *names: str) -> Listing:
         """The same without these columns."""
         return Listing(tuple(c for c in self.columns if c.name not in names))
+
+    def take(self, rows: Sequence[int]) -> Listing:
+        """The same with these rows alone."""
+        return Listing(tuple(replace(c, values=[c.values[i] for i in rows]) for c in self.columns))

@@ -208,7 +208,7 @@ def tension_columns(robot: CableRobot, tension: Array) -> tuple[Column, ...]:
 
 def pose_columns(names: Sequence[str], poses: Array) -> tuple[Column, ...]:
     """Columns of poses (k, 4, 4) with their names, as `read_platform_poses` reads them; nothing where a pose is not a number."""
-    known = np.isfinite(poses).all(axis=(-2, -1))
+    known = np.asarray(np.isfinite(poses).all(axis=(-2, -1)))
     values = se3.to_vector(np.where(known[:, None, None], poses, np.eye(4)))
     values[~known] = np.nan
     units = ("m",) * 3 + ("rad",) * 3

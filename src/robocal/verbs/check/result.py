@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,16 +12,18 @@ from robocal.diagnose.gross import sift
 from robocal.diagnose.outliers import Outlier, named
 from robocal.diagnose.segments.find import find_segments, segment_remarks
 from robocal.estimate.identifiability import Identifiability, analyse
+from robocal.files import evidence
 from robocal.files.headers import cables_of
 from robocal.files.opened import Opened, cable_file
-from robocal.files.parts import hashes
-from robocal.files.plain import plain
+from robocal.files.parts import Document, InputHash, hashes
+from robocal.files.shown import shown
 from robocal.files.text import InputFile
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Machine
 from robocal.prove.identify import baseline
 from robocal.prove.warn import few_numbers, input_remarks
+from robocal.quantities import Amount, ShownUnit, UnitValue
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 from robocal.session.cable.identify import read_measured
@@ -29,17 +32,97 @@ from robocal.session.inputs import open_arm, read_inputs, robot_files
 from robocal.session.strange import outlier
 from robocal.session.watching import Watch, computable
 
+if TYPE_CHECKING:
+    from robocal.session.cable.summed import CableFacts
+
 __all__ = ["Checked", "checked"]
 
 
 @dataclass(frozen=True)
+class JointPart:
+    """A joint with its limits."""
+
+    name: str
+    type: str
+    unit: str
+    lower: float | None
+    upper: float | None
+
+
+@dataclass(frozen=True)
+class RobotPart:
+    """The robot; of a cable robot its cables, and what is known of them."""
+
+    name: str
+    convention: str
+    joints: tuple[JointPart, ...]
+    source: str
+    cables: tuple[str, ...] | None
+    cable_robot: CableFacts | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Instrument:
+    """An instrument, how much it measured, and one sigma as stated, of every unit that it reads in."""
+
+    name: str
+    kind: str
+    source: str
+    rows: int
+    configurations: int
+    sigma_source: str
+    sigma: tuple[UnitValue, ...]
+    frame: str
+    targets: list[str]
+    places: list[str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class IdentifiabilityPart:
+    """What the data can tell at the nominal model."""
+
+    rank: int
+    n_free: int
+    structural_rank: int | None
+    condition: float
+    kept: tuple[str, ...]
+    dropped: tuple[str, ...]
+    combinations: list[str]
+    observability: Mapping[str, float]
+    sigma_assumed: bool
+
+
+@dataclass(frozen=True)
+class BaselineError:
+    """The mean error of the nominal model with fitted frames, without and with gross rows."""
+
+    unit: ShownUnit
+    mean: Amount
+    mean_of_all_rows: Amount | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckDocument(Document):
+    """What --json prints."""
+
+    robot: RobotPart
+    instruments: tuple[Instrument, ...]
+    configurations: int | None
+    free: tuple[str, ...]
+    identifiability: IdentifiabilityPart | None
+    baseline_error: BaselineError | None
+    outliers: list[evidence.Outlier]
+    inputs: list[InputHash]
+
+
+@dataclass(frozen=True)
 class Checked:
-    """What was found: the robot, the instruments (one mapping each), what the data can tell at the nominal model, and
+    """What was found: the robot, the instruments, what the data can tell at the nominal model, and
     warnings."""
 
     robot: Opened
     data: DataSet | None
-    instruments: tuple[dict[str, Any], ...]
+    instruments: tuple[Instrument, ...]
     free: tuple[str, ...]
     seen: Identifiability | None
     misfit: float | None  # mean error of the nominal model with fitted frames (m), gross rows not counted
@@ -55,46 +138,33 @@ class Checked:
         return tuple(cables_of(self.robot.machine))
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> CheckDocument:
         """The same for machines."""
         machine, seen = self.robot.machine, self.seen
-        joints = [{"name": j.name, "type": j.type, "lower": j.lower, "upper": j.upper} for j in machine.joints]
-        cables: dict[str, Any] = {"cables": list(self.cables)} if self.cables else {}
-        if self.cables:
-            from robocal.session.cable.summed import facts
-
-            cables["cable_robot"] = plain(facts(self.robot.machine))
-        found = None
-        if seen is not None:
-            found = {
-                "rank": seen.rank,
-                "n_free": len(seen.names),
-                "structural_rank": seen.structural_rank,
-                "condition": seen.condition,
-                "kept": list(seen.kept),
-                "dropped": list(seen.dropped),
-                "combinations": [c.remark.sentence for c in seen.combinations],
-                "observability": seen.indices,
-                "sigma_assumed": self.assumed,
-            }
-        return {
-            "robot": {
-                "name": machine.name,
-                "convention": self.robot.convention,
-                "joints": joints,
-                "source": self.robot.source,
-            }
-            | cables,
-            "instruments": list(self.instruments),
-            "configurations": None if self.data is None else len(self.data.configurations),
-            "free": list(self.free),
-            "identifiability": found,
-            "baseline_mean_error_mm": None if self.misfit is None else self.misfit * 1e3,
-            "baseline_mean_error_of_all_rows_mm": None if self.misfit_of_all is None else self.misfit_of_all * 1e3,
+        joints = tuple(JointPart(j.name, j.type, "m" if j.type == "prismatic" else "rad", j.lower, j.upper) for j in machine.joints)
+        return CheckDocument(
+            robot=RobotPart(machine.name, self.robot.convention, joints, self.robot.source, *self._cables()),
+            instruments=self.instruments,
+            configurations=None if self.data is None else len(self.data.configurations),
+            free=self.free,
+            identifiability=None if seen is None else IdentifiabilityPart(
+                rank=seen.rank, n_free=len(seen.names), structural_rank=seen.structural_rank, condition=seen.condition, kept=seen.kept,
+                dropped=seen.dropped, combinations=[c.remark.sentence for c in seen.combinations], observability=seen.indices,
+                sigma_assumed=self.assumed,
+            ),
+            baseline_error=None if self.misfit is None else shown(BaselineError, ("m", self.misfit, self.misfit_of_all)),
             **told(self.warnings),
-            "outliers": [outlier(o) for o in self.strange],
-            "inputs": hashes(self.inputs),
-        }
+            outliers=[outlier(o) for o in self.strange],
+            inputs=hashes(self.inputs),
+        )  # fmt: skip
+
+    def _cables(self) -> tuple[Any, ...]:
+        """What a cable robot has beside."""
+        if not self.cables:
+            return (None, None)
+        from robocal.session.cable.summed import facts
+
+        return (self.cables, facts(self.robot.machine))
 
 
 def checked(o: Any, watch: Watch | None = None) -> Checked:
@@ -152,32 +222,19 @@ def _free(chain: Machine) -> tuple[Remark, ...]:
     return () if chain.table.free else (Remark.of(Code.NOTHING_FREE),)
 
 
-def _instruments(data: DataSet) -> tuple[dict[str, Any], ...]:
+def _instruments(data: DataSet) -> tuple[Instrument, ...]:
     out = []
     for obs in data.observations:
-        sigma = {} if obs.sigma is None else {
-            unit: float(np.sqrt(np.mean(obs.sigma[:, a:b] ** 2))) for a, b, unit in kind_of(obs).parts
-        }  # fmt: skip
+        sigma = () if obs.sigma is None else tuple(
+            UnitValue(float(np.sqrt(np.mean(obs.sigma[:, a:b] ** 2))), unit) for a, b, unit in kind_of(obs).parts
+        )  # fmt: skip
+        free = None if obs.frame is None else obs.frame.free
         out.append(
-            {
-                "name": obs.label,
-                "kind": obs.kind,
-                "source": obs.source,
-                "rows": len(obs),
-                "configurations": len(np.unique(obs.configuration)),
-                "sigma_source": "stated" if sigma else "estimated from the residuals",
-                "sigma_m": sigma.get("m"),
-                "sigma_rad": sigma.get("rad"),
-                "sigma_px": sigma.get("px"),
-                "frame": "none"
-                if obs.frame is None
-                else "free"
-                if all(obs.frame.free)
-                else "known"
-                if not any(obs.frame.free)
-                else "partly free",
-                "targets": [t.name for t in obs.targets],
-                "places": [f.name for f in kind_of(obs).frames(obs)],
-            }
+            Instrument(
+                name=obs.label, kind=obs.kind, source=obs.source, rows=len(obs), configurations=len(np.unique(obs.configuration)),
+                sigma_source="stated" if sigma else "estimated from the residuals", sigma=sigma,
+                frame="none" if free is None else "free" if all(free) else "partly free" if any(free) else "known",
+                targets=[t.name for t in obs.targets], places=[f.name for f in kind_of(obs).frames(obs)],
+            )  # fmt: skip
         )
     return tuple(out)

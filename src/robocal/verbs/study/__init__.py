@@ -14,8 +14,8 @@ from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
-    from robocal.studies.run import Found
     from robocal.studies.cluster import Cluster
+    from robocal.studies.run import Found
 
 __all__ = ["Options", "details", "run", "sections"]
 

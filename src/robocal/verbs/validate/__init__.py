@@ -108,9 +108,9 @@ def sections(made: Outcome[Validation]) -> Iterator[Section]:
         more = Detail(lambda: standing(found.iso, found.against is not None))
         yield Section.of("", *_standard(found.iso), more, title=str(found.iso.get("standard")), key="standard")
     told = list(_told(found))
-    worst = sorted(found.poses, key=lambda p: -p["error_mm"])[:3]
+    worst = sorted(found.poses.rows, key=lambda p: -p["error"])[:3]
     if len(found.poses) > 3:
-        told += quiet("worst: " + ", ".join(f"{p['configuration']} {figure(p['error_mm'], 3)} mm" for p in worst))
+        told += quiet("worst: " + ", ".join(f"{p['configuration']} {figure(p['error'], 3)} mm" for p in worst))
     if told:
         yield Section.of("", *told)
     yield from ends(made.remarks, key="warnings")

@@ -14,8 +14,8 @@ from robocal.verbs.option import Arg, Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
-    from robocal.verbs.verify.result import Summary, Verified
     from robocal.apply.verification import Agreement, Anova
+    from robocal.verbs.verify.result import Summary, Verified
 
 __all__ = ["Options", "run", "sections"]
 
@@ -70,8 +70,10 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ve
 
 def sections(made: Outcome[Verified | Summary]) -> Iterator[Section]:
     """Errors by view, the analysis of variance, and who agrees with whom."""
+    from robocal.verbs.verify.result import Summary
+
     found = made.result
-    if hasattr(found, "groups"):
+    if isinstance(found, Summary):
         yield Section.of("", Text.of(f"{len(found.groups)} groups: {', '.join(found.groups)}"))
         yield Section.of(
             "",

@@ -25,14 +25,14 @@ MOST = 500  # rows of the table
 
 def contact_details(made: Motions) -> Iterator[Section]:
     """Pictures of the motions that cannot be gone to their end, or of the last one; every motion; how it was worked out."""
-    stopped = np.flatnonzero(~made.found.whole)
-    shown = stopped[:DRAWN] if len(stopped) else np.array([len(made.rows) - 1])
+    stopped, count = np.flatnonzero(~made.found.whole), len(made.found.whole)
+    shown = stopped[:DRAWN] if len(stopped) else np.array([count - 1])
     more = f" The first {DRAWN} of {len(stopped)} are drawn." if len(stopped) > DRAWN else ""
     for number, i in enumerate(shown.tolist()):
         yield _drawn(made, i, more if number == 0 else "")
     said = "The share of every motion that can be gone, 0 to 1, and what ends it."
-    said += f" The first {MOST} motions; {len(made.rows) - MOST} more are in legs.csv." if len(made.rows) > MOST else ""
-    rows = [[a, b, significant(free), why or "–"] for a, b, free, why in made.rows[:MOST]]
+    said += f" The first {MOST} motions; {count - MOST} more are in legs.csv." if count > MOST else ""
+    rows = [[r["from"], r["to"], significant(r["free"]), r["ends by"] or "–"] for r in made.shown.rows][:MOST]
     yield part("Motion by motion", said, table=[["from", "to", "free share", "ends by"], *rows])
     robot = made.file.robot
     words = (
@@ -51,7 +51,7 @@ def contact_details(made: Motions) -> Iterator[Section]:
 
 def _drawn(made: Motions, i: int, more: str) -> Section:
     """Where a motion ends, between where it starts and where it was to go."""
-    robot, (first, last, free, why) = made.file.robot, made.rows[i]
+    robot, (first, last, free, why) = made.file.robot, next(made.shown.take([i]).rows).values()
     at = made.found.reached[i]
     ends = f"ends at {significant(free)} of its way: {why}" if why else "can be gone to its end"
     caption = f"{first} to {last}: {ends}"

@@ -14,8 +14,8 @@ from robocal.verbs.option import Arg, Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
-    from robocal.verbs.cable.drift.result import Drifts
     from robocal.cables.calibration.drift import Compared
+    from robocal.verbs.cable.drift.result import Drifts
 
 __all__ = ["Options", "run", "sections"]
 

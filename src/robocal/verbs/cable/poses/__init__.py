@@ -80,13 +80,16 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Listed]:
     """Lists poses and chooses some of them; a folder gets FILES. Raises InputError."""
+    from robocal.files.listing import in_units, listing_text
     from robocal.files.writing import refuse_existing
     from robocal.verbs.cable.poses.result import listed, texts
 
     refuse_existing(o.output, FILES, o.force)
     out = listed(o, watch or (lambda event: None), command)
     note = _summary(out) if o.output is None else ""
-    outcome = Outcome(out, lambda: out.document, True, out.warnings, out.text, note).kept(())
+    shown = in_units(out.listed, out.units)
+    text = listing_text(out.listed, out.units)
+    outcome = Outcome(out, lambda: out.document, True, out.warnings, text, note, listing=shown).kept(())
     if watch is not None and o.output is not None:
         watch({"stage": "report"})
     told = (part for tell in (sections, details) for part in tell(outcome))

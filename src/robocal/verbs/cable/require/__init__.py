@@ -56,6 +56,7 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Required]:
     """Expected errors, and what an accuracy needs. Raises InputError."""
+    from robocal.files.listing import listing_text
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
     from robocal.verbs.cable.require.result import required
@@ -65,7 +66,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Re
     outcome = Outcome(made, lambda: made.document, made.enough, made.remarks).kept(())
     told = (part for tell in (sections, details) for part in tell(outcome))
     return outcome.paged(
-        o.output, told, lambda: {FILES[0]: json_text(made.document), FILES[1]: made.text}, FILES[2],
+        o.output, told, lambda: {FILES[0]: json_text(made.document), FILES[1]: listing_text(made.lines)}, FILES[2],
         title=f"{made.robot.name}: what a calibration needs", kind="Cable robot",
     )  # fmt: skip
 
