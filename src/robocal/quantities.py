@@ -98,7 +98,7 @@ class Column:
     an array. None or NaN: there is none.
 
     A CSV has `digits` significant ones, at most `decimals` after the point, `si_decimals` before the unit is changed; a table says `label` instead of name and unit, and
-    formats as `spec` says (four significant digits; `to` joins the ends of a range).
+    formats as `spec` says (else `figures` significant digits; `to` joins the ends of a range).
     """
 
     name: str
@@ -109,6 +109,7 @@ class Column:
     si_decimals: int | None = field(default=None, metadata=LAYOUT)
     label: str = field(default="", metadata=LAYOUT)
     spec: str = field(default="", metadata=LAYOUT)
+    figures: int = field(default=4, metadata=LAYOUT)
 
     @property
     def header(self) -> str:

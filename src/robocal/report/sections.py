@@ -286,7 +286,7 @@ def _cell(value: Any, column: Column) -> str:
     if isinstance(value, list):
         return ", ".join(_cell(v, column) for v in value)
     if isinstance(value, float):
-        return format(value, column.spec) if column.spec and math.isfinite(value) else figure(value)
+        return format(value, column.spec) if column.spec and math.isfinite(value) else figure(value, column.figures)
     return "" if value is None else str(value)
 
 

@@ -175,8 +175,8 @@ def _listing(ids: Sequence[str], found: Predicted, known: Knowledge) -> Listing:
         *(Column(name, "mm", 1e3 * v, spec=".3f") for name, v in lengths.items()),
         *(Column(name, "deg", np.degrees(v), spec=".3f") for name, v in angles.items()),
         *(Column(f"sigma_{a}", "mm", 1e3 * v) for a, v in zip("xyz", sigma.T, strict=True)),
-        Column("band", "mm", 1e3 * band, label="± model"),
-        Column("band_new", "mm", 1e3 * new, label="± new"),
-        Column("turn_band", "deg", turn, label="± turn"),
+        Column("band", "mm", 1e3 * band, label="± model", figures=2),
+        Column("band_new", "mm", 1e3 * new, label="± new", figures=2),
+        Column("turn_band", "deg", turn, label="± turn", figures=2),
         Column("turn_band_new", "deg", np.degrees(turned)),
     ))  # fmt: skip

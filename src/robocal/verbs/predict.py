@@ -61,9 +61,9 @@ def sections(made: Outcome[Prediction]) -> Iterator[Section]:
         "", Text.of((found.robot.name, "strong"), f"   {len(found.poses)} poses of the tool, in base coordinates")
     )
     shown = found.poses.only("configuration", *"xyz", "rx", "ry", "rz", "band", "band_new", "turn_band")
-    blind = ["not seen" if v > BLIND else figure(v, 2) for v in shown["turn_band"].plain]
-    bars = [replace(c, values=[figure(v, 2) for v in c.plain]) for c in shown.columns[7:9]]
-    shown = Listing((*shown.columns[:7], *bars, replace(shown.columns[9], values=blind)))
+    turn = shown.columns[9]
+    blind = replace(turn, values=["not seen" if v > BLIND else figure(v, turn.figures) for v in turn.plain])
+    shown = Listing((*shown.columns[:9], blind))
     lines = [f"... and {len(found.poses) - MOST} more; -o FILE writes all"] if len(found.poses) > MOST else []
     shape = f"of the arm's shape: the base placed best over the {found.region}"
     words = "where the base stands included" if found.absolute else shape

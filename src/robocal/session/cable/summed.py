@@ -58,13 +58,18 @@ def facts(machine: Machine) -> CableFacts:
 
 def _cables(robot: CableRobot) -> Listing:
     wheels = robot.pulleys
-    there = None if wheels is None else wheels.radius > 0
-    columns = [
-        ("frame anchor", "m", robot.a), ("platform anchor", "m", robot.b), ("zero", "m", robot.zeros), ("tension", "N", robot.limits),
-        ("diameter", "m", robot.diameter), ("pulley", "m", None if wheels is None else wheels.radius),
-        ("elasticity", "1/N", robot.elasticity), ("density", "N/m", robot.density),
-        ("pulley axis", "", None if wheels is None or there is None else [a if t else None for a, t in zip(wheels.axis, there, strict=True)]),
-    ]  # fmt: skip
+    columns: list[tuple[str, str, Any]] = [
+        ("frame anchor", "m", robot.a),
+        ("platform anchor", "m", robot.b),
+        ("zero", "m", robot.zeros),
+        ("tension", "N", robot.limits),
+        ("diameter", "m", robot.diameter),
+        ("elasticity", "1/N", robot.elasticity),
+        ("density", "N/m", robot.density),
+    ]
+    if wheels is not None:
+        axes = [axis if radius > 0 else None for axis, radius in zip(wheels.axis.tolist(), wheels.radius, strict=True)]
+        columns[5:5] = [("pulley", "m", wheels.radius), ("pulley axis", "", axes)]
     return Listing((Column("cable", "", robot.cables), *(Column(n, u, v) for n, u, v in columns if v is not None)))
 
 
@@ -88,7 +93,7 @@ def summed(opened: Any) -> Iterator[Section]:
     )
     lines = [f"{robot.degrees}, {held}; frame {size} {length.name}; platform {mass}"]
     if said.not_known:
-        lines.append(f"not known: {', '.join(said['not_known'])}")
+        lines.append(f"not known: {', '.join(said.not_known)}")
     if robot.assumed:
         # c1.b to c8.b are one thing.
         what = dict.fromkeys(name.rpartition(".")[2] for name in robot.assumed)

@@ -81,7 +81,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ar
         LengthsDocument, file.robot, remarks, inputs, command, lengths=kind, poses=listing
     )  # fmt: skip
     text = listing_text(listing, file.units)
-    return Outcome(lengths, lambda: document, remarks=remarks, text=text, listing=in_units(listing, file.units)).put(o.output)
+    return Outcome(lengths, lambda: document, remarks=remarks, text=text, listing=in_units(listing, file.units)).put(
+        o.output
+    )
 
 
 def sections(made: Outcome[Array]) -> Iterator[Section]:

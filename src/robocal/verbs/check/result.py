@@ -141,7 +141,9 @@ class Checked:
     def document(self) -> CheckDocument:
         """The same for machines."""
         machine, seen = self.robot.machine, self.seen
-        joints = tuple(JointPart(j.name, j.type, "m" if j.type == "prismatic" else "rad", j.lower, j.upper) for j in machine.joints)
+        joints = tuple(
+            JointPart(j.name, j.type, "m" if j.type == "prismatic" else "rad", j.lower, j.upper) for j in machine.joints
+        )
         return CheckDocument(
             robot=RobotPart(machine.name, self.robot.convention, joints, self.robot.source, *self._cables()),
             instruments=self.instruments,
@@ -231,10 +233,16 @@ def _instruments(data: DataSet) -> tuple[Instrument, ...]:
         free = None if obs.frame is None else obs.frame.free
         out.append(
             Instrument(
-                name=obs.label, kind=obs.kind, source=obs.source, rows=len(obs), configurations=len(np.unique(obs.configuration)),
-                sigma_source="stated" if sigma else "estimated from the residuals", sigma=sigma,
+                name=obs.label,
+                kind=obs.kind,
+                source=obs.source,
+                rows=len(obs),
+                configurations=len(np.unique(obs.configuration)),
+                sigma_source="stated" if sigma else "estimated from the residuals",
+                sigma=sigma,
                 frame="none" if free is None else "free" if all(free) else "partly free" if any(free) else "known",
-                targets=[t.name for t in obs.targets], places=[f.name for f in kind_of(obs).frames(obs)],
-            )  # fmt: skip
+                targets=[t.name for t in obs.targets],
+                places=[f.name for f in kind_of(obs).frames(obs)],
+            )
         )
     return tuple(out)

@@ -52,16 +52,19 @@ class Options(Told):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Compensated]:
     """Compensates targets; a folder gets compensated.csv and compensation.json. Raises InputError."""
+    from robocal.files.listing import listing_text
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing, write_files
     from robocal.verbs.compensate.result import compensated
 
     refuse_existing(o.output, FILES, o.force)
     found = compensated(o, command, watch)
+    text = listing_text(found.listing)
     if o.output is not None:
-        texts = dict(zip(FILES, (found.text, json_text(found.document)), strict=True))
+        texts = dict(zip(FILES, (text, json_text(found.document)), strict=True))
         found = replace(found, written=write_files(o.output, texts))
-    return Outcome(found, lambda: found.document, found.trusted, found.warnings, found.text, written=found.written)
+    document, trusted = (lambda: found.document), found.trusted
+    return Outcome(found, document, trusted, found.warnings, text, written=found.written, listing=found.listing)
 
 
 def sections(made: Outcome[Compensated]) -> Iterator[Section]:

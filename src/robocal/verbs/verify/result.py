@@ -137,12 +137,16 @@ class Verified:
     @property
     def document(self) -> VerifyDocument:
         """What --json says: mm and deg."""
-        both, sources = self.agreement, zip(self.sources, self.errors, strict=True)
+        both = self.agreement
+        errors = {
+            s.name: {v: Both(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in of.items()}
+            for s, of in zip(self.sources, self.errors, strict=True)
+        }
         names = [*(s.name for s in self.sources), self.reference.name]
         return VerifyDocument(
             reference=self.reference.name,
             poses=self.reference.ids,
-            sources={s.name: {v: Both(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in of.items()} for s, of in sources},
+            sources=errors,
             anova={v: Both(*pair) for v, pair in self.anova.items()},
             agreement=None if both is None else Both(_agreed(both[0], names, "m"), _agreed(both[1], names, "rad")),
             **told(self.remarks),

@@ -143,7 +143,9 @@ class Required:
             name: {k: UnitValue(v, si.get(k, "m")) for k, v in asdict(replace(r, estimator=name).expected).items()}
             for name in ESTIMATORS
         }
-        noise = {name: UnitValue(getattr(r.noise, name), si.get(name, "m")) for name in ("length", "position", "orientation")}
+        noise = {
+            name: UnitValue(getattr(r.noise, name), si.get(name, "m")) for name in ("length", "position", "orientation")
+        }
         return cable_document(
             RequireDocument, self.robot, self.remarks, self.inputs, self.command, poses=len(r.design.poses), noise=noise,
             estimator=r.estimator, expected=expected, sigma=self.sigmas,

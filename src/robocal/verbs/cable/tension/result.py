@@ -192,7 +192,13 @@ class Tensions:
         """One row per cable: its limits, and the tensions that it bears; none where no pose has any."""
         cables, limits, borne = self.robot.cables, self.spread.limits, self.borne
         parts = (Column(k, "N", borne.get(k, [None] * len(cables)), label=k) for k in ("least", "mean", "greatest"))
-        return Listing((Column("cable", "", cables, label="tension [N]"), *parts, Column("limits", "N", limits, label="limits", spec="to")))
+        return Listing(
+            (
+                Column("cable", "", cables, label="tension [N]"),
+                *parts,
+                Column("limits", "N", limits, label="limits", spec="to"),
+            )
+        )
 
     @property
     def document(self) -> TensionDocument:

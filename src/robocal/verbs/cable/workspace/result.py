@@ -69,9 +69,7 @@ class Spread:
     @classmethod
     def of(cls, values: Array, unit: str = "") -> Spread:
         """Of the numbers of all held cells."""
-        return cls(
-            unit=unit, least=float(values.min()), median=float(np.median(values)), greatest=float(values.max())
-        )
+        return cls(unit=unit, least=float(values.min()), median=float(np.median(values)), greatest=float(values.max()))
 
 
 @dataclass(frozen=True, kw_only=True)
