@@ -97,8 +97,8 @@ class Column:
     """A column of a listing: its name, the unit of its values (empty where they have none), and a value for each row: a number, a word,
     an array. None or NaN: there is none.
 
-    A CSV has `digits` significant ones, at most `decimals` after the point, `si_decimals` before the unit is changed; a table says `label` instead of name and unit, and
-    formats as `spec` says (else `figures` significant digits; `to` joins the ends of a range).
+    A CSV has `digits` significant ones, at most `decimals` after the point, `si_decimals` before the unit is changed. A table says `label`
+    instead of name and unit, and formats as `spec` says, else with `figures` significant digits; `to` joins the ends of a range.
     """
 
     name: str

@@ -14,8 +14,8 @@ _NAMES: dict[type[Any], tuple[str, ...]] = {}  # the fields of every dataclass t
 
 
 def plain(value: Any) -> Any:
-    """Plain data that strict JSON can hold: dataclasses as mappings (without fields that are mere layout), arrays, tuples and sets as lists, null for what is not
-    finite, texts for whatever else."""
+    """Plain data that strict JSON can hold: dataclasses as mappings (without fields that are mere layout), arrays, tuples and sets as
+    lists, null for what is not finite, texts for whatever else."""
     kind = type(value)
     if kind is float:
         return value if math.isfinite(value) else None
