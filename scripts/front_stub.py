@@ -78,6 +78,11 @@ def _parameter(entry: Entry) -> str:
     return f"{entry.python}: {plain}{' | None' if entry.optional else ''}{default}"
 
 
+def _order(line: str) -> str:
+    """That of ruff: by module."""
+    return line.split()[1]
+
+
 def texts() -> dict[Path, str]:
     """Both stubs, by file."""
     arrays = [EXPLICIT.format(module="robocal.front.arrays", name=n) for n in robocal.ARRAYS]
@@ -85,16 +90,20 @@ def texts() -> dict[Path, str]:
     errors = [EXPLICIT.format(module="robocal.errors", name=n) for n in robocal.ERRORS]
     version = EXPLICIT.format(module="robocal._version", name="__version__")
     results = [line for name in robocal.CALLS if name != "identify" for line in _result(name)[1]]
-    imports = "\n".join([version, *errors, "from robocal.front import cable as cable", *arrays, *found, *results])
+    every = [version, *errors, "from robocal.front import cable as cable", *arrays, *found, *results]
+    imports = "\n".join(sorted(every, key=_order))
     names = ",\n    ".join(f'"{n}"' for n in robocal.__all__)
     ours = HEAD.format(imports=imports, given="Arm | Measurements | Found[Any]")
     ours += "".join(f"{n}: tuple[str, ...]\n" for n in ("ARRAYS", "FOUND", "ERRORS", "CALLS"))
     ours += f"__all__ = [\n    {names},\n]\n\n"
     ours += "\n".join(stub(name) for name in robocal.CALLS)
-    own = "\n".join(EXPLICIT.format(module="robocal.front.cables", name=n) for n in ("CableArm", "robot"))
-    results = "\n".join(line for name in CABLE for line in _result(f"cable.{name}")[1])
-    imports = f"from robocal.front.arrays import Measurements\n{own}\nfrom robocal.front.found import Found\n{results}"
-    cables = HEAD.format(imports=imports, given="Measurements | Found[Any]") + "\n".join(stub(f"cable.{n}") for n in CABLE)
+    own = [EXPLICIT.format(module="robocal.front.cables", name=n) for n in ("CableArm", "robot")]
+    own += ["from robocal.front.arrays import Measurements", "from robocal.front.found import Found"]
+    own += [line for name in CABLE for line in _result(f"cable.{name}")[1]]
+    imports = "\n".join(sorted(own, key=_order))
+    cables = HEAD.format(imports=imports, given="Measurements | Found[Any]") + "\n".join(
+        stub(f"cable.{n}") for n in CABLE
+    )
     return {ROOT / "__init__.pyi": ours, ROOT / "front" / "cable.pyi": cables}
 
 

@@ -13,7 +13,13 @@ from typing import Any
 __all__ = ["schema_1"]
 
 UNITS = {"m/s2": "m_s2", "1/N": "1_N", "N/m": "N_m", "": ""}
-NULL = {"centre": "m", "extent": "m", "margin": "N", "acceleration": "m_s2", "predicting_the_mean": ""}  # null has no unit
+NULL = {
+    "centre": "m",
+    "extent": "m",
+    "margin": "N",
+    "acceleration": "m_s2",
+    "predicting_the_mean": "",
+}  # null has no unit
 POSE = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 Data = dict[str, Any]
 
@@ -122,7 +128,7 @@ def _list(made: Data) -> None:
         sigma, expected = made["choice"].pop("sigma"), made["choice"].pop("expected_rms")
         made["choice"] |= {
             "sigma_m": sigma["length_m"], "sigma_position_m": sigma["position_m"], "sigma_orientation_rad": sigma["orientation_rad"],
-            "expected_rms_m": {who: {k.removesuffix("_m"): v for k, v in of.items()} for who, of in expected.items()},
+            "expected_rms_m": {who: of for who, of in expected.items() if who != "unit"},
         }  # fmt: skip
 
 

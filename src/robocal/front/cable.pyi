@@ -3,18 +3,18 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from robocal.cables.inverse import Array as _inverse_Array
 from robocal.front.arrays import Measurements
 from robocal.front.cables import CableArm as CableArm
 from robocal.front.cables import robot as robot
 from robocal.front.found import Found
-from robocal.cables.inverse import Array as _inverse_Array
+from robocal.verbs.cable.contact.result import Motions as _contact_Motions
+from robocal.verbs.cable.drift.result import Drifts as _drift_Drifts
 from robocal.verbs.cable.forward.result import Poses as _forward_Poses
+from robocal.verbs.cable.poses.result import Listed as _poses_Listed
+from robocal.verbs.cable.require.result import Required as _require_Required
 from robocal.verbs.cable.tension.result import Tensions as _tension_Tensions
 from robocal.verbs.cable.workspace.result import Workspace as _workspace_Workspace
-from robocal.verbs.cable.poses.result import Listed as _poses_Listed
-from robocal.verbs.cable.contact.result import Motions as _contact_Motions
-from robocal.verbs.cable.require.result import Required as _require_Required
-from robocal.verbs.cable.drift.result import Drifts as _drift_Drifts
 
 _Path = str | os.PathLike[str]
 _Given = _Path | Measurements | Found[Any]

@@ -215,7 +215,7 @@ class ListChoice:
     limit: float | None
     parameters: Sequence[str]
     sigma: ListNoise
-    expected_rms: dict[str, dict[str, UnitValue]]
+    expected_rms: dict[str, Any]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -302,8 +302,7 @@ class Listed:
         sigma = ListNoise(
             length=UnitValue(noise.length, "m"), position=UnitValue(noise.position, "m"), orientation=UnitValue(noise.orientation, "rad")
         )  # fmt: skip
-        expected = {who: {k: UnitValue(v, "m") for k, v in of.items()} for who, of in choice.expected.items()}
         return ListChoice(
             criterion=choice.criterion, poses=[self.names[i] for i in choice.chosen], value=choice.design.value, limit=choice.limit,
-            parameters=choice.parameters, sigma=sigma, expected_rms=expected,
+            parameters=choice.parameters, sigma=sigma, expected_rms={"unit": "m"} | dict(choice.expected),
         )  # fmt: skip
