@@ -1,4 +1,4 @@
-"""Types of the Python front door, from the options of the verbs: writes src/robocal/__init__.pyi and front/cable.pyi.
+"""Types of the Python front door, from the options and results of the verbs: writes src/robocal/__init__.pyi and front/cable.pyi.
 
 python scripts/front_stub.py            say whether they are as the verbs say; exit status 1 where they are not
 python scripts/front_stub.py --write    write them
@@ -6,6 +6,9 @@ python scripts/front_stub.py --write    write them
 
 from __future__ import annotations
 
+import ast
+import inspect
+import re
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -19,6 +22,7 @@ ROOT = Path(__file__).parent.parent / "src" / "robocal"
 HEAD = """# Made by scripts/front_stub.py from the options of the verbs.
 import os
 from collections.abc import Callable, Sequence
+from typing import Any
 
 {imports}
 
@@ -39,8 +43,23 @@ def stub(path: str) -> str:
     doc = "\n    ".join(line.strip() for line in described(path).replace('"', "'").splitlines())
     doc = "\n".join(line.rstrip() for line in doc.split("\n"))
     name = path.rpartition(".")[2]
-    kind = "Identified" if path == "identify" else "Found"
+    kind = "Identified" if path == "identify" else f"Found[{_result(path)[0]}]"
     return f'def {name}(\n    {words},\n) -> {kind}:\n    """{doc}\n    """\n'
+
+
+def _result(path: str) -> tuple[str, list[str]]:
+    """What `run(...) -> Outcome[T]` says of its result, and the imports that it takes: every name under one that only this verb has."""
+    module = import_module(f"robocal.verbs.{path}")
+    told = module.run.__annotations__["return"].removeprefix("Outcome[").removesuffix("]")
+    verb = path.rpartition(".")[2]
+    imports = []
+    for node in ast.walk(ast.parse(inspect.getsource(module))):
+        for alias in node.names if isinstance(node, ast.ImportFrom) and node.col_offset in (0, 4) else ():
+            name, own = alias.asname or alias.name, f"_{verb}_{alias.asname or alias.name}"
+            if re.search(rf"\b{name}\b", told) and node.module != "typing" and f" as {own}" not in "".join(imports):
+                told = re.sub(rf"\b{name}\b", own, told)
+                imports.append(f"from {node.module} import {alias.name} as {own}")
+    return told, imports
 
 
 def _parameter(entry: Entry) -> str:
@@ -59,21 +78,32 @@ def _parameter(entry: Entry) -> str:
     return f"{entry.python}: {plain}{' | None' if entry.optional else ''}{default}"
 
 
+def _order(line: str) -> str:
+    """That of ruff: by module."""
+    return line.split()[1]
+
+
 def texts() -> dict[Path, str]:
     """Both stubs, by file."""
     arrays = [EXPLICIT.format(module="robocal.front.arrays", name=n) for n in robocal.ARRAYS]
     found = [EXPLICIT.format(module="robocal.front.found", name=n) for n in robocal.FOUND]
     errors = [EXPLICIT.format(module="robocal.errors", name=n) for n in robocal.ERRORS]
     version = EXPLICIT.format(module="robocal._version", name="__version__")
-    imports = "\n".join([version, *errors, "from robocal.front import cable as cable", *arrays, *found])
+    results = [line for name in robocal.CALLS if name != "identify" for line in _result(name)[1]]
+    every = [version, *errors, "from robocal.front import cable as cable", *arrays, *found, *results]
+    imports = "\n".join(sorted(every, key=_order))
     names = ",\n    ".join(f'"{n}"' for n in robocal.__all__)
-    ours = HEAD.format(imports=imports, given="Arm | Measurements | Found")
+    ours = HEAD.format(imports=imports, given="Arm | Measurements | Found[Any]")
     ours += "".join(f"{n}: tuple[str, ...]\n" for n in ("ARRAYS", "FOUND", "ERRORS", "CALLS"))
     ours += f"__all__ = [\n    {names},\n]\n\n"
     ours += "\n".join(stub(name) for name in robocal.CALLS)
-    own = "\n".join(EXPLICIT.format(module="robocal.front.cables", name=n) for n in ("CableArm", "robot"))
-    imports = f"from robocal.front.arrays import Measurements\n{own}\nfrom robocal.front.found import Found"
-    cables = HEAD.format(imports=imports, given="Measurements | Found") + "\n".join(stub(f"cable.{n}") for n in CABLE)
+    own = [EXPLICIT.format(module="robocal.front.cables", name=n) for n in ("CableArm", "robot")]
+    own += ["from robocal.front.arrays import Measurements", "from robocal.front.found import Found"]
+    own += [line for name in CABLE for line in _result(f"cable.{name}")[1]]
+    imports = "\n".join(sorted(own, key=_order))
+    cables = HEAD.format(imports=imports, given="Measurements | Found[Any]") + "\n".join(
+        stub(f"cable.{n}") for n in CABLE
+    )
     return {ROOT / "__init__.pyi": ours, ROOT / "front" / "cable.pyi": cables}
 
 

@@ -1,10 +1,12 @@
 # Made by scripts/front_stub.py from the options of the verbs.
 import os
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from robocal._version import __version__ as __version__
 from robocal.errors import Cancelled as Cancelled
 from robocal.errors import InputError as InputError
+from robocal.files.cable.caspr import Caspr as _import_model_Caspr
 from robocal.front import cable as cable
 from robocal.front.arrays import Arm as Arm
 from robocal.front.arrays import Measurements as Measurements
@@ -13,9 +15,22 @@ from robocal.front.arrays import robot as robot
 from robocal.front.arrays import table as table
 from robocal.front.found import Found as Found
 from robocal.front.found import Identified as Identified
+from robocal.session.predict import Prediction as _predict_Prediction
+from robocal.session.simulate import Simulated as _simulate_Simulated
+from robocal.studies.run import Found as _study_Found
+from robocal.verbs.check.result import Checked as _check_Checked
+from robocal.verbs.compensate.result import Compensated as _compensate_Compensated
+from robocal.verbs.drift.result import Comparison as _drift_Comparison
+from robocal.verbs.export.result import Exported as _export_Exported
+from robocal.verbs.new.result import Catalogue as _new_Catalogue
+from robocal.verbs.new.result import New as _new_New
+from robocal.verbs.plan.result import Planned as _plan_Planned
+from robocal.verbs.validate.result import Validation as _validate_Validation
+from robocal.verbs.verify.result import Summary as _verify_Summary
+from robocal.verbs.verify.result import Verified as _verify_Verified
 
 _Path = str | os.PathLike[str]
-_Given = _Path | Arm | Measurements | Found
+_Given = _Path | Arm | Measurements | Found[Any]
 _Watch = Callable[[dict[str, object]], None]
 
 ARRAYS: tuple[str, ...]
@@ -57,7 +72,7 @@ def check(
     base: str | None = None,
     tip: str | None = None,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_check_Checked]:
     """Say what robot and data files contain and what they can tell, without fitting.
 
     Joints, rows, where sigma comes from, what is free, and what will not be told apart and why; of a cable robot what is known of its
@@ -84,7 +99,7 @@ def compensate(
     base: str | None = None,
     tip: str | None = None,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_compensate_Compensated]:
     """Correct targets for a controller that keeps its nominal model: joint angles, and Cartesian poses.
 
     Every correction is checked by driving the calibrated model with it. Targets that cannot be reached are listed, not
@@ -113,7 +128,7 @@ def drift(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_drift_Comparison]:
     """Compare two calibrations of one robot: has it changed, by how many millimetres, and where does it show?
 
     Both runs must start from the same robot file. The instrument may stand elsewhere; with --new-tool the tool too.
@@ -141,7 +156,7 @@ def export(
     base: str | None = None,
     tip: str | None = None,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_export_Exported]:
     """Hand a robot model on: robot.yaml, URDF, a table of its parameters, or joint offsets for a controller.
 
     robot: A robot file, a catalogue name, or a run folder.
@@ -229,7 +244,7 @@ def import_model(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_import_model_Caspr]:
     """Write a model of CASPR as robot.yaml: the robot that every verb reads from the model itself, with one of its cable sets.
 
     What robot.yaml cannot hold is named.
@@ -254,7 +269,7 @@ def new(
     base: str | None = None,
     tip: str | None = None,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_new_New | _new_Catalogue]:
     """Write a robot file, a data file and a table to fill in; of a cable robot its file and a list of poses.
 
     A robot that has a file, such as a URDF, keeps it: its data file and table are written.
@@ -299,7 +314,7 @@ def plan(
     base: str | None = None,
     tip: str | None = None,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_plan_Planned]:
     """Choose which poses to measure, and say how many are enough.
 
     Writes a joint program in an order that is short to travel, and the data file to be filled in.
@@ -341,7 +356,7 @@ def predict(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_predict_Prediction]:
     """Predict where the tool is at given joint values, with 95 % bands.
 
     Two bands: of the model's prediction, and of a new measurement there (as fitted: it adds the noise and what the
@@ -375,7 +390,7 @@ def simulate(
     base: str | None = None,
     tip: str | None = None,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_simulate_Simulated]:
     """Simulate measurements of a robot that is not quite its model: data, and the truth to compare with.
 
     robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list).
@@ -410,7 +425,7 @@ def study(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_study_Found]:
     """Simulate a study: so many trials of a calibration at every point of a sweep, over all cores.
 
     The same numbers for the same seed, however many workers there are; a page with pictures of the sweep is written beside them. What
@@ -444,7 +459,7 @@ def validate(
     base: str | None = None,
     tip: str | None = None,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_validate_Validation]:
     """Measure the error of a robot model on data that it was not fitted to.
 
     With repeated visits also pose accuracy and repeatability, and distance accuracy, as ISO 9283 defines them.
@@ -476,7 +491,7 @@ def verify(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_verify_Verified | _verify_Summary]:
     """Compare poses with those that an external instrument saw: as measured, relative to the first one, and after the best alignment.
 
     Files of poses are CSV whose headers carry units (id, x [mm], ..., rx [deg], ...) or data.yaml with kind: pose, whatever the form of

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from cables.cable_robots import box
 from cli.runs import files, robocal
+from listings import rows_of
 
 from robocal.files.cable.show import describe_cable
 
@@ -214,8 +215,8 @@ def test_cables_that_cannot_carry_themselves(folder):
     shown.write_text(shown.read_text().replace(".geometric", ""))
     ran = run(folder, "forward", "--tension", "1e-3", "--sag", "--json")
     assert ran.status == 3 and "low: no pose was found at which cables can hang so" in ran.err
-    poses = ran.document["poses"]
-    assert all(p["residual_m"] is None and not p["converged"] and p["solutions"] <= 1 for p in poses)
+    poses = rows_of(ran.document["poses"])
+    assert all(p["residual"] is None and not p["converged"] and p["solutions"] <= 1 for p in poses)
 
 
 @pytest.mark.parametrize("value", ["-0", "-5", "1e9", "1e300"])

@@ -13,6 +13,7 @@ from cables.cable_robots import published
 from cables.test_contact_pulleys import tangents
 from cli.runs import robocal
 from cli.test_cable_identify import table
+from listings import rows_of
 
 from robocal.cables.contact.segments import distances
 from robocal.cables.geometry import cable_robot
@@ -72,9 +73,9 @@ def test_a_known_contact_is_at_its_share(folder):
         "none",
         "--json",
     )
-    (motion,) = ran.document["motions"]
+    (motion,) = rows_of(ran.document["motions"])
     who = f"{robot.cables[first[1][0]]} meets {robot.cables[first[1][1]]}"
-    assert ran.status == 3 and motion["free"] == pytest.approx(first[0], abs=5e-4) and motion["ends_by"] == who
+    assert ran.status == 3 and motion["free"] == pytest.approx(first[0], abs=5e-4) and motion["ends by"] == who
     assert "only contacts were looked for" in ran.remarks
 
 
@@ -100,20 +101,20 @@ def test_tensions_end_a_motion(tmp_path):
     rows = np.array([[0, 0, 1.0, 0, 0, 0], [0, 0, 2.9, 0, 0, 0]])
     (tmp_path / "up.csv").write_text(table(COLUMNS, ["low", "high"], rows))
     ran = robocal("cable", "contact", tmp_path / "flat.yaml", tmp_path / "up.csv", "--body", "none", "--json")
-    (motion,) = ran.document["motions"]
+    (motion,) = rows_of(ran.document["motions"])
     sine = 9.80665 / (2 * 20.0)
     share = (3 - 2 * sine / np.sqrt(1 - sine**2) - 1) / 1.9
     assert (
         ran.status == 3
         and motion["free"] == pytest.approx(share, abs=1e-9)
-        and motion["ends_by"] == "the tension limits"
+        and motion["ends by"] == "the tension limits"
     )
 
 
 def test_what_cable_poses_lists_can_be_gone(tmp_path):
     made = robocal("cable", "poses", LAVAL, "-n", 8, "--json").document
     home = published("laval").home[:3, 3]
-    for pose in made["poses"]:
+    for pose in rows_of(made["poses"]):
         t = np.array(pose["T_base_platform"])
         w = np.degrees(so3.log(t[:3, :3]))
         rows = np.array([[*home, 0, 0, 0], [*t[:3, 3], *w]])
@@ -152,9 +153,9 @@ def test_over_pulleys_a_contact_is_where_the_cables_lie(folder):
     found = []
     for name in ("wheels.yaml", "bare.yaml"):
         ran = robocal("cable", "contact", folder / name, way, "--body", "none", "--json")
-        found.append(ran.document["motions"][0])
+        found.append(rows_of(ran.document["motions"])[0])
     assert found[0]["free"] == pytest.approx(shares[touched[0]], abs=5e-4)
-    assert found[0]["ends_by"] == f"{robot.cables[k]} meets {robot.cables[l]}"
+    assert found[0]["ends by"] == f"{robot.cables[k]} meets {robot.cables[l]}"
     assert abs(found[0]["free"] - found[1]["free"]) > 10 * 5e-4  # the wheels matter
 
 
@@ -163,13 +164,15 @@ def test_targets_from_the_first_pose(folder):
     ends from there ends where it does alone."""
     rows = [[0] * 6, [0, 0, 0, 0, 20, 0], [0.001, 0, 0.002, 0, 0, 0]]
     way = path(folder, rows)
-    alone = robocal("cable", "contact", folder / "bare.yaml", path(folder, rows[:2]), "--json").document["motions"][0]
+    alone = rows_of(
+        robocal("cable", "contact", folder / "bare.yaml", path(folder, rows[:2]), "--json").document["motions"]
+    )[0]
     way = path(folder, rows)
     ran = robocal("cable", "contact", folder / "bare.yaml", way, "--from-first", "-o", folder / "star", "--json")
     assert ran.status == 3
-    first, second = ran.document["motions"]
+    first, second = rows_of(ran.document["motions"])
     assert first["free"] == alone["free"] < 1 and (second["from"], second["to"], second["free"]) == ("p0", "p2", 1.0)
-    chain = robocal("cable", "contact", folder / "bare.yaml", way, "--json").document["motions"][1]
+    chain = rows_of(robocal("cable", "contact", folder / "bare.yaml", way, "--json").document["motions"])[1]
     assert chain["from"] == "p1" and chain["free"] < 1
 
 
@@ -187,5 +190,5 @@ def test_a_search_that_does_not_end_is_said_to_have_given_up(tmp_path):
     (tmp_path / "path.csv").write_text(table(COLUMNS[:3], ["p0", "p1"], np.array([[-1, 0, 1], [1, 0, 1]])))
     ran = robocal("cable", "contact", tmp_path / "robot.yaml", tmp_path / "path.csv", "--body", "none", "--json")
     assert ran.status == 3 and "gave up" in ran.said
-    assert ran.document["motions"][0]["free"] == pytest.approx(0.5, abs=1e-6)
-    assert "may meet" in ran.document["motions"][0]["ends_by"]
+    assert rows_of(ran.document["motions"])[0]["free"] == pytest.approx(0.5, abs=1e-6)
+    assert "may meet" in rows_of(ran.document["motions"])[0]["ends by"]

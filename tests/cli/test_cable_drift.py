@@ -13,6 +13,7 @@ from cables.cable_robots import published
 from cables.precise import measured
 from cli.runs import robocal
 from cli.test_cable_identify import LENGTHS, POSES, table
+from listings import rows_of
 
 from robocal.files.cable.show import describe_cable
 
@@ -109,7 +110,7 @@ def test_poses_of_a_run_hold_what_its_calibration_leaves(cell):
         ran = robocal("cable", "forward", robot, cell / "first" / "lengths.csv", "--sigma", "0.0005", "--json")
         assert ran.status == 0, ran.remarks
         found = json.loads(ran.out)
-        said.append(np.array([p["sigma_position_m"] for p in found["poses"]]))
+        said.append(np.array([p["sigma_position"] for p in rows_of(found["poses"])]))
         assert ("calibration" in ran.remarks) == (robot != alone)
     assert (said[1] > said[0]).all() and (said[1] < 5 * said[0]).all()
 

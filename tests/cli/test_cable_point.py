@@ -7,6 +7,7 @@ import csv
 import numpy as np
 import pytest
 from cli.runs import robocal
+from listings import rows_of
 
 from robocal.cables.geometry import cable_robot
 from robocal.cables.inverse import inverse
@@ -55,7 +56,7 @@ def test_every_command_knows_it(folder):
     assert held.status == 0 and held.document["reaches_box"] == ["z-"]
     made = robocal("cable", "poses", folder / "robot.yaml", "-n", 12, "-o", folder / "list", "--json")
     assert made.status == 0 and all(
-        np.allclose(p["T_base_platform"][:3], np.eye(4)[:3], atol=5) for p in made.document["poses"]
+        np.allclose(p["T_base_platform"][:3], np.eye(4)[:3], atol=5) for p in rows_of(made.document["poses"])
     )
     poses = numbers(folder / "list" / "poses.csv", (*PLACE, "rx [deg]", "ry [deg]", "rz [deg]"))
     assert not poses[:, 3:].any() and (np.ptp(poses[:, :3], axis=0) > 0.5).all()

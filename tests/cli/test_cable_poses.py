@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.runs import files, robocal
+from listings import rows_of
 
 from robocal.cables.geometry import cable_robot
 from robocal.cables.interference import first_contact, hull
@@ -122,10 +123,10 @@ def test_the_document_says_what_stopped_whom(folder):
     found = ran.document
     assert sum(found["stopped_by"].values()) == 80 and found["stopped_by"]["statics"] > 0
     assert found["reached"] == found["stopped_by"]["box"] / 80 and found["mu"] == 0.9
-    for row in found["poses"]:
+    for row in rows_of(found["poses"]):
         assert (row["contact"] is not None) == (row["limit"] in ("cable-cable", "cable-platform"))
         assert 0 < row["lambda"] <= 0.9 and (row["lambda"] == pytest.approx(0.9)) == (row["limit"] == "box")
-    assert found["start"]["nearest"][0] in CABLES and found["start"]["margin_N"] > 0
+    assert found["start"]["nearest"][0] in CABLES and found["start"]["margin"]["value"] > 0
     assert robocal("cable", "poses", "robot.yaml", "-n", 80, "--mu", 0.9, "--json").document["poses"] == found["poses"]
     assert robocal("cable", "poses", "robot.yaml", "-n", 80, "--seed", 1, "--json").document["poses"] != found["poses"]
 
@@ -136,8 +137,8 @@ def test_poses_worth_measuring(folder):
     page = (folder / "list" / "report.html").read_text(encoding="utf-8")
     assert "from poses as if measured exactly" in page and "0.000 deg" not in page
     found = json.loads((folder / "list" / "list.json").read_text())["choice"]
-    assert len(set(found["poses"])) == 8 and found["sigma_m"] == 0.002
-    rms = found["expected_rms_m"]
+    assert len(set(found["poses"])) == 8 and found["sigma"]["length"] == {"value": 0.002, "unit": "m"}
+    rms = found["expected_rms"]
     assert rms["all"]["a"] < rms["chosen"]["a"] < rms["random"]["a"]
     listed, chosen = rows(folder / "list" / "poses.csv"), rows(folder / "list" / "chosen.csv")
     assert [row["id"] for row in chosen] == found["poses"]
@@ -149,11 +150,11 @@ def test_poses_worth_measuring(folder):
     half = robocal("cable", "poses", "robot.yaml", "-n", 60, "--choose", 8, "--sigma", 0.001, "--json").document[
         "choice"
     ]
-    assert half["expected_rms_m"]["all"]["a"] == pytest.approx(rms["all"]["a"] / 2, rel=0.01)
+    assert half["expected_rms"]["all"]["a"] == pytest.approx(rms["all"]["a"] / 2, rel=0.01)
     worse = robocal(
         "cable", "poses", "robot.yaml", "-n", 60, "--choose", 8, "--sigma", 0.002, "--pose-noise", "0.002,0.1", "--json"
     )
-    assert worse.document["choice"]["expected_rms_m"]["chosen"]["a"] > rms["chosen"]["a"]
+    assert worse.document["choice"]["expected_rms"]["chosen"]["a"] > rms["chosen"]["a"]
     said = robocal("cable", "poses", "robot.yaml", "-n", 10, "--choose", 4)
     metre = robocal("cable", "poses", "robot.yaml", "-n", 10, "--choose", 4, "--sigma", 1)
     assert "--sigma 1 m is more than" in metre.err
@@ -193,9 +194,9 @@ def test_units_of_the_file(folder):
         3,
         "--json",
     )
-    for a, b in zip(one.document["poses"], two.document["poses"], strict=True):
+    for a, b in zip(rows_of(one.document["poses"]), rows_of(two.document["poses"]), strict=True):
         np.testing.assert_allclose(b["T_base_platform"], a["T_base_platform"], atol=1e-9)
-        np.testing.assert_allclose(b["tension_N"], a["tension_N"], atol=1e-4)
+        np.testing.assert_allclose(b["tension"], a["tension"], atol=1e-4)
     header = robocal("cable", "poses", "mm.yaml", "-n", 1).out.splitlines()[0]
     assert "x [mm]" in header and "c1 [mm]" in header and "c1.tension [kN]" in header
 
@@ -229,10 +230,10 @@ def test_a_start_that_will_not_do_is_refused_with_one_that_will(folder):
         "--start", "cannot be held", "missing is", "fz", "--start best"
     )
     best = robocal(*heavy, "--start", "best", "--json").document["start"]
-    assert best["margin_N"] > 0
+    assert best["margin"]["value"] > 0
     said = robocal(*heavy, "--start", "0,0,2.95").err.split("such as --start ")[1].split()[0]
-    assert robocal(*heavy, "--start", said, "--json").document["start"]["margin_N"] == pytest.approx(
-        best["margin_N"], rel=1e-3
+    assert robocal(*heavy, "--start", said, "--json").document["start"]["margin"]["value"] == pytest.approx(
+        best["margin"]["value"], rel=1e-3
     )
     robocal("cable", "poses", "robot.yaml", "--diameter", 0.4).assert_refused(
         "at the start X_0 c", "meets", "none of 15 cells"
@@ -332,7 +333,7 @@ def test_a_robot_that_lies_needs_no_mass(folder):
         "cable", "poses", "lying.yaml", "-n", 50, "--diameter", 0.002, "--choose", 5, "--sigma", 0.001, "--json"
     )
     assert ran.status == 0, ran.err
-    at = np.array([row["T_base_platform"] for row in ran.document["poses"]])
+    at = np.array([row["T_base_platform"] for row in rows_of(ran.document["poses"])])
     assert not at[:, 2, 3].any() and ran.document["choice"]["parameters"][:3] == ["c1.ax", "c1.ay", "c1.l0"]
 
 
@@ -354,9 +355,9 @@ def test_the_box_is_that_of_the_frame_and_ends_at_the_floor(robot, shared_data, 
     )
     made = robocal("cable", "poses", path, "--start", "best", "--json").document
     held = robocal("cable", "workspace", path, "--cells", 25, "--json").document
-    t = np.array([p["T_base_platform"] for p in made["poses"]])
+    t = np.array([p["T_base_platform"] for p in rows_of(made["poses"])])
     b = read_cable(path).robot.b
     anchors = t[:, None, :3, 3] + np.einsum("kij,mj->kmi", t[:, :3, :3], b)
     assert anchors[..., 2].min() > 0.0
-    low, high = held["extent_m"][2]
+    low, high = held["extent"]["value"][2]
     assert np.ptp(t[:, 2, 3]) > 0.8 * (high - low)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from cables.cable_robots import box
 from cli.runs import files, robocal
+from listings import lengths_of, rows_of, units_of
 
 from robocal.cables.elastic import hang_by_tension
 from robocal.cables.geometry import cable_robot
@@ -51,31 +52,34 @@ def test_what_it_says_is_what_the_model_says(folder):
     ran = run(folder, "--json", "--length", 0.5)
     found = ran.document
     assert ran.status == 3 and "out: no tensions within the limits hold it" in ran.err
-    assert [p["feasible"] for p in found["poses"]] == [True, True, False]
+    assert [p["feasible"] for p in rows_of(found["poses"])] == [True, True, False]
     spread = distribute(w, load, robot.limits)
-    np.testing.assert_allclose([p["tension_N"] for p in found["poses"][:2]], spread.tension[:2], rtol=1e-12)
-    assert found["poses"][2]["tension_N"] is None
+    np.testing.assert_allclose([p["tension"] for p in rows_of(found["poses"])[:2]], spread.tension[:2], rtol=1e-12)
+    assert rows_of(found["poses"])[2]["tension"] is None
     margin = capacity_margin(w, load, robot.limits, 0.5)
-    np.testing.assert_allclose([p["margin_N"] for p in found["poses"]], margin, rtol=1e-9)
+    np.testing.assert_allclose([p["margin"] for p in rows_of(found["poses"])], margin, rtol=1e-9)
     lacking = missing_wrench(w, load, robot.limits, 0.5)
-    np.testing.assert_allclose(found["poses"][2]["missing"], lacking[2], rtol=1e-9)
-    assert found["poses"][0]["missing"] is None and found["wrenches"]["axes"] == ["fx", "fy", "fz", "mx", "my", "mz"]
+    np.testing.assert_allclose(rows_of(found["poses"])[2]["missing"], lacking[2], rtol=1e-9)
+    assert (
+        rows_of(found["poses"])[0]["missing"] is None
+        and [u for k, u in units_of(found["poses"]).items() if k.startswith("wrench.")] == ["N"] * 3 + ["Nm"] * 3
+    )
 
 
 def test_the_missing_wrench_is_what_makes_it_held(folder):
     """Added by --wrench, or by columns of the list, the pose is held, and only just."""
-    lacking = np.array(run(folder, "--json").document["poses"][2]["missing"])
+    lacking = np.array(rows_of(run(folder, "--json").document["poses"])[2]["missing"])
     more = ",".join(f"{v:.12g}" for v in lacking * (1 + 1e-6) + np.sign(lacking) * 1e-6)
-    found = run(folder, "--json", "--wrench", more).document["poses"]
-    assert found[2]["feasible"] and found[2]["margin_N"] < 0.01
+    found = rows_of(run(folder, "--json", "--wrench", more).document["poses"])
+    assert found[2]["feasible"] and found[2]["margin"] < 0.01
     rows = [line.split(",") for line in POSES.splitlines()]
     head = rows[0] + [f"{n} [{u}]" for n, u in zip(WRENCH, ["N"] * 3 + ["Nm"] * 3, strict=True)]
     listed = [head, rows[1] + ["0"] * 6, rows[2] + ["0"] * 6, rows[3] + more.split(",")]
     (folder / "pulled.csv").write_text("\n".join(",".join(row) for row in listed))
-    again = run(folder, "--json", poses="pulled.csv").document["poses"]
+    again = rows_of(run(folder, "--json", poses="pulled.csv").document["poses"])
     assert again[2]["feasible"]
-    np.testing.assert_allclose(again[2]["tension_N"], found[2]["tension_N"], rtol=1e-9)
-    np.testing.assert_allclose(again[0]["tension_N"], run(folder, "--json").document["poses"][0]["tension_N"])
+    np.testing.assert_allclose(again[2]["tension"], found[2]["tension"], rtol=1e-9)
+    np.testing.assert_allclose(again[0]["tension"], rows_of(run(folder, "--json").document["poses"])[0]["tension"])
 
 
 @pytest.mark.sampled(1)
@@ -90,10 +94,10 @@ def test_methods_and_payload(folder, method):
     spread = distribute(w, load, robot.limits, method, 6.0)
     assert spread.found.sum() == (2 if method == "closed" else 3) and spread.feasible.all()
     assert ran.status == (3 if method == "closed" else 0) and ("warning" in ran.err) == (method == "closed")
-    t = np.array([p["tension_N"] or np.full(8, np.nan) for p in ran.document["poses"]], float)
+    t = np.array([p["tension"] or np.full(8, np.nan) for p in rows_of(ran.document["poses"])], float)
     np.testing.assert_allclose(t, spread.tension, rtol=1e-9)
     np.testing.assert_allclose((w @ t[..., None])[spread.found, :, 0], -load[spread.found], atol=1e-8)
-    assert ran.document["mass_kg"] == 15 and ran.document["power"] == (6 if method == "p-norm" else None)
+    assert ran.document["mass"]["value"] == 15 and ran.document["power"] == (6 if method == "p-norm" else None)
 
 
 def test_the_list_feeds_inverse_and_forward(folder):
@@ -106,10 +110,10 @@ def test_the_list_feeds_inverse_and_forward(folder):
     assert page.count("<svg") == 2 and "Pose by pose" in page and "12" in page
     assert run(folder, poses="held.csv").out == (out / "tensions.csv").read_text()
     assert robocal("cable", "inverse", robot, out / "tensions.csv", "--sag", "-o", out / "lengths.csv").status == 0
-    straight = robocal("cable", "inverse", robot, folder / "held.csv", "--json").document["lengths_m"]
+    straight = lengths_of(robocal("cable", "inverse", robot, folder / "held.csv", "--json").document)
     first = (out / "lengths.csv").read_text().splitlines()[1].split(",")
     assert np.abs(np.array([float(v) for v in first[1:9]]) - straight["low"]).max() > 1e-3
-    back = robocal("cable", "forward", robot, out / "lengths.csv", "--sag", "--json").document["poses"]
+    back = rows_of(robocal("cable", "forward", robot, out / "lengths.csv", "--sag", "--json").document["poses"])
     pose = read_platform_poses(folder / "held.csv", box()).values
     np.testing.assert_allclose([p["T_base_platform"] for p in back], pose, atol=1e-8)
 
@@ -124,8 +128,8 @@ def test_what_cables_weigh_is_left_out_and_half_of_it_as_payload_nearly_puts_it_
 
     def left(payload):
         """The share of the cables' weight that nothing holds, at every pose."""
-        found = run(folder, "--json", "--payload", payload, poses="held.csv").document["poses"]
-        t = np.array([p["tension_N"] for p in found])
+        found = rows_of(run(folder, "--json", "--payload", payload, poses="held.csv").document["poses"])
+        t = np.array([p["tension"] for p in found])
         up = -hang_by_tension(np.stack([across, d[..., 2]], axis=-1), t, robot.density, robot.elasticity).force[..., 1]
         return (robot.mass * 9.80665 - up.sum(axis=1)) / weight
 
@@ -143,8 +147,8 @@ def test_an_infeasible_pose_has_no_lengths(folder):
 
 def test_closed_form_that_leaves_the_limits_is_not_trusted(folder):
     ran = run(folder, "--method", "closed", "--limits", "5,60", "--json", poses="held.csv")
-    found = [p["tension_N"] is None for p in ran.document["poses"]]
-    feasible = [p["feasible"] for p in ran.document["poses"]]
+    found = [p["tension"] is None for p in rows_of(ran.document["poses"])]
+    feasible = [p["feasible"] for p in rows_of(ran.document["poses"])]
     assert ran.status == 3 and any(n and ok for n, ok in zip(found, feasible, strict=True))
     assert "the closed form leaves the limits where other tensions do not" in ran.err
 
@@ -155,7 +159,7 @@ def test_over_pulleys_the_cables_pull_where_they_arrive(folder):
     )
     (folder / "robot.yaml").write_text(describe_cable(robot))
     _, w, load = truth(folder, "held.csv")
-    t = np.array([p["tension_N"] for p in run(folder, "--json", poses="held.csv").document["poses"]])
+    t = np.array([p["tension"] for p in rows_of(run(folder, "--json", poses="held.csv").document["poses"])])
     np.testing.assert_allclose((w @ t[..., None])[..., 0], -load, atol=1e-8)
     plain = structure_of(box(), read_platform_poses(folder / "held.csv", box()).values)
     assert np.abs((plain @ t[..., None])[..., 0] + load).max() > 0.1
@@ -165,9 +169,9 @@ def test_a_mass_for_the_files(folder):
     given = run(folder, "--json", poses="held.csv").document
     (folder / "robot.yaml").write_text(without("mass"))
     again = run(folder, "--json", "--mass", 9, "--payload", 3, poses="held.csv").document
-    assert again["mass_kg"] == 12
-    for one, other in zip(given["poses"], again["poses"], strict=True):
-        np.testing.assert_allclose(one["tension_N"], other["tension_N"], rtol=1e-12)
+    assert again["mass"]["value"] == 12
+    for one, other in zip(rows_of(given["poses"]), rows_of(again["poses"]), strict=True):
+        np.testing.assert_allclose(one["tension"], other["tension"], rtol=1e-12)
 
 
 def test_cross_checks_of_ipanema_3(folder, shared_data):
@@ -185,7 +189,7 @@ def test_cross_checks_of_ipanema_3(folder, shared_data):
         for more, within in (((), 0.1), (("--mass", mass), 0.0501)):
             ran = robocal("cable", "tension", place, folder / "one.csv", "--method", method, *more, "--json")
             assert ran.status == 0
-            np.testing.assert_allclose(ran.document["poses"][0]["tension_N"], said, atol=within)
+            np.testing.assert_allclose(rows_of(ran.document["poses"])[0]["tension"], said, atol=within)
 
 
 def test_a_power_without_its_method_is_refused(folder):
@@ -229,8 +233,8 @@ def test_planar_robots(folder, plane, degrees):
     # A positive turn about y carries z to x, one about z carries x to y.
     c, s = np.cos(angle), np.sin(angle) * (1 if plane == "xy" else -1)
     turn = np.array([[c, -s], [s, c]])
-    for (p, q), found in zip(at, ran.document["poses"], strict=True):
-        t = np.array(found["tension_N"])
+    for (p, q), found in zip(at, rows_of(ran.document["poses"]), strict=True):
+        t = np.array(found["tension"])
         lever = robot.b[:, [u, v]] @ turn.T
         d = robot.a[:, [u, v]] - [p, q] - lever
         force = t[:, None] * d / np.linalg.norm(d, axis=1, keepdims=True)
@@ -276,7 +280,7 @@ def test_barycentre_is_continuous_along_a_path(folder):
         (folder / "path.csv").write_text("\n".join([POSES.splitlines()[0], *rows]))
         ran = run(folder, "--method", "barycentre", "--json", poses="path.csv")
         assert ran.status == 0, ran.err
-        t = np.array([p["tension_N"] for p in ran.document["poses"]])
+        t = np.array([p["tension"] for p in rows_of(ran.document["poses"])])
         jumps.append(np.abs(np.diff(t, axis=0)).max())
     assert jumps[0] < 20 and 0.4 < jumps[1] / jumps[0] < 0.65
 

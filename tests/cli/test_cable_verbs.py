@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from cables.cable_robots import box
 from cli.runs import files, robocal
+from listings import lengths_of, rows_of
 
 from robocal.cables.geometry import cable_robot
 from robocal.files.cable.robot import read_cable
@@ -46,9 +47,9 @@ def test_there_and_back(folder):
     assert header[1:7] == ["x [m]", "y [m]", "z [m]", "rx [deg]", "ry [deg]", "rz [deg]"] and header[-1] == "solutions"
     np.testing.assert_allclose(found, [[0.1, -0.2, 0.9, 0, 0, 0], [0.3, 0.2, 1.6, 5, 3, -10]], atol=1e-8)
     shown = robocal("cable", "forward", robot, lengths, "--json").document
-    assert [p["name"] for p in shown["poses"]] == ["low", "high"]
-    assert all(p["solutions"] == 1 and p["converged"] for p in shown["poses"])
-    assert np.shape(shown["poses"][0]["covariance"]) == (6, 6) and shown["written"] is None
+    assert [p["id"] for p in rows_of(shown["poses"])] == ["low", "high"]
+    assert all(p["solutions"] == 1 and p["converged"] for p in rows_of(shown["poses"]))
+    assert np.shape(rows_of(shown["poses"])[0]["covariance"]) == (6, 6) and shown["written"] is None
 
 
 def test_lengths_that_no_pose_explains_are_not_trusted(folder):
@@ -79,7 +80,7 @@ def test_tensions_of_the_list_or_of_all(folder):
     text = describe_cable(box()) + "every_cable: {elasticity: 2.5e-5, density: 0.122}\n"
     (folder / "robot.yaml").write_text(text)
     plain, pulled, sagging = (
-        robocal("cable", "inverse", folder / "robot.yaml", folder / "poses.csv", "--json", *more).document["lengths_m"]
+        lengths_of(robocal("cable", "inverse", folder / "robot.yaml", folder / "poses.csv", "--json", *more).document)
         for more in ((), ("--tension", 80), ("--tension", 80, "--sag"))
     )
     full = np.array(plain["low"]) + box().zeros
@@ -89,7 +90,7 @@ def test_tensions_of_the_list_or_of_all(folder):
     head += "".join(f",c{i}.tension [N]" for i in range(1, 9))
     listed = "\n".join([head, *(row + ",80" * 8 for row in rows)])
     (folder / "tense.csv").write_text(listed)
-    again = robocal("cable", "inverse", folder / "robot.yaml", folder / "tense.csv", "--json").document["lengths_m"]
+    again = lengths_of(robocal("cable", "inverse", folder / "robot.yaml", folder / "tense.csv", "--json").document)
     assert again == pulled
     robocal("cable", "inverse", folder / "robot.yaml", folder / "tense.csv", "--tension", 80).assert_refused("twice")
 
@@ -163,8 +164,10 @@ def test_a_pose_that_is_not_found_is_not_written(folder):
     ran = robocal("cable", "forward", robot, lengths, "--tension", 15, "--sag")
     assert ran.status == 3 and "low: no pose was found at which cables can hang so" in ran.err
     assert ran.out.splitlines()[1] == "low" + "," * 9 + ",0"
-    shown = robocal("cable", "forward", robot, lengths, "--tension", 15, "--sag", "--json").document["poses"][0]
-    assert shown["T_base_platform"][0][0] is None and shown["residual_m"] is None and not shown["converged"]
+    shown = rows_of(robocal("cable", "forward", robot, lengths, "--tension", 15, "--sag", "--json").document["poses"])[
+        0
+    ]
+    assert shown["T_base_platform"] is None and shown["residual"] is None and not shown["converged"]
 
 
 def test_a_singular_pose_is_not_trusted(folder):
@@ -265,10 +268,10 @@ def test_new_cable_works_as_it_stands(tmp_path):
     assert made.status == 0 and "robocal cable tension" in made.out
     assert sorted(p.name for p in cell.iterdir()) == ["poses.csv", "robot.yaml"]
     held = robocal("cable", "tension", cell / "robot.yaml", cell / "poses.csv", "--json")
-    assert (held.status, held.remarks) == (0, "") and all(p["feasible"] for p in held.document["poses"])
+    assert (held.status, held.remarks) == (0, "") and all(p["feasible"] for p in rows_of(held.document["poses"]))
     ran = robocal("cable", "inverse", cell / "robot.yaml", cell / "poses.csv", "-o", cell / "lengths.csv")
     assert ran.status == 0 and "these lengths are geometric" in ran.said  # its cables stretch
-    back = robocal("cable", "forward", cell / "robot.yaml", cell / "lengths.csv", "--json").document["poses"]
+    back = rows_of(robocal("cable", "forward", cell / "robot.yaml", cell / "lengths.csv", "--json").document["poses"])
     np.testing.assert_allclose(np.array(back[1]["T_base_platform"])[:3, 3], [-0.8, 0, 1.2], atol=1e-9)
     robocal("new", "cable", "-o", cell).assert_refused("robot.yaml", "--force")
     assert robocal("new", "cable", "-o", cell, "--force", "--json").document["convention"] is None
@@ -306,7 +309,7 @@ def test_poses_may_have_quaternions(tmp_path):
     one = lengths("vector.csv", "x [mm],y [mm],z [mm],rx [rad],ry [rad],rz [rad]", np.hstack([place, w])).document
     header = "x [mm],y [mm],z [mm],qx,qy,qz,qw"
     two = lengths("quaternion.csv", header, np.hstack([place, q])).document
-    (a, b) = (np.array(list(found["lengths_m"].values())) for found in (one, two))
+    (a, b) = (np.array(list(lengths_of(found).values())) for found in (one, two))
     np.testing.assert_allclose(a, b, rtol=0, atol=1e-9)
     wrong = lengths("long.csv", header, np.hstack([place, 2 * q]))
     assert wrong.status == 2 and "not a unit quaternion" in wrong.remarks and "long.csv, row 2" in wrong.remarks
@@ -328,5 +331,5 @@ def test_check_sums_a_cable_robot_up(name, shared_data):
     assert ran.status == 0 and "2 cables more than freedoms" in ran.said and "frame" in ran.said
     facts = robocal("check", shared_data / "cable-robots" / name, "--json").document["robot"]["cable_robot"]
     robot = read_cable(shared_data / "cable-robots" / name).robot
-    assert facts["redundancy"] == 2 and facts["mass_kg"] == robot.mass
-    np.testing.assert_allclose([facts["cables"][c]["frame_anchor_m"] for c in robot.cables], robot.a)
+    assert facts["redundancy"] == 2 and facts["mass"]["value"] == robot.mass
+    np.testing.assert_allclose([r["frame anchor"] for r in rows_of(facts["cables"])], robot.a)

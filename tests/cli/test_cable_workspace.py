@@ -60,9 +60,11 @@ def test_the_files_say_one_thing(robot, tmp_path):
         and len(cells) == 21**3
     )
     held = cells[:, 3] == 1
-    box = np.array(grid["m"])
-    assert held.sum() == grid["held"] and grid["volume_m3"] == pytest.approx(held.mean() * np.prod(np.ptp(box, axis=1)))
-    assert found["margin_N"] == pytest.approx(
+    box = np.array(grid["sides"])
+    assert held.sum() == grid["held"] and grid["size"]["value"] == pytest.approx(
+        held.mean() * np.prod(np.ptp(box, axis=1))
+    )
+    assert found["margin"].pop("unit") == "N" and found["margin"] == pytest.approx(
         {"least": cells[held, 4].min(), "median": np.median(cells[held, 4]), "greatest": cells[held, 4].max()}, rel=1e-6
     )
     assert ((cells[:, 4] >= 0) == held).all() and (np.isfinite(cells[:, 5]) == held).all()
@@ -74,14 +76,14 @@ def test_the_files_say_one_thing(robot, tmp_path):
     lines = body.splitlines()
     points, faces = (np.array([line.split() for line in part], float) for part in (lines[:count], lines[count:]))
     corner = points[faces[:, 1:].astype(int)]
-    assert rays["volume_m3"] == pytest.approx(np.linalg.det(corner).sum() / 6, rel=1e-6) and rays["start"] == "X_0"
+    assert rays["size"]["value"] == pytest.approx(np.linalg.det(corner).sum() / 6, rel=1e-6) and rays["why"] == "X_0"
     assert len((out / "surface.stl").read_bytes()) == 84 + 50 * len(faces)
     names = [line.split(",")[0] for line in (out / "outlines.csv").read_text().splitlines()[1:]]
     assert set(names) == {"xy", "xz", "yz"} == set(found["sections"])
     page = (out / "report.html").read_text()
     assert (
-        figure(rays["volume_m3"]) in page
-        and figure(found["grid"]["volume_m3"]) in page
+        figure(rays["size"]["value"]) in page
+        and figure(found["grid"]["size"]["value"]) in page
         and "Section yz" in page
         and page.count("<svg") == 4
         and "nan" not in page.lower().split("<svg")[0]
@@ -93,22 +95,25 @@ def test_what_is_demanded_makes_it_smaller(robot):
     def volume(*more):
         ran = robocal("cable", "workspace", robot, "--cells", 11, "--rays", 50, "--json", *more)
         assert ran.status == 0, ran.err
-        return ran.document["grid"]["volume_m3"], ran.document["demand"]
+        return ran.document["grid"]["size"]["value"], ran.document["demand"]
 
     plain, demand = volume()
-    assert demand["masses_kg"] == [25.0]
+    assert demand["masses"]["value"] == [25.0]
     for more, check in (
-        (("--payload", "0,10"), lambda d: d["masses_kg"] == [25.0, 35.0]),
-        (("--mass", "20,60", "--payload", "5"), lambda d: d["masses_kg"] == [25.0, 65.0]),
-        (("--wrench", "0,0,0,0,0,0", "--wrench", "60,0,0,0,0,0"), lambda d: d["wrenches"][1] == [60.0, 0, 0, 0, 0, 0]),
+        (("--payload", "0,10"), lambda d: d["masses"]["value"] == [25.0, 35.0]),
+        (("--mass", "20,60", "--payload", "5"), lambda d: d["masses"]["value"] == [25.0, 65.0]),
+        (
+            ("--wrench", "0,0,0,0,0,0", "--wrench", "60,0,0,0,0,0"),
+            lambda d: d["wrenches"]["values"][1] == [60.0, 0, 0, 0, 0, 0],
+        ),
         (
             ("--orientation", "0,0,0", "--orientation", "0,0,5"),
-            lambda d: d["orientations_rad"][1][2] == pytest.approx(np.radians(5)),
+            lambda d: d["orientations"]["value"][1][2] == pytest.approx(np.radians(5)),
         ),
-        (("--tilt", "4"), lambda d: len(d["orientations_rad"]) == 17),
-        (("--acceleration", "1"), lambda d: d["acceleration_m_s2"] == 1.0),
-        (("--reserve", "3"), lambda d: d["reserve_N"] == 3.0),
-        (("--limits", "7.2,400"), lambda d: d["limits_N"][0] == [7.2, 400.0]),
+        (("--tilt", "4"), lambda d: len(d["orientations"]["value"]) == 17),
+        (("--acceleration", "1"), lambda d: d["acceleration"]["value"] == 1.0),
+        (("--reserve", "3"), lambda d: d["reserve"]["value"] == 3.0),
+        (("--limits", "7.2,400"), lambda d: d["limits"]["value"][0] == [7.2, 400.0]),
     ):
         size, demand = volume(*more)
         assert 0 < size < plain and check(demand), (more, size, plain)
@@ -119,8 +124,8 @@ def test_what_is_demanded_makes_it_smaller(robot):
 def test_a_suspended_robot_starts_in_the_middle(tmp_path):
     ran = robocal("cable", "workspace", PUBLISHED / "cogiro.yaml", *QUICK, "--json")
     found = ran.document
-    assert ran.status == 0 and not found["home"]["held"] and found["home"]["margin_N"] < 0
-    assert "X_0 is not held" in found["rays"]["start"] and found["reaches_box"] == ["z-"]
+    assert ran.status == 0 and not found["home"]["held"] and found["home"]["margin"]["value"] < 0
+    assert "X_0 is not held" in found["rays"]["why"] and found["reaches_box"] == ["z-"]
     assert found["rays"]["seen_share"] > 0.99
 
 
@@ -130,16 +135,16 @@ def test_a_planar_robot_in_two_parts(tmp_path):
     ran = robocal("cable", "workspace", tmp_path / "robot.yaml", "--cells", 61, "-o", out, "--json")
     found = ran.document
     assert ran.status == 0 and files(out) == EVERY - {"surface.ply", "surface.stl"}
-    assert set(found["sections"]) == {"xz"} and "area_m2" in found["grid"] and "volume_m3" not in found["grid"]
-    parts = found["parts_area_m2"]
-    assert len(parts) == 2 and sum(parts) == pytest.approx(found["grid"]["area_m2"])
+    assert set(found["sections"]) == {"xz"} and found["grid"]["size"]["unit"] == "m2"
+    parts = found["parts"]["value"]
+    assert len(parts) == 2 and sum(parts) == pytest.approx(found["grid"]["size"]["value"])
     assert "2 parts that do not touch" in ran.err and "does not see" in ran.err and "differ by" in ran.err
     assert found["rays"]["seen_share"] < parts[0] / sum(parts) + 1e-9
     header, cells = rows(out / "workspace.csv")
     assert header[:5] == ["x [mm]", "y [mm]", "z [mm]", "held", "margin [kN]"] and np.nanmax(np.abs(cells[:, 4])) < 1
     # Started in the other part, the rays find that one.
     other = cells[(cells[:, 3] == 1)]
-    here = np.array(found["rays"]["start_m"]) * 1e3
+    here = np.array(found["rays"]["start"]["value"]) * 1e3
     far = other[
         np.argmax(np.where(other[:, 4] > np.median(other[:, 4]), np.linalg.norm(other[:, :3] - here, axis=1), 0)), :3
     ]
@@ -147,7 +152,8 @@ def test_a_planar_robot_in_two_parts(tmp_path):
         "cable", "workspace", tmp_path / "robot.yaml", "--cells", 61, "--start", ",".join(map(str, far)), "--json"
     ).document
     assert (
-        again["rays"]["start"] == "--start" and found["rays"]["area_m2"] + again["rays"]["area_m2"] < sum(parts) * 1.02
+        again["rays"]["why"] == "--start"
+        and found["rays"]["size"]["value"] + again["rays"]["size"]["value"] < sum(parts) * 1.02
     )
 
 
@@ -159,7 +165,7 @@ def test_nothing_is_held(robot, tmp_path):
     )
     assert files(out) == {"workspace.json", "workspace.csv", "report.html"}
     found = json.loads((out / "workspace.json").read_text())
-    assert found["verdict"]["status"] == "empty" and found["rays"] is None and found["grid"]["volume_m3"] == 0
+    assert found["verdict"]["status"] == "empty" and found["rays"] is None and found["grid"]["size"]["value"] == 0
     # How much is lacking is a lower bound of what is.
     short = -max(v for v in rows(out / "workspace.csv")[1][:, 4])
     assert 0 < short < 2000 * 9.80665
@@ -181,17 +187,17 @@ def test_a_grid_too_coarse_for_what_the_rays_find(robot, tmp_path):
     )
     found = ran.document
     assert ran.status == 3 and "but the start of the rays can" in ran.err and found["verdict"]["status"] == "found"
-    assert found["grid"]["held"] == 0 and found["rays"]["difference"] is None and found["rays"]["volume_m3"] > 5
-    assert "surface.stl" in files(tmp_path / "out") and found["extent_m"] is None
+    assert found["grid"]["held"] == 0 and found["rays"]["difference"] is None and found["rays"]["size"]["value"] > 5
+    assert "surface.stl" in files(tmp_path / "out") and found["extent"] is None
 
 
 def test_a_box_that_leaves_x_0_out(robot):
     ran = robocal("cable", "workspace", robot, *QUICK, "--box", "0.5,0.3,0.5,1,0.9,1", "--json")
     found = ran.document
-    assert "X_0 lies outside the box" in found["rays"]["start"] and found["home"]["held"]
+    assert "X_0 lies outside the box" in found["rays"]["why"] and found["home"]["held"]
     # All of the box; the rays' triangles cut its corners.
-    assert found["grid"]["volume_m3"] == pytest.approx(0.5 * 0.6 * 0.5)
-    assert found["rays"]["volume_m3"] == pytest.approx(0.5 * 0.6 * 0.5, rel=0.02)
+    assert found["grid"]["size"]["value"] == pytest.approx(0.5 * 0.6 * 0.5)
+    assert found["rays"]["size"]["value"] == pytest.approx(0.5 * 0.6 * 0.5, rel=0.02)
     assert found["reaches_box"] == ["x-", "x+", "y-", "y+", "z-", "z+"] and found["grid"][
         "share_of_box"
     ] == pytest.approx(1)
@@ -281,11 +287,11 @@ def test_closure_asks_for_neither_mass_nor_limits(tmp_path):
         "cable", "workspace", tmp_path / "robot.yaml", "--closure", *QUICK, "--cells", 60, "-o", out, "--json"
     )
     found = ran.document
-    assert ran.status == 0 and found["rays"]["area_m2"] == pytest.approx(8.75, rel=0.01)
-    assert found["grid"]["area_m2"] == pytest.approx(8.75, rel=0.03)
-    assert found["margin_N"] is None and found["acceleration_m_s2"] is None and found["closed_share"] == 1
+    assert ran.status == 0 and found["rays"]["size"]["value"] == pytest.approx(8.75, rel=0.01)
+    assert found["grid"]["size"]["value"] == pytest.approx(8.75, rel=0.03)
+    assert found["margin"] is None and found["acceleration"] is None and found["closed_share"] == 1
     assert 0 < found["tension_factor"]["least"] < 0.1 and 0.9 < found["tension_factor"]["greatest"] <= 1
-    assert 1 <= found["condition"]["least"] < 1.05 and found["best"]["margin_N"] is None
+    assert 1 <= found["condition"]["least"] < 1.05 and found["best"]["margin"] is None
     header, cells = rows(out / "workspace.csv")
     held, factor = cells[:, 3] == 1, cells[:, header.index("tension factor")]
     assert np.isnan(cells[:, header.index("margin [N]")]).all() and (np.isfinite(factor) == held).all()
@@ -299,7 +305,7 @@ def test_closure_asks_for_neither_mass_nor_limits(tmp_path):
 def test_dexterity_stands_beside_margins(robot):
     ran = robocal("cable", "workspace", robot, *QUICK, "--json")
     found = ran.document
-    assert found["margin_N"]["least"] >= 0 and found["tension_factor"]["least"] >= 0 and found["closed_share"] > 0.5
+    assert found["margin"]["least"] >= 0 and found["tension_factor"]["least"] >= 0 and found["closed_share"] > 0.5
     shorter = robocal("cable", "workspace", robot, *QUICK, "--length", 0.1, "--json").document
     assert shorter["tension_factor"] == found["tension_factor"] and shorter["condition"] != found["condition"]
     told = robocal("cable", "workspace", robot, *QUICK).said

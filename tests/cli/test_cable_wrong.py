@@ -11,6 +11,7 @@ import pytest
 from cables.cable_robots import published
 from cli.runs import robocal
 from cli.test_cable_identify import LENGTHS, POSES, table
+from listings import rows_of
 
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
@@ -161,13 +162,13 @@ def test_gains_and_zeros_that_the_file_cannot_hold_are_read_from_the_run(cell):
     (cell / "few.csv").write_text("\n".join(lines) + "\n")
     ran = robocal("cable", "forward", cell / "run", cell / "few.csv", "--sigma", "0.0003", "--json")
     assert ran.status == 0 and "lengths are read with" in ran.said and "evening" in ran.said, ran.said
-    found = {p["name"]: p for p in json.loads(ran.out)["poses"]}
+    found = {p["id"]: p for p in rows_of(json.loads(ran.out)["poses"])}
     seen = {
         r[0]: [float(v) for v in r[1:]] for r in list(csv.reader((cell / "poses.csv").read_text().splitlines()))[1:]
     }
     for name in ids:
         off = np.array(found[name]["T_base_platform"])[:3, 3] - np.array(seen[name][:3]) / 1e3
-        assert np.linalg.norm(off) < 4 * np.hypot(found[name]["sigma_position_m"], 2e-4)
+        assert np.linalg.norm(off) < 4 * np.hypot(found[name]["sigma_position"], 2e-4)
 
 
 def test_forward_says_what_became_of_its_run(cell):

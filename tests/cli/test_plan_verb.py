@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.runs import files, robocal
+from listings import rows_of
 
 from robocal.files.poses import read_poses
 from robocal.files.robot import read_robot
@@ -31,9 +32,9 @@ def test_a_plan_is_measured_and_identified(case: Path) -> None:
     assert "20 chosen poses, and 300 of the candidates as grey dots" in page and made["candidates"] == 300
     chain = read_robot("robot.yaml").chain
     names, q, _ = read_poses("plan/poses.csv", chain)
-    np.testing.assert_allclose(q, [p["joints_si"] for p in made["program"]], atol=1e-9)
-    assert list(names) == [p["id"] for p in made["program"]] and len(names) == made["poses"] == 20
-    assert sorted(p["rank"] for p in made["program"]) == list(range(1, 21))
+    np.testing.assert_allclose(q, [[p[j] for j in chain.joint_names] for p in rows_of(made["program"])], atol=1e-9)
+    assert list(names) == [p["id"] for p in rows_of(made["program"])] and len(names) == made["poses"] == 20
+    assert sorted(p["rank"] for p in rows_of(made["program"])) == list(range(1, 21))
     low, high = chain.limits.T
     assert (q >= low - 1e-9).all() and (q <= high + 1e-9).all()
     # As it was written it is empty, and says so.
@@ -56,7 +57,7 @@ def test_the_page_shows_the_forecast_and_nothing_from_outside(case: Path) -> Non
     page = (case / "plan" / "plan.html").read_text(encoding="utf-8")
     made = json.loads((case / "plan" / "plan.json").read_text(encoding="utf-8"))
     assert page.count("<svg") == 3 and "three axes" in page and "6 poses" in page
-    assert f"{made['accuracy']['mean_mm']:.3g}"[:5] in page
+    assert f"{made['accuracy']['mean']:.3g}"[:5] in page
     assert "http://www.w3.org/2000/svg" in page and "src=" not in page and "<script" not in page
     same = robocal("plan", "robot.yaml", "-n", 6, "-o", "again", *QUICK)
     assert same.status == 0 and page == (case / "again" / "plan.html").read_text(encoding="utf-8")
@@ -66,8 +67,8 @@ def test_a_plan_continues_from_what_was_measured(case: Path) -> None:
     alone = robocal("plan", "robot.yaml", "-n", 5, "--json", *QUICK).document
     after = robocal("plan", "robot.yaml", "--after", "data.yaml", "-n", 5, "--json", *QUICK).document
     assert after["measured_before"] == 30 and after["instruments"] == ["tracker"]
-    first, last = after["forecast"][0]["mean_mm"], after["accuracy"]["mean_mm"]
-    assert last < first < alone["accuracy"]["mean_mm"]
+    first, last = rows_of(after["forecast"])[0]["mean"], after["accuracy"]["mean"]
+    assert last < first < alone["accuracy"]["mean"]
     as_instrument = robocal("plan", "robot.yaml", "data.yaml", "-n", 5, "--json", *QUICK).document
     assert as_instrument["measured_before"] == 0 and as_instrument["instruments"] == ["tracker"]
 
@@ -75,7 +76,7 @@ def test_a_plan_continues_from_what_was_measured(case: Path) -> None:
 def test_enough_is_as_many_as_the_accuracy_needs(case: Path) -> None:
     found = robocal("plan", "robot.yaml", "--accuracy", 0.05, "--json", *QUICK).document
     n = found["poses"]
-    assert found["enough"] == n and found["accuracy"]["mean_mm"] <= 0.051
+    assert found["enough"] == n and found["accuracy"]["mean"] <= 0.051
     never = robocal("plan", "robot.yaml", "--accuracy", 0.0001, "-n", 4, *QUICK)
     assert never.status == 0 and "is not reached" in never.out + never.err
 
@@ -86,7 +87,7 @@ def test_a_list_of_poses_is_chosen_from(case: Path) -> None:
     assert found.status == 0, found.err
     assert found.document["candidates"] == 12 and found.document["tests"] == 30
     listed, _, _ = read_poses("plan/poses.csv", read_robot("robot.yaml").chain)
-    assert {p["candidate"] for p in found.document["program"]} < set(listed)
+    assert {p["candidate"] for p in rows_of(found.document["program"])} < set(listed)
 
 
 @pytest.mark.parametrize("kind", ["pose", "bearing", "range", "distance", "spherical", "pixels"])

@@ -71,5 +71,5 @@ def test_the_folder_is_the_identified_robot(place: Path) -> None:
 
 def test_simulated_errors_are_the_same_in_every_unit(place: Path) -> None:
     in_metres = robocal("simulate", place / "u.urdf", "-o", place / "metres", "--json").document
-    assert 0.1 < in_metres["largest_error_mm"] < 5
+    assert 0.1 < in_metres["largest_error"]["value"] < 5
     assert "noise 5e-05 m" in (place / "metres" / "data.csv").read_text(encoding="utf-8")

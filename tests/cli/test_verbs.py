@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.runs import files, robocal, small
+from listings import rows_of
 
 from robocal.files.result import read_result
 from robocal.files.robot import read_robot
@@ -155,7 +156,7 @@ def test_validate_measures_other_data_only(case: Path) -> None:
     assert ran.status == 0, ran.err
     found = ran.document
     assert found["errors"]["this"]["mean"] < 0.2 < found["errors"]["against"]["mean"]
-    assert found["errors"]["this"]["profiled"] and len(found["profiled"]) == 6 and len(found["poses"]) == 25
+    assert found["errors"]["this"]["profiled"] and len(found["profiled"]) == 6 and len(rows_of(found["poses"])) == 25
     assert found["gain"]["low"] > 0
     assert (
         json.loads((case / "validation" / "validation.json").read_text(encoding="utf-8"))["errors"] == found["errors"]

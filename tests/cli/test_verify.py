@@ -61,10 +61,10 @@ def test_views_and_agreement(folder):
     )
     assert ran.status == 0, ran.remarks
     found = json.loads(ran.out)
-    robot = {view: e["position_mm"]["mean"] for view, e in found["sources"]["robot"].items()}
+    robot = {view: e["position"]["mean"] for view, e in found["sources"]["robot"].items()}
     assert robot["as measured"] > 15 and robot["aligned"] < 5 and len(found["poses"]) == 12
-    assert found["sources"]["robot"]["relative to the first"]["position_mm"]["n"] == 11
-    agreed = found["agreement"]["position_mm"]
+    assert found["sources"]["robot"]["relative to the first"]["position"]["n"] == 11
+    agreed = found["agreement"]["position"]
     assert agreed["apart"]["robot - camera"] < 0.2 * agreed["apart"]["robot - tracker"]
     # By the numbers alone the tracker errs: robot and camera have their errors in common.
     assert agreed["own"]["tracker"] > 2.0
@@ -79,9 +79,7 @@ def test_any_form_of_orientation_in_any_order(folder):
         for f in ("robot.csv", "turned.yaml")
     )
     for view, e in one["sources"]["robot"].items():
-        assert other["sources"]["turned"][view]["position_mm"]["mean"] == pytest.approx(
-            e["position_mm"]["mean"], rel=1e-5
-        )
+        assert other["sources"]["turned"][view]["position"]["mean"] == pytest.approx(e["position"]["mean"], rel=1e-5)
 
 
 def test_poses_that_are_not_in_all_are_left_out_and_said(folder):

@@ -19,6 +19,7 @@ from cli.runs import Ran, robocal, small
 from cli.test_urdf_runs import URDF
 from files.kind_samples import KINDS, texts
 from files.test_cable import caspr
+from listings import rows_of
 
 from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import InputError
@@ -98,10 +99,10 @@ def held(folder: Path, ran: Ran) -> None:
     if robot.pulleys is not None:
         return
     pose = read_platform_poses(folder / "list.csv", robot).values
-    for i, told in enumerate(ran.document["poses"]):
-        if told.get("tension_N") is None:
+    for i, told in enumerate(rows_of(ran.document["poses"])):
+        if told.get("tension") is None:
             continue
-        t = np.array(told["tension_N"])
+        t = np.array(told["tension"])
         lever = robot.b @ pose[i, :3, :3].T
         d = robot.a - pose[i, :3, 3] - lever
         pull = t[:, None] * d / np.linalg.norm(d, axis=1, keepdims=True)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.runs import robocal
+from listings import rows_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -58,22 +59,22 @@ def test_planar_says_what_was_measured(place):
     first, inverse, forward, more = commands("cable-planar")
     assert robocal(*shlex.split(first)[1:]).status == 0
     found = json.loads((place / "planar" / "tension.json").read_text())
-    each = np.array([p["tension_N"] for p in found["poses"]])
+    each = np.array([p["tension"] for p in rows_of(found["poses"])])
     assert np.allclose(found["tensions_N"]["mean"], each.mean(axis=0)), "every number of the page"
-    margins = {p["name"]: p["margin_N"] for p in found["poses"]}
+    margins = {p["id"]: p["margin"] for p in rows_of(found["poses"])}
     least = min(margins.values())
-    tensions = [p["tension_N"] for p in found["poses"]]
+    tensions = [p["tension"] for p in rows_of(found["poses"])]
     assert found["feasible"] == 30 and f"The least margin is {least:.1f} N, at A2 and C7" in said
     assert {n for n, v in margins.items() if v < least + 1e-6} == {"A2", "C7"}
     assert f"up to {max(max(t) for t in tensions):.1f} N" in said
     assert [t[2] for t in tensions] == pytest.approx([10.0] * 30)
     robocal(*shlex.split(inverse)[1:])
-    back = robocal(*shlex.split(forward)[1:], "--json").document["poses"]
-    for pose, again in zip(found["poses"], back, strict=True):
+    back = rows_of(robocal(*shlex.split(forward)[1:], "--json").document["poses"])
+    for pose, again in zip(rows_of(found["poses"]), back, strict=True):
         for row, other in zip(pose["T_base_platform"], again["T_base_platform"], strict=True):
             assert row == pytest.approx(other, abs=1e-8)
-    heavy = robocal(*shlex.split(more)[1:], "--json").document["poses"]
-    short = {p["name"]: sum(v * v for v in p["missing"]) ** 0.5 for p in heavy if not p["feasible"]}
+    heavy = rows_of(robocal(*shlex.split(more)[1:], "--json").document["poses"])
+    short = {p["id"]: sum(v * v for v in p["missing"]) ** 0.5 for p in heavy if not p["feasible"]}
     assert f"{len(short)} of the 30 targets cannot be held" in said
     most = max(short.values())
     assert {n for n, v in short.items() if v > most - 1e-6} == {"A2", "C7"} and f"({most:.1f} N)" in said
@@ -89,15 +90,15 @@ def test_laval_says_what_was_measured(place):
     assert f"the tension limits | {stopped['statics']:.0f} %" in said
     # Of 2000 so few that a rounding elsewhere may move one of them.
     assert stopped["box"] == pytest.approx(0.3, abs=0.1) and found["reached"] * 100 == pytest.approx(stopped["box"])
-    rms = found["choice"]["expected_rms_m"]
+    rms = found["choice"]["expected_rms"]
     for name, what in (("frame anchors a", "a"), ("initial lengths rho_0", "l0"), ("platform's position", "position")):
         told = [float(v.split()[0]) for v in re.search(rf"\| {name} \| (.*?) \|(?= \|| The)", said)[1].split(" | ")]
         assert told == pytest.approx([1e3 * rms[who][what] for who in ("chosen", "random", "all")], rel=0.04)
-    assert f"pass {1e3 * found['start']['gap_m'] + 4.8:.1f} mm apart" in said and found["start"]["nearest"] == [
+    assert f"pass {1e3 * found['start']['gap']['value'] + 4.8:.1f} mm apart" in said and found["start"]["nearest"] == [
         "c3",
         "c7",
     ]
-    assert all(19.999 <= t <= 125.001 for pose in found["poses"] for t in pose["tension_N"])
+    assert all(19.999 <= t <= 125.001 for pose in rows_of(found["poses"]) for t in pose["tension"])
     shares = [robocal(*shlex.split(c)[1:-2], "--json").document["stopped_by"] for c in (large, small)]
     assert f"{100 * shares[0]['statics'] / 300:.0f} % of the poses near the boundary" in said
     assert shares[1]["box"] == 300

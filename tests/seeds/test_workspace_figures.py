@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.runs import robocal
+from listings import rows_of
 
 from robocal.cables.contact.segments import distances
 from robocal.cables.workspace import Demand, holds
@@ -48,7 +49,7 @@ def cells(folder):
 
 def test_figure_3_3_rays_and_grid_find_one_workspace(workspace, robot):
     told = json.loads((workspace / "workspace.json").read_text())
-    grid, rays = told["grid"]["volume_m3"], told["rays"]["volume_m3"]
+    grid, rays = told["grid"]["size"]["value"], told["rays"]["size"]["value"]
     assert abs(rays / grid - 1) < 0.01
     lines = (workspace / "surface.ply").read_text().splitlines()
     count = next(int(line.split()[2]) for line in lines if line.startswith("element vertex"))
@@ -78,7 +79,7 @@ def test_figure_3_4_three_sections_agree_with_the_grid(workspace, robot):
 
 def test_figure_3_5_a_pose_on_the_way(tmp_path, robot):
     ran = robocal("cable", "contact", LAVAL / "robot.yaml", LAVAL / "way.csv", "-o", tmp_path / "way")
-    (motion,) = json.loads((tmp_path / "way" / "contact.json").read_text())["motions"]
+    (motion,) = rows_of(json.loads((tmp_path / "way" / "contact.json").read_text())["motions"])
     assert ran.status == 3 and round(motion["free"], 2) == 0.56 and motion["ends_by"] == "c2 meets c6"
     # Looked for again at 20 000 places of the way.
     rows = list(csv.DictReader((LAVAL / "way.csv").read_text().splitlines()))

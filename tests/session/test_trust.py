@@ -46,19 +46,19 @@ def test_predictions_hold_the_truth(place):
     true = read_robot(place / "one" / "truth.yaml").chain.pose(
         np.radians([[0, 0, 0, 0, 0], [30, -20, 10, 5, 60], [-90, 50, -30, 60, -50]])
     )
-    for row, pose in zip(found.rows, true, strict=True):
+    for row, pose in zip(found.poses.rows, true, strict=True):
         # Bands are of the shape: the place of the base itself is known to its expected errors only.
-        assert np.linalg.norm([row[f"{a}_mm"] - 1e3 * p for a, p in zip("xyz", pose[:3, 3], strict=True)]) < 5
-        assert 0.005 < row["band_mm"] < 0.2 < 0.9 * row["band_new_mm"] + 0.2
-        assert row["band_mm"] < row["band_new_mm"]
+        assert np.linalg.norm([row[a] - 1e3 * p for a, p in zip("xyz", pose[:3, 3], strict=True)]) < 5
+        assert 0.005 < row["band"] < 0.2 < 0.9 * row["band_new"] + 0.2
+        assert row["band"] < row["band_new"]
     assert not found.absolute
     written = list(csv.DictReader((place / "predicted.csv").read_text().splitlines()))
-    assert [float(r["band [mm]"]) for r in written] == pytest.approx([r["band_mm"] for r in found.rows])
+    assert [float(r["band [mm]"]) for r in written] == pytest.approx([r["band"] for r in found.poses.rows])
     whole = predict(place / "run-one", place / "poses.csv", absolute=True)
-    assert all(w["band_mm"] > r["band_mm"] for w, r in zip(whole.rows, found.rows, strict=True))
-    for row, pose in zip(whole.rows, true, strict=True):
-        error = np.linalg.norm([row[f"{a}_mm"] - 1e3 * p for a, p in zip("xyz", pose[:3, 3], strict=True)])
-        assert error < 1.5 * row["band_mm"]
+    assert all(w["band"] > r["band"] for w, r in zip(whole.poses.rows, found.poses.rows, strict=True))
+    for row, pose in zip(whole.poses.rows, true, strict=True):
+        error = np.linalg.norm([row[a] - 1e3 * p for a, p in zip("xyz", pose[:3, 3], strict=True)])
+        assert error < 1.5 * row["band"]
 
 
 def test_what_the_poses_do_not_say_and_the_model_asks_is_told(place):
@@ -110,7 +110,7 @@ def test_the_map_is_written_and_drawn(place):
     assert "Where it can be trusted" in page and "95 % band of the corrected model" in page
     rows = list(csv.DictReader((place / "run-one" / "accuracy_map.csv").read_text().splitlines()))
     assert {r["slice"] for r in rows} == {"horizontal", "vertical"} and len(rows) > 300
-    error, band = (np.array([float(r[k]) for r in rows]) for k in ("nominal_error_mm", "band_mm"))
+    error, band = (np.array([float(r[k]) for r in rows]) for k in ("nominal_error_mm", "band"))
     assert 0 < band.max() < 0.3 < error.max() < 10
     again = called("report", folder=place / "run-one", output=place / "again.html").result.read_text()
     assert again.count("<path fill=") == page.count("<path fill=") > 8  # one scale of colours for both maps

@@ -10,7 +10,11 @@ from robocal._version import __version__
 from robocal.files.text import InputFile
 from robocal.remarks.remark import Remark as Said
 
-__all__ = ["InputHash", "Made", "Number", "Remark", "RowsLeftOut", "hashes", "kept", "made_by"]
+__all__ = [
+    "SCHEMA", "CableDocument", "Document", "InputHash", "Made", "Number", "Remark", "RowsLeftOut", "hashes", "kept", "made_by",
+]  # fmt: skip
+
+SCHEMA = 2  # of documents that only people and their programs read: a key has no unit in its name, the unit stands beside the number
 
 Number: TypeAlias = float | None  # null, where there is no number
 
@@ -60,6 +64,25 @@ def hashes(inputs: Iterable[InputFile]) -> list[InputHash]:
 def made_by(command: str, inputs: Iterable[InputFile]) -> Made:
     """What makes a document: this version, by a command, of these files."""
     return Made(version=__version__, command=command, inputs=hashes(inputs))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Document:
+    """What every document holds: its schema, the sentences of its remarks and the same as data."""
+
+    robocal: int = SCHEMA
+    warnings: list[str]
+    remarks: list[Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CableDocument(Document):
+    """What every document on a cable robot holds; `assumed` are values that nobody measured."""
+
+    robot: str
+    cables: tuple[str, ...]
+    assumed: tuple[str, ...]
+    provenance: Made
 
 
 @dataclass(frozen=True, kw_only=True)

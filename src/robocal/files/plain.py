@@ -14,8 +14,8 @@ _NAMES: dict[type[Any], tuple[str, ...]] = {}  # the fields of every dataclass t
 
 
 def plain(value: Any) -> Any:
-    """Plain data that strict JSON can hold: dataclasses as mappings, arrays, tuples and sets as lists, null for what is not
-    finite, texts for whatever else."""
+    """Plain data that strict JSON can hold: dataclasses as mappings (without fields that are mere layout), arrays, tuples and sets as
+    lists, null for what is not finite, texts for whatever else."""
     kind = type(value)
     if kind is float:
         return value if math.isfinite(value) else None
@@ -29,7 +29,7 @@ def plain(value: Any) -> Any:
         return plain(value.tolist())
     if is_dataclass(kind):
         if kind not in _NAMES:
-            _NAMES[kind] = tuple(f.name for f in fields(kind))
+            _NAMES[kind] = tuple(f.name for f in fields(kind) if f.metadata.get("document", True))
         return {name: plain(getattr(value, name)) for name in _NAMES[kind]}
     return value if isinstance(value, int) else str(value)
 

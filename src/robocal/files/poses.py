@@ -11,16 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.files.csvtable import csv_text, read_csv
+from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_dataset
 from robocal.files.headers import IDS, joint_columns, vocabulary
 from robocal.files.kinds.base import column_units
+from robocal.files.listing import listing_text
 from robocal.files.text import InputFile
-from robocal.files.units import Units, number
+from robocal.files.units import Units
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import Document
+from robocal.quantities import Column, Listing
 
-__all__ = ["poses_text", "read_poses"]
+__all__ = ["joint_program", "poses_text", "read_poses"]
 
 Array = NDArray[np.float64]
 
@@ -47,15 +49,15 @@ def read_poses(path: str | os.PathLike[str], chain: Chain) -> tuple[tuple[str, .
     return names, q, (InputFile(table.path, table.sha256, said),)
 
 
+def joint_program(chain: Chain, names: Sequence[str], q: Array, rank: Sequence[int]) -> Listing:
+    """A joint program in SI: one pose per row in the order of travel, with its rank (1: the most useful; the first k of them are a plan of
+    k poses)."""
+    si = ["m" if j.type == "prismatic" else "rad" for j in chain.joints]
+    # Finer than any controller, in degrees or in radians.
+    joints = (Column(j.name, u, v, decimals=9) for j, u, v in zip(chain.joints, si, np.asarray(q).T, strict=True))
+    return Listing((Column("id", "", tuple(names)), *joints, Column("rank", "", tuple(rank))))
+
+
 def poses_text(chain: Chain, names: Sequence[str], q: Array, rank: Sequence[int], units: Units | None = None) -> str:
-    """A joint program: one pose per row in the order of travel, with its rank (1: the most useful; the first k of them
-    are a plan of k poses)."""
-    units = units or Units()
-    shown = [units.length if j.type == "prismatic" else units.angle for j in chain.joints]
-    header = ["id", *(f"{j.name} [{u.name}]" for j, u in zip(chain.joints, shown, strict=True)), "rank"]
-    rows = []
-    for name, row, place in zip(names, q, rank, strict=True):
-        # Finer than any controller, in degrees or in radians.
-        cells = (number(round(float(u.from_si(v)), 9)) for u, v in zip(shown, row, strict=True))
-        rows.append([name, *cells, str(place)])
-    return csv_text(header, rows)
+    """The same as CSV."""
+    return listing_text(joint_program(chain, names, q, rank), units or Units())

@@ -21,7 +21,7 @@ from robocal.arms.chain import Chain
 from robocal.errors import FormatError
 from robocal.files import orientation
 from robocal.files.configurations import carried, joint_values, recorded
-from robocal.files.csvtable import CsvTable, csv_text, read_csv
+from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.datamodel import OrientationModel
 from robocal.files.headers import CONFIGURATION, PER_JOINT, configuration_columns, joint_columns, matrices, vocabulary
 from robocal.files.kinds.pose import PoseModel, read_pose
@@ -29,12 +29,13 @@ from robocal.files.kinds.position import PositionModel, read_position
 from robocal.files.outside import discreet
 from robocal.files.schema import validate
 from robocal.files.text import InputFile
-from robocal.files.units import UNITS, Unit, Units, number
+from robocal.files.units import UNITS, Unit, Units
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import Document, load
 from robocal.geometry import so3
+from robocal.quantities import Column, Listing
 
-__all__ = ["TargetFile", "compensated_text", "read_targets"]
+__all__ = ["TargetFile", "compensated_listing", "read_targets"]
 
 Array = NDArray[np.float64]
 POSITIONS = (("x", "y", "z"), ("px", "py", "pz"))
@@ -165,18 +166,16 @@ def _joints(
     return joint_values(given, table, chain, document, ("joints",))[:2]
 
 
-def compensated_text(
+def compensated_listing(
     made: Compensation, file: TargetFile, chain: Chain, notes: Sequence[str], within: Array | None = None
-) -> str:
-    """compensated.csv: one row per target, in order; cells are empty where there is nothing to command. Orientations
-    in the form of the targets, or as a rotation vector. `within` (m,) is the radius in m in which the real robot is
-    expected to arrive."""
+) -> Listing:
+    """compensated.csv: one row per target, in order; nothing where there is nothing to command. Orientations in the form of the targets,
+    or as a rotation vector. `within` (m,) is the radius in m in which the real robot is expected to arrive."""
     length, angle = file.units.length, file.units.angle
-    shown: list[tuple[str, Sequence[str]]] = [("target", file.ids), ("status", [STATUS[s] for s in made.status])]
+    columns = [Column("target", "", file.ids), Column("status", "", [STATUS[s] for s in made.status])]
 
     def add(name: str, unit: Unit | None, values: Array) -> None:
-        cells = values if unit is None else unit.from_si(values)
-        shown.append((name if unit is None else f"{name} [{unit.name}]", [_cell(v) for v in cells.tolist()]))
+        columns.append(Column(name, unit.name if unit else "", _finite(unit.from_si(values) if unit else values)))
 
     for i, joint in enumerate(chain.joints):
         add(joint.name, length if joint.type == "prismatic" else angle, made.joints[:, i])
@@ -202,9 +201,8 @@ def compensated_text(
         add("before_angle", deg, made.before_angle)
         add("after_angle", deg, made.after_angle)
     add("dexterity", None, np.round(made.dexterity, 4))
-    shown.append(("note", notes))
-    return csv_text([name for name, _ in shown], zip(*(cells for _, cells in shown), strict=True))
+    return Listing((*columns, Column("note", "", notes)))
 
 
-def _cell(value: float) -> str:
-    return number(value) if np.isfinite(value) else ""
+def _finite(values: Array) -> Array:
+    return np.where(np.isfinite(values), values, np.nan)

@@ -1,14 +1,23 @@
 # Made by scripts/front_stub.py from the options of the verbs.
 import os
 from collections.abc import Callable, Sequence
+from typing import Any
 
+from robocal.cables.inverse import Array as _inverse_Array
 from robocal.front.arrays import Measurements
 from robocal.front.cables import CableArm as CableArm
 from robocal.front.cables import robot as robot
 from robocal.front.found import Found
+from robocal.verbs.cable.contact.result import Motions as _contact_Motions
+from robocal.verbs.cable.drift.result import Drifts as _drift_Drifts
+from robocal.verbs.cable.forward.result import Poses as _forward_Poses
+from robocal.verbs.cable.poses.result import Listed as _poses_Listed
+from robocal.verbs.cable.require.result import Required as _require_Required
+from robocal.verbs.cable.tension.result import Tensions as _tension_Tensions
+from robocal.verbs.cable.workspace.result import Workspace as _workspace_Workspace
 
 _Path = str | os.PathLike[str]
-_Given = _Path | Measurements | Found
+_Given = _Path | Measurements | Found[Any]
 _Watch = Callable[[dict[str, object]], None]
 
 def inverse(
@@ -20,7 +29,7 @@ def inverse(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_inverse_Array]:
     """Lengths of the cables at poses of the platform, as the sensors show them.
 
     Where the robot's file says that cables stretch and no tension is given, the columns are called c1.geometric: nothing is stretched.
@@ -48,7 +57,7 @@ def forward(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_forward_Poses]:
     """Poses of the platform from lengths of its cables, with how sure they are and whether they are the only ones.
 
     Of a run folder (ROBOT) the standard deviations hold what its calibration leaves as well.
@@ -83,7 +92,7 @@ def tension(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_tension_Tensions]:
     """Tensions that hold the platform at poses, their margins, and the wrench that is missing where none do.
 
     Exit status 3 when a pose is not held. The list that it writes goes into cable inverse and cable forward as it is.
@@ -124,7 +133,7 @@ def workspace(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_workspace_Workspace]:
     """Where the platform can be held: volume by a grid and by rays to the exact boundary, margins, dexterity, sections, a mesh.
 
     Exit status 3 when it can be held nowhere.
@@ -177,7 +186,7 @@ def poses(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_poses_Listed]:
     """Poses that the platform can reach and leave again: held on all the way, and no cable touches anything.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
@@ -222,7 +231,7 @@ def contact(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_contact_Motions]:
     """Check a path: straight motions from each pose of a list to the next, for contacts of cables and platform and for tensions.
 
     Contacts are certain between the poses, not only at them. Exit status 3 where a motion cannot be gone to its end; how far it can is
@@ -257,7 +266,7 @@ def require(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_require_Required]:
     """How good a calibration of frame anchors and zeros will be, before anything is measured; with --accuracy, which sensors and how
     many poses it needs.
 
@@ -287,7 +296,7 @@ def drift(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found:
+) -> Found[_drift_Drifts]:
     """Which frame anchor of a cable robot moved between calibrations, what is a change of zero, scale or base, and how calibrations
     scatter.
 

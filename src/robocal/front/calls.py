@@ -28,7 +28,7 @@ def call(path: str) -> Callable[..., Any]:
     told = {e.python: e for e in entries(module.Options)}
     made = Identified if path == "identify" else Found
 
-    def verb(*words: Any, watch: Any = None, **options: Any) -> Found:
+    def verb(*words: Any, watch: Any = None, **options: Any) -> Found[Any]:
         given = signature.bind(*words, **options).arguments if set(options) <= set(told) else _unknown(options, told)
         given = _links(given, told)
         values = {told[name].name: _value(told[name], value) for name, value in given.items()}

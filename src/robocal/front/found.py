@@ -9,7 +9,7 @@ from importlib import import_module
 from itertools import count
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,26 +19,30 @@ from robocal.files.result import Result
 from robocal.files.runfolder import obstacle
 from robocal.files.writing import write_text
 from robocal.measure.reach import reach
+from robocal.quantities import Listing
 from robocal.remarks.remark import Said
 from robocal.report.page import embedded
 from robocal.report.plain import text
 from robocal.report.sections import Section, Text, ends
+from robocal.report.sections import listed as rows_of
 from robocal.session.knowledge import map_columns
 from robocal.session.outcome import save
 from robocal.verbs.outcome import Outcome
 
 __all__ = ["Found", "Identified"]
 
+T = TypeVar("T")
+
 Array = NDArray[np.float64]
 SHOWN = count(1)  # pages that this process drew: each has identifiers of its own
 SHORT = 18  # lines of a repr
 
 
-class Found:
+class Found(Generic[T]):
     """What a verb found: `result` in SI, `document` as --json prints it, `trusted` (status 0 of the command line), `remarks`
     (each with `sentence` and `advice`), `text` (the list or file that it makes) and `written` (files)."""
 
-    def __init__(self, path: str, outcome: Outcome) -> None:
+    def __init__(self, path: str, outcome: Outcome[Any]) -> None:
         self._path, self._outcome = path, outcome
 
     @property
@@ -46,9 +50,15 @@ class Found:
         return import_module(f"robocal.verbs.{self._path}")
 
     @property
-    def result(self) -> Any:
+    def result(self) -> T:
         """What was found, in SI."""
-        return self._outcome.result
+        found: T = self._outcome.result
+        return found
+
+    @property
+    def listing(self) -> Listing | None:
+        """The list as columns, each with its name, its unit and a value for each row, if the verb makes one."""
+        return self._outcome.listing
 
     @property
     def document(self) -> Mapping[str, Any]:
@@ -93,8 +103,12 @@ class Found:
 
     def _repr_html_(self) -> str:
         more = getattr(self._verb, "details", None)
-        listed = f"<pre>{escape(self.text)}</pre>\n" if self.text is not None and not self.written else ""
-        shown = (*self.sections, *(more(self._outcome) if more else ()))
+        listed, shown = "", (*self.sections, *(more(self._outcome) if more else ()))
+        if self.text is not None and not self.written:
+            if self.listing is None:
+                listed = f"<pre>{escape(self.text)}</pre>\n"
+            else:
+                shown = (Section.of("", rows_of(self.listing)), *shown)
         return listed + embedded(shown, f"robocal-{next(SHOWN)}")
 
     def __repr__(self) -> str:
@@ -104,7 +118,7 @@ class Found:
         return "\n".join(lines[:SHORT] + ([f"... {more}"] if len(lines) > SHORT else []))
 
 
-class Identified(Found):
+class Identified(Found[Result]):
     """An identification: a corrected model with its evidence."""
 
     @property

@@ -117,7 +117,7 @@ def documents(remarks: Iterable[Remark]) -> list[dict[str, Any]]:
     return [r.document for r in dict.fromkeys(remarks)]
 
 
-def told(remarks: Iterable[Remark], word: str = "warnings") -> dict[str, object]:
+def told(remarks: Iterable[Remark], word: str = "warnings") -> dict[str, Any]:
     """What a document says of remarks: their sentences under `word`, the same as data under "remarks"."""
     once = tuple(dict.fromkeys(remarks))
     return {word: sentences(once), "remarks": documents(once)}

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
+from robocal.quantities import Listing
 from robocal.report.numbers import finite, significant
 from robocal.report.sections import Block, Figure, Pair, Text
 from robocal.report.svg import Scale, bottom_axis, drawing, label, left_axis, line, num, path, points, span
@@ -15,15 +15,15 @@ Points = Sequence[Sequence[float]]
 CURVES = (("random", "curve random", "random poses"), ("p95", "curve p95", "95 %"), ("mean", "curve", "mean"))
 
 
-def foretold(document: Mapping[str, Any]) -> Iterator[Block]:
-    """What a plan.json foretells, in a sentence and a picture."""
-    accuracy, n = document["accuracy"], document["poses"]
-    mean, wide, random = (f"{significant(accuracy.get(k))} mm" for k in ("mean_mm", "p95_mm", "random_mm"))
+def foretold(forecast: Listing, n: int, asked: float | None) -> Iterator[Block]:
+    """What is foretold of n poses, in a sentence and a picture: of every number of poses the mean error, that at 95 % of the tests, and
+    that of random poses, in mm; `asked` is what shall be reached."""
+    mean, wide, random = (f"{significant(forecast[k].values[n])} mm" for k in ("mean", "p95", "random"))
     yield Text.of(
         f"After these {n:.0f} poses the error at poses that were not measured is foretold to be {mean} in the mean, below {wide} at "
         f"95 % of them; {n:.0f} random poses would reach {random}."
     )
-    if svg := accuracy_picture(document):
+    if svg := accuracy_picture(forecast, n, asked):
         caption = (
             "Foretold error (rms of all three axes) at test poses, from the noise as stated and the errors that are expected "
             "beforehand. What no parameter describes, such as gears and bending, comes on top."
@@ -40,14 +40,12 @@ def places(found: Mapping[str, Points]) -> Iterator[Block]:
     )
 
 
-def accuracy_picture(document: Mapping[str, Any]) -> str:
+def accuracy_picture(forecast: Listing, n: int, asked: float | None) -> str:
     """Foretold error against the number of poses on a logarithmic axis: mean, 95 %, random poses; empty text when
     nothing is foretold."""
-    n, asked = document["poses"], document["asked_accuracy_mm"]
-    rows = document["forecast"]
     # The first poses only find the instrument.
-    shown = [r for r in rows if r["poses"] >= min(3, n)]
-    curves = {k: [finite(r.get(f"{k}_mm")) for r in shown] for k in ("mean", "p95", "random")}
+    shown = [r for r in forecast.rows if r["poses"] >= min(3, n)]
+    curves = {k: [finite(r[k]) for r in shown] for k in ("mean", "p95", "random")}
     around = span(v for c in curves.values() for v in c if v is not None)
     if not shown or around is None:
         return ""

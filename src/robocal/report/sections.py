@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+from robocal.quantities import Column, Listing
 from robocal.remarks.remark import Said
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Written",
     "ends",
     "figure",
+    "listed",
     "quiet",
     "spread",
     "strong",
@@ -265,6 +267,27 @@ def table(
     """A table from whatever holds its rows."""
     made = tuple(tuple(row) for row in rows)
     return Table(columns, made, tuple(right), title, tuple(styles), caption, tuple(detail), tuple(terse), brief)
+
+
+def listed(listing: Listing, *, title: str = "", most: int | None = None, styles: Sequence[Style] = ()) -> Table:
+    """A table of a listing, or of its first rows, as the columns say that they are shown."""
+    values = [c.plain[:most] for c in listing.columns]
+    numbers = tuple(i for i, column in enumerate(values) if any(isinstance(v, int | float) for v in column))
+    cells = [[_cell(v, c) for v in column] for c, column in zip(listing.columns, values, strict=True)]
+    heads = tuple(c.label or c.header for c in listing.columns)
+    return Table(heads, tuple(zip(*cells, strict=True)), numbers, title, tuple(styles))
+
+
+def _cell(value: Any, column: Column) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list) and column.spec == "to":
+        return " to ".join(f"{v:g}" for v in value)
+    if isinstance(value, list):
+        return ", ".join(_cell(v, column) for v in value)
+    if isinstance(value, float):
+        return format(value, column.spec) if column.spec and math.isfinite(value) else figure(value, column.figures)
+    return "" if value is None else str(value)
 
 
 def spread(s: Any) -> tuple[str, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,36 +12,47 @@ from numpy.typing import ArrayLike, NDArray
 from robocal.errors import FileError, FormatError
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
-from robocal.files.csvtable import csv_text
 from robocal.files.layerfile import LAYER
-from robocal.files.parts import hashes
+from robocal.files.parts import Document, InputHash, hashes
 from robocal.files.robot import Robot
 from robocal.files.runfolder import open_run
 from robocal.files.targets import read_targets
 from robocal.files.text import InputFile, read_text
-from robocal.files.units import number
 from robocal.geometry import so3
 from robocal.prove.workspace import Predicted, base_motion, parameters_of, predict, sample_joints
+from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 from robocal.session.inputs import open_arm
 from robocal.session.reference import run_doubts
 from robocal.session.watching import Watch
 
-__all__ = ["Prediction", "known_of", "predicted", "prediction_text", "shape_motion"]
+__all__ = ["Prediction", "known_of", "predicted", "shape_motion"]
 
 Array = NDArray[np.float64]
 SAME = 1e-7  # tolerance: of a value that was written and read
 ANCHORS = 2000  # configurations over which the base is aligned
 
 
+@dataclass(frozen=True, kw_only=True)
+class PredictionDocument(Document):
+    """What `predict --json` prints; bands are radii that hold the truth with the probability `level`."""
+
+    robot: str
+    level: float
+    relative_to: str
+    poses: Listing
+    inputs: list[InputHash]
+    written: list[str]
+
+
 @dataclass(frozen=True)
 class Prediction:
-    """Predicted poses with 95 % bands (mm, deg): `rows` in the order of the file; `absolute` when the place of the base is
+    """Predicted poses with 95 % bands (mm, deg), one row each in the order of the file; `absolute` when the place of the base is
     part of the band."""
 
     robot: Robot
-    rows: tuple[dict[str, Any], ...]
+    poses: Listing
     absolute: bool
     region: str
     inputs: tuple[InputFile, ...]
@@ -50,19 +60,17 @@ class Prediction:
     written: tuple[Path, ...] = ()
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> PredictionDocument:
         """What --json prints."""
-        return {
-            "robocal": 1,
-            "robot": self.robot.name,
-            "level": LEVEL,
-            "relative_to": "base" if self.absolute else "the best place of the base over the workspace",
-            "units": {"length": "mm", "angle": "deg"},
-            "poses": list(self.rows),
-            "inputs": hashes(self.inputs),
+        return PredictionDocument(
+            robot=self.robot.name,
+            level=LEVEL,
+            relative_to="base" if self.absolute else "the best place of the base over the workspace",
+            poses=self.poses,
+            inputs=hashes(self.inputs),
             **told(self.warnings),
-            "written": [str(p) for p in self.written],
-        }
+            written=[str(p) for p in self.written],
+        )
 
 
 def known_of(folder: Path, arm: Robot) -> Knowledge:
@@ -123,7 +131,7 @@ def predicted(folder: Path, poses: Path, absolute: bool, watch: Watch | None = N
     ]
     if (folder / LAYER).is_file():
         warnings.append(Remark.of(Code.LAYER_LEFT_OUT, what="predictions"))
-    rows = tuple(_rows(targets.ids, found, known))
+    rows = _listing(targets.ids, found, known)
     files = (InputFile(folder / COVARIANCE, read_text(folder / COVARIANCE).sha256), *targets.files)
     return Prediction(robot, rows, whole, region, files, tuple(warnings))
 
@@ -152,33 +160,23 @@ def _assumed(robot: Robot, known: Knowledge, q: Array, given: Mapping[str, Array
     return [Remark.of(Code.CONDITIONS_ASSUMED, columns=tuple(names))]
 
 
-def _rows(ids: Sequence[str], found: Predicted, known: Knowledge) -> list[dict[str, Any]]:
-    """One mapping per pose: place and turn, 95 % radii of the model and of a new measurement, covariance of the place."""
+def _listing(ids: Sequence[str], found: Predicted, known: Knowledge) -> Listing:
+    """One row per pose: place and turn, 95 % radii of the model and of a new measurement, one sigma of the place."""
     dof = known.total.dof
-    turn = np.degrees(so3.log(found.pose[:, :3, :3]))
     shift, spin = known.noise.get("m", 0.0), known.noise.get("rad")
-    band = 1e3 * radius(found.position, dof)
-    new = 1e3 * radius(found.position + shift**2 * np.eye(3), dof)
-    angle = np.degrees(radius(found.turn, dof))
-    angle_new = None if spin is None else np.degrees(radius(found.turn + spin**2 * np.eye(3), dof))
-    out = []
-    for i, name in enumerate(ids):
-        row: dict[str, Any] = {"configuration": name}
-        row |= {f"{a}_mm": float(1e3 * v) for a, v in zip("xyz", found.pose[i, :3, 3], strict=True)}
-        row |= {f"r{a}_deg": float(v) for a, v in zip("xyz", turn[i], strict=True)}
-        row |= {f"sigma_{a}_mm": float(1e3 * np.sqrt(found.position[i, k, k])) for k, a in enumerate("xyz")}
-        row |= {"band_mm": float(band[i]), "band_new_mm": float(new[i]), "turn_band_deg": float(angle[i])}
-        row |= {"turn_band_new_deg": None if angle_new is None else float(angle_new[i])}
-        out.append(row)
-    return out
-
-
-def prediction_text(rows: Sequence[dict[str, Any]]) -> str:
-    names = list(rows[0]) if rows else ["configuration"]
-    cells = (["" if r[n] is None else r[n] if isinstance(r[n], str) else number(r[n]) for n in names] for r in rows)
-    return csv_text([_header(n) for n in names], cells)
-
-
-def _header(name: str) -> str:
-    stem, _, unit = name.rpartition("_")
-    return f"{stem} [{unit}]" if unit in ("mm", "deg") else name
+    turned = np.full(len(ids), np.nan) if spin is None else radius(found.turn + spin**2 * np.eye(3), dof)
+    sigma = np.sqrt(np.einsum("kii->ki", found.position))
+    lengths = dict(zip("xyz", found.pose[:, :3, 3].T, strict=True))
+    angles = dict(zip(("rx", "ry", "rz"), so3.log(found.pose[:, :3, :3]).T, strict=True))
+    band, new = radius(found.position, dof), radius(found.position + shift**2 * np.eye(3), dof)
+    turn = np.degrees(radius(found.turn, dof))
+    return Listing((
+        Column("configuration", "", tuple(ids)),
+        *(Column(name, "mm", 1e3 * v, spec=".3f") for name, v in lengths.items()),
+        *(Column(name, "deg", np.degrees(v), spec=".3f") for name, v in angles.items()),
+        *(Column(f"sigma_{a}", "mm", 1e3 * v) for a, v in zip("xyz", sigma.T, strict=True)),
+        Column("band", "mm", 1e3 * band, label="± model", figures=2),
+        Column("band_new", "mm", 1e3 * new, label="± new", figures=2),
+        Column("turn_band", "deg", turn, label="± turn", figures=2),
+        Column("turn_band_new", "deg", np.degrees(turned)),
+    ))  # fmt: skip

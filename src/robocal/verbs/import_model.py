@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from robocal.files.parts import CableDocument
 from robocal.report.sections import Section, Text, Written
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
@@ -15,6 +16,16 @@ if TYPE_CHECKING:
     from robocal.files.cable.caspr import Caspr
 
 __all__ = ["Options", "run", "sections"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelDocument(CableDocument):
+    """What --json prints: the cable set that was read, the others of the file, and what the file calls every cable."""
+
+    cable_set: str | None
+    other_sets: Sequence[str]
+    names: dict[str, str]
+    text: str | None
 
 
 @dataclass(frozen=True)
@@ -36,7 +47,7 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Caspr]:
     """The robot of a cable set as the text of a robot.yaml, lengths in m. Raises InputError for whatever the model is that no
     robot.yaml can be, and writes nothing then."""
     from robocal.errors import ModelError
@@ -44,7 +55,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.files.cable.show import describe_cable
     from robocal.files.text import ROBOT_LIMIT, read_text
     from robocal.files.writing import refuse_existing
-    from robocal.session.cable.load import framed, robot_inputs
+    from robocal.session.cable.load import cable_document, robot_inputs
 
     refuse_existing(o.output, (), o.force)
     made = open_caspr(read_text(o.model, limit=ROBOT_LIMIT), o.cables)
@@ -55,17 +66,14 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         raise ModelError("the output is one of the inputs", key="--output", found=found, expected=expected)
     text = describe_cable(file.robot, file.units)
     remarks = (*file.warnings, *made.unheld)
-    said = {
-        "cable_set": made.cable_set or None,
-        "other_sets": made.others,
-        "names": dict(zip(file.robot.cables, made.names, strict=True)),
-        "text": text if o.output is None else None,
-    }
-    document = framed(file.robot, said, remarks, robot_inputs(file, o.model), command)
+    document = cable_document(
+        ModelDocument, file.robot, remarks, robot_inputs(file, o.model), command, cable_set=made.cable_set or None,
+        other_sets=made.others, names=dict(zip(file.robot.cables, made.names, strict=True)), text=text if o.output is None else None,
+    )  # fmt: skip
     return Outcome(made, lambda: document, remarks=remarks, text=text).put(o.output)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Caspr]) -> Iterator[Section]:
     """Robot and cable set, every cable as CASPR and as robot.yaml call it, and where the file is."""
     from robocal.session.cable.summed import summary
 

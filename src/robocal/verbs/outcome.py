@@ -5,20 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from robocal.remarks.remark import Said
 
 if TYPE_CHECKING:
+    from robocal.quantities import Listing
     from robocal.report.sections import Section
 
 __all__ = ["Outcome", "Watch"]
 
 Watch = Callable[[dict[str, object]], None]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class _Told:
+class _Constant:
     """A document that was made already."""
 
     document: Any
@@ -28,30 +30,31 @@ class _Told:
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
-    """What was found (`result`), its document for machines, whether it may be trusted (status 0, else 3), what is to be said of
-    it, and the files that were written. `text`: a list or file that belongs on stdout where nothing was written; what is to be said
-    of it goes beside it, to stderr, and so does `note`, one line on the whole. Without such a text the sections hold the remarks."""
+class Outcome(Generic[T]):
+    """What was found (`result`), its document for machines (a dataclass of `files.parts`), whether it may be trusted (status 0,
+    else 3), the remarks, and the files that were written. `text`: a list or file that belongs on stdout where nothing was written; the
+    remarks go beside it, to stderr, and so does `note`, one line on the whole. Without such a text the sections hold the remarks.
+    `listing`: what `text` is the CSV of, for notebooks."""
 
-    result: Any
+    result: T
     document: Callable[[], Any]
     trusted: bool = True
     remarks: tuple[Said, ...] = ()
     text: str | None = None
     note: str = ""
     written: tuple[Path, ...] = ()
+    listing: Listing | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """For pickle: the document as it is."""
-        return {**self.__dict__, "document": _Told(self.document())}
+        return {**self.__dict__, "document": _Constant(self.document())}
 
-    def put(self, place: Path | None) -> Outcome:
+    def put(self, place: Path | None) -> Outcome[T]:
         """The same with its text in a file, which the document names, where one is wanted."""
         from robocal.files.writing import write_text
 
         files = () if place is None or self.text is None else (write_text(place, self.text),)
-        named = {"written": str(files[0]) if files else None}
-        return replace(self, written=files, document=lambda: {**self.document(), **named})
+        return self._with(files, str(files[0]) if files else None)
 
     def paged(
         self,
@@ -60,7 +63,7 @@ class Outcome:
         texts: Callable[[], Mapping[str, str | bytes]],
         page: str,
         **head: Any,
-    ) -> Outcome:
+    ) -> Outcome[T]:
         """The same with `texts` and a page of what is `told` in a folder, where one is wanted; `head` as of `report.page.page`."""
         if folder is None:
             return self
@@ -68,11 +71,14 @@ class Outcome:
         from robocal.files.writing import write_files
         from robocal.report import page as report
 
-        recipe = plain(self.document().get("provenance"))
+        recipe = plain(self.document()).get("provenance")
         return self.kept(write_files(folder, {**texts(), page: report.page(sections=told, recipe=recipe, **head)}))
 
-    def kept(self, written: tuple[Path, ...]) -> Outcome:
+    def kept(self, written: tuple[Path, ...]) -> Outcome[T]:
         """The same with the files that were written, which the document lists too."""
-        return replace(
-            self, written=written, document=lambda: {**self.document(), "written": [str(p) for p in written]}
-        )
+        return self._with(written, [str(p) for p in written])
+
+    def _with(self, files: tuple[Path, ...], named: object) -> Outcome[T]:
+        from robocal.files.plain import plain
+
+        return replace(self, written=files, document=lambda: {**plain(self.document()), "written": named})

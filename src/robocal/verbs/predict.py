@@ -5,11 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from robocal.report.sections import Section, Text, ends, figure, quiet, table
+from robocal.quantities import Listing
+from robocal.report.sections import Section, Text, ends, figure, listed, quiet
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.session.predict import Prediction
 
 __all__ = ["Options", "run", "sections"]
 
@@ -36,48 +41,34 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Prediction]:
     """Predicts the tool's pose at the joint values of a CSV; `output` gets the same as a CSV. Raises InputError."""
+    from robocal.files.listing import listing_text
     from robocal.files.writing import refuse_existing, write_text
-    from robocal.session.predict import predicted, prediction_text
+    from robocal.session.predict import predicted
 
     refuse_existing(o.output, (), o.force)
     found = predicted(o.folder, o.poses, o.absolute, watch)
     if o.output is not None:
-        found = replace(found, written=(write_text(o.output, prediction_text(found.rows)),))
+        found = replace(found, written=(write_text(o.output, listing_text(found.poses)),))
     return Outcome(found, lambda: found.document, remarks=found.warnings, written=found.written)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Prediction]) -> Iterator[Section]:
     """One line per pose: where, and how far that may be off."""
     found = made.result
     yield Section.of(
-        "", Text.of((found.robot.name, "strong"), f"   {len(found.rows)} poses of the tool, in base coordinates")
+        "", Text.of((found.robot.name, "strong"), f"   {len(found.poses)} poses of the tool, in base coordinates")
     )
-    rows = []
-    for row in found.rows[:MOST]:
-        places = [f"{row[f'{a}_mm']:.3f}" for a in "xyz"] + [f"{row[f'r{a}_deg']:.3f}" for a in "xyz"]
-        bars = [figure(row[k], 2) for k in ("band_mm", "band_new_mm", "turn_band_deg")]
-        if row["turn_band_deg"] > BLIND:
-            bars[2] = "not seen"
-        rows.append((row["configuration"], *places, *bars))
-    columns = (
-        "configuration",
-        "x [mm]",
-        "y [mm]",
-        "z [mm]",
-        "rx [deg]",
-        "ry [deg]",
-        "rz [deg]",
-        "± model",
-        "± new",
-        "± turn",
-    )
-    lines = [f"... and {len(found.rows) - MOST} more; -o FILE writes all"] if len(found.rows) > MOST else []
+    shown = found.poses.only("configuration", *"xyz", "rx", "ry", "rz", "band", "band_new", "turn_band")
+    turn = shown.columns[9]
+    blind = replace(turn, values=["not seen" if v > BLIND else figure(v, turn.figures) for v in turn.plain])
+    shown = Listing((*shown.columns[:9], blind))
+    lines = [f"... and {len(found.poses) - MOST} more; -o FILE writes all"] if len(found.poses) > MOST else []
     shape = f"of the arm's shape: the base placed best over the {found.region}"
     words = "where the base stands included" if found.absolute else shape
     lines.append(f"± are 95 % radii: of the model [mm], of a new measurement [mm], of the model's turn [deg]; {words}")
-    yield Section.of("", table(*columns, right=tuple(range(1, 10)), rows=rows), *quiet(*lines))
+    yield Section.of("", replace(listed(shown, most=MOST), right=tuple(range(1, 10))), *quiet(*lines))
     yield from ends(made.remarks)
     if made.written:
         yield Section.of("", Text.of(f"Written: {made.written[0]}"))

@@ -21,7 +21,7 @@ class Options(Told):
     output: Path | None = opt(None, "The page", short="-o", metavar="FILE", otherwise="RUN/report.html")
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Path]:
     """Writes the page of a run folder. Raises FileError or FormatError."""
     from robocal.errors import FileError
     from robocal.files.accuracy import read_accuracy
@@ -40,6 +40,6 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return Outcome(written, lambda: {"written": str(written)}, written=(written,))
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Path]) -> Iterator[Section]:
     """Where the page is."""
     yield Section.of("", Text.of(str(made.written[0])))

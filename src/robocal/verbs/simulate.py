@@ -6,13 +6,33 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
+from typing import TYPE_CHECKING
 
+from robocal.files.parts import SCHEMA
+from robocal.quantities import UnitValue
 from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
+if TYPE_CHECKING:
+    from robocal.session.simulate import Simulated
+
 __all__ = ["Options", "run", "sections"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatedDocument:
+    """What --json prints; `largest_error`: by how much the model is wrong at most, of the measured positions."""
+
+    robocal: int = SCHEMA
+    robot: str
+    simulated: bool = True
+    kind: str
+    configurations: int
+    seed: int
+    largest_error: UnitValue
+    written: list[str]
 
 
 @dataclass(frozen=True)
@@ -59,7 +79,7 @@ class Options(Told):
     tip: w.Tip = None
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Simulated]:
     """Simulates and writes robot, truth and data into a folder; everything that it writes says simulated. Raises InputError."""
     import numpy as np
 
@@ -89,14 +109,14 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     refuse_existing(o.output, list(texts), o.force)
     largest = float(np.linalg.norm(truth.pose(q)[:, :3, 3] - arm.chain.pose(q)[:, :3, 3], axis=1).max())
     made = s.Simulated(arm, truth, data, wrong, instrument, o.seed, largest, write_files(o.output, texts))
-    document = {
-        "robot": arm.name, "simulated": True, "kind": o.kind, "configurations": len(data.configurations),
-        "seed": o.seed, "largest_error_mm": largest * 1e3, "written": [str(p) for p in made.written],
-    }  # fmt: skip
+    document = SimulatedDocument(
+        robot=arm.name, kind=o.kind, configurations=len(data.configurations), seed=o.seed, largest_error=UnitValue(largest * 1e3, "mm"),
+        written=[str(p) for p in made.written],
+    )  # fmt: skip
     return Outcome(made, lambda: document, written=made.written)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Simulated]) -> Iterator[Section]:
     """How wrong the model is, the files, and the next command."""
     found = made.result
     names = {p.stem: p for p in made.written if p.suffix != ".csv"}

@@ -10,7 +10,7 @@ fx [N], fy, fz, mx [Nm], my, mz                             with poses: what els
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,16 +19,15 @@ from numpy.typing import NDArray
 
 from robocal.cables.check import FAR
 from robocal.cables.geometry import CableRobot
-from robocal.files.cable.values import CableUnits
-from robocal.files.csvtable import CsvTable, csv_text, read_csv
+from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.headers import IDS
 from robocal.files.kinds.base import column_units
 from robocal.files.orientation import quaternion
-from robocal.files.units import number
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import Document
 from robocal.geometry import se3, so3
 from robocal.parameters import FRAME_SYMBOLS
+from robocal.quantities import Column
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -36,8 +35,8 @@ __all__ = [
     "COLUMNS",
     "WRENCH",
     "CableList",
-    "lengths_text",
-    "platform_text",
+    "length_columns",
+    "pose_columns",
     "read_cable_lengths",
     "read_platform_poses",
     "tension_columns",
@@ -194,44 +193,26 @@ def _names(table: CsvTable) -> tuple[str, ...]:
     return names
 
 
-def lengths_text(
-    robot: CableRobot,
-    names: Sequence[str],
-    lengths: Array,
-    units: CableUnits,
-    tension: Array | None = None,
-    *,
-    geometric: bool = False,
-) -> str:
-    """The CSV of lengths, `geometric` or as the sensors show them; `tension` (k, m) in N goes along, so that the list says what its
-    lengths were made with."""
-    unit = units.length
-    more = {} if tension is None else tension_columns(robot, tension, units)
-    names_of = map(_geometric, robot.cables) if geometric else robot.cables
-    header = ["id", *(f"{name} [{unit.name}]" for name in names_of), *more]
-    rows = []
-    for i, row in enumerate(lengths):
-        cells = [number(unit.from_si(float(v))) for v in row]
-        rows.append([names[i], *cells, *(column[i] for column in more.values())])
-    return csv_text(header, rows)
+def length_columns(
+    robot: CableRobot, lengths: Array, *, geometric: bool = False, decimals: int | None = None
+) -> tuple[Column, ...]:
+    """Columns of lengths (k, m) in m, `geometric` or as the sensors show them; a CSV has so many `decimals` of a metre."""
+    names = map(_geometric, robot.cables) if geometric else robot.cables
+    return tuple(Column(name, "m", column, si_decimals=decimals) for name, column in zip(names, lengths.T, strict=True))
 
 
-def tension_columns(robot: CableRobot, tension: Array, units: CableUnits) -> dict[str, list[str]]:
-    """Columns of tensions (k, m) in N for `platform_text`, under the names that lists are read by; empty where there
-    are none."""
-    unit = units.force
-    shown = [["" if np.isnan(t) else number(float(f"{unit.from_si(float(t)):.10g}")) for t in row] for row in tension.T]
-    return {f"{cable}.tension [{unit.name}]": column for cable, column in zip(robot.cables, shown, strict=True)}
+def tension_columns(robot: CableRobot, tension: Array) -> tuple[Column, ...]:
+    """Columns of tensions (k, m) in N, under the names that lists are read by."""
+    return tuple(Column(f"{c}.tension", "N", t, digits=10) for c, t in zip(robot.cables, tension.T, strict=True))
 
 
-def platform_text(names: Sequence[str], poses: Array, units: CableUnits, more: Mapping[str, Sequence[str]]) -> str:
-    """The CSV of poses, with further columns; nothing where a pose is not a number."""
-    shown = [units.length] * 3 + [units.angle] * 3
-    header = ["id", *(f"{s} [{u.name}]" for s, u in zip(FRAME_SYMBOLS, shown, strict=True)), *more]
-    rows = []
+def pose_columns(names: Sequence[str], poses: Array) -> tuple[Column, ...]:
+    """Columns of poses (k, 4, 4) with their names, as `read_platform_poses` reads them; nothing where a pose is not a number."""
     known = np.asarray(np.isfinite(poses).all(axis=(-2, -1)))
-    for i, vector in enumerate(se3.to_vector(np.where(known[:, None, None], poses, np.eye(4)))):
-        cells = [number(round(u.from_si(float(v)), 12)) for u, v in zip(shown, vector, strict=True)]
-        cells = cells if known[i] else [""] * len(cells)
-        rows.append([names[i], *cells, *(column[i] for column in more.values())])
-    return csv_text(header, rows)
+    values = se3.to_vector(np.where(known[:, None, None], poses, np.eye(4)))
+    values[~known] = np.nan
+    units = ("m",) * 3 + ("rad",) * 3
+    return (
+        Column("id", "", tuple(names)),
+        *(Column(s, u, v, decimals=12) for s, u, v in zip(FRAME_SYMBOLS, units, values.T, strict=True)),
+    )

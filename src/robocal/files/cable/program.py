@@ -1,4 +1,4 @@
-"""Lists of reachable poses and programs for a controller as CSV: poses with lengths and tensions, one per row.
+"""Lists of reachable poses and programs for a controller: poses with lengths and tensions, one per row.
 
 id, x [m], ..., rz [deg], c1 [m], ..., c1.tension [N], ..., lambda, limit, contact, rank     poses.csv
 id, x [m], ..., rz [deg], c1 [m], ..., c1.tension [N], ..., pose, way, share                 program.csv
@@ -16,42 +16,34 @@ from numpy.typing import NDArray
 from robocal.cables.geometry import CableRobot
 from robocal.cables.poses import LIMITS, PoseList
 from robocal.cables.program import Program
-from robocal.files.cable.lists import platform_text, tension_columns
-from robocal.files.cable.values import CableUnits
-from robocal.files.units import number
+from robocal.files.cable.lists import length_columns, pose_columns, tension_columns
+from robocal.quantities import Column, Listing
 
-__all__ = ["list_text", "program_text"]
+__all__ = ["pose_listing", "program_listing"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 DIGITS = 9  # of a length in m: a nanometre
 
 
-def list_text(
-    robot: CableRobot,
-    names: Sequence[str],
-    listing: PoseList,
-    made: Program,
-    units: CableUnits,
-    *,
-    rank: Mapping[int, int] | None = None,
-    only: Ints | None = None,
-) -> str:
-    """The CSV of the poses, or of `only` some by number; `rank` says which are chosen, 1 the most telling."""
-    rows = np.arange(len(names)) if only is None else only
-    who = listing.contacts.names(robot.cables)
-    blocked = [LIMITS[i].startswith("cable") for i in listing.limit]
-    more = _cables(robot, made.lengths[rows, -1], made.tension[rows, -1], units)
-    more["lambda"] = [f"{listing.fraction[i]:.9g}" for i in rows]
-    more["limit"] = [LIMITS[listing.limit[i]] for i in rows]
-    more["contact"] = [who[i] if blocked[i] else "" for i in rows]
-    if rank is not None:
-        more["rank"] = [str(rank.get(int(i), "")) for i in rows]
-    return platform_text([names[i] for i in rows], made.pose[rows, -1], units, more)
+def pose_listing(
+    robot: CableRobot, names: Sequence[str], poses: PoseList, made: Program, rank: Mapping[int, int] | None = None
+) -> Listing:
+    """The poses; `rank` says which are chosen, 1 the most telling."""
+    who = poses.contacts.names(robot.cables)
+    met = [LIMITS[i].startswith("cable") for i in poses.limit]
+    return Listing((
+        *pose_columns(names, made.pose[:, -1]),
+        *_cables(robot, made.lengths[:, -1], made.tension[:, -1]),
+        Column("lambda", "", poses.fraction, digits=9),
+        Column("limit", "", [LIMITS[i] for i in poses.limit]),
+        Column("contact", "", [w if m else None for w, m in zip(who, met, strict=True)]),
+        *([] if rank is None else [Column("rank", "", [rank.get(i) for i in range(len(names))])]),
+    ))  # fmt: skip
 
 
-def program_text(robot: CableRobot, names: Sequence[str], made: Program, order: Ints, units: CableUnits) -> str:
-    """The CSV of all waypoints in the order in which a controller takes them: from X_0 out to a pose, back, to the next.
+def program_listing(robot: CableRobot, names: Sequence[str], made: Program, order: Ints) -> Listing:
+    """All waypoints in the order in which a controller takes them: from X_0 out to a pose, back, to the next.
 
     `id` counts them from 0; `way` is start, out, pose or back; `share` is how far from X_0 (0) to the pose (1).
     """
@@ -59,16 +51,15 @@ def program_text(robot: CableRobot, names: Sequence[str], made: Program, order: 
     one = [*range(1, last + 1), *range(last - 1, -1, -1)]
     ways = np.repeat(np.concatenate([order[:1], order]), [1, *[len(one)] * len(order)])
     points = np.concatenate([[0], np.tile(one, len(order))])
-    more = _cables(robot, made.lengths[ways, points], made.tension[ways, points], units)
-    more["pose"] = ["", *(names[i] for i in ways[1:])]
     words = ["out"] * (last - 1) + ["pose"] + ["back"] * last
-    more["way"] = ["start", *words * len(order)]
-    more["share"] = [f"{made.shares[k]:.6g}" for k in points]
-    return platform_text([str(i) for i in range(len(ways))], made.pose[ways, points], units, more)
+    return Listing((
+        *pose_columns([str(i) for i in range(len(ways))], made.pose[ways, points]),
+        *_cables(robot, made.lengths[ways, points], made.tension[ways, points]),
+        Column("pose", "", ["", *(names[i] for i in ways[1:])]),
+        Column("way", "", ["start", *words * len(order)]),
+        Column("share", "", np.asarray(made.shares)[points], digits=6),
+    ))  # fmt: skip
 
 
-def _cables(robot: CableRobot, lengths: Array, tension: Array, units: CableUnits) -> dict[str, list[str]]:
-    unit = units.length
-    shown = [[number(unit.from_si(round(float(v), DIGITS))) for v in column] for column in lengths.T]
-    columns = {f"{cable} [{unit.name}]": column for cable, column in zip(robot.cables, shown, strict=True)}
-    return columns | tension_columns(robot, tension, units)
+def _cables(robot: CableRobot, lengths: Array, tension: Array) -> tuple[Column, ...]:
+    return (*length_columns(robot, lengths, decimals=DIGITS), *tension_columns(robot, tension))

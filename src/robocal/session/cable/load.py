@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.lists import WRENCH, CableList
 from robocal.files.cable.values import CableUnits
-from robocal.files.parts import made_by
+from robocal.files.parts import CableDocument, made_by
 from robocal.files.text import InputFile
 from robocal.files.units import numbers_of
 from robocal.remarks.code import Code
@@ -27,6 +27,7 @@ from robocal.report.cable.ruler import Ruler
 
 __all__ = [
     "assumed_text",
+    "cable_document",
     "fitting",
     "framed",
     "held_robot",
@@ -45,6 +46,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+D = TypeVar("D", bound=CableDocument)
 UPRIGHT = {2, 3, 4}  # components of the twist (v, w) that a weight works on: z, and the turns about x and y
 
 
@@ -206,7 +208,7 @@ def framed(
     inputs: Sequence[InputFile],
     command: str,
 ) -> dict[str, Any]:
-    """The document of a verb: what it `found`, about which robot, with what was assumed, remarked on and read."""
+    """The document of `cable drift`, schema 1."""
     return {
         "robocal": 1,
         "robot": robot.name,
@@ -216,6 +218,20 @@ def framed(
         **told(warnings),
         "provenance": made_by(command, inputs),
     }
+
+
+def cable_document(
+    kind: type[D],
+    robot: CableRobot,
+    warnings: Sequence[Remark],
+    inputs: Sequence[InputFile],
+    command: str,
+    **parts: Any,
+) -> D:
+    """The document of a verb: its own `parts`, about which robot, with what was assumed, remarked on and read."""
+    return kind(
+        robot=robot.name, cables=robot.cables, assumed=robot.assumed, **told(warnings), provenance=made_by(command, inputs), **parts
+    )  # fmt: skip
 
 
 def assumed_text(robot: CableRobot) -> list[str]:

@@ -19,7 +19,6 @@ from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.robot import read_cable
 from robocal.files.cable.write import render_cable
 from robocal.files.dataset import read_datasets
-from robocal.files.plain import plain
 from robocal.files.runfolder import ROBOTS, find_run
 from robocal.files.text import InputFile
 from robocal.fit.starts.own import placed
@@ -57,7 +56,7 @@ class OpenedCable(Opened[CableRobot]):
     @property
     def facts(self) -> Mapping[str, Any]:
         """Its cables, and what is known of them."""
-        return {"cables": list(self.file.robot.cables), "cable_robot": plain(facts(self.file.robot))}
+        return {"cables": list(self.file.robot.cables), "cable_robot": facts(self.file.robot)}
 
     def sections(self) -> Iterator[Section]:
         """Every cable, and the platform in a few lines."""

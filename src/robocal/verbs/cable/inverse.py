@@ -5,13 +5,27 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from robocal.files.parts import CableDocument
+from robocal.quantities import Column, Listing
 from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
 from robocal.verbs.option import Told
 from robocal.verbs.outcome import Outcome, Watch
 
+if TYPE_CHECKING:
+    from robocal.cables.inverse import Array
+
 __all__ = ["Options", "run", "sections"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LengthsDocument(CableDocument):
+    """What --json prints; `lengths` says which ones: geometric, or as the sensors show them."""
+
+    lengths: str
+    poses: Listing
 
 
 @dataclass(frozen=True)
@@ -33,17 +47,18 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Array]:
     """Lengths in m, and the list as a CSV in the robot file's units. Raises InputError."""
     from robocal.cables.inverse import inverse
     from robocal.errors import ModelError
-    from robocal.files.cable.lists import lengths_text, read_platform_poses
+    from robocal.files.cable.lists import length_columns, read_platform_poses, tension_columns
     from robocal.files.cable.robot import read_cable
+    from robocal.files.listing import in_units, listing_text
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing
     from robocal.remarks.code import Code
     from robocal.remarks.remark import Remark
-    from robocal.session.cable.load import fitting, framed, located, robot_inputs, stretches, tensions_of
+    from robocal.session.cable.load import cable_document, fitting, located, robot_inputs, stretches, tensions_of
 
     refuse_existing(o.output, (), o.force)
     file = read_cable(o.robot)
@@ -55,19 +70,22 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     except ModelError as error:
         raise located(error, o.poses, rows) from None
     geometric = stretches(file.robot) and pull is None
-    text = lengths_text(file.robot, rows.names, lengths, file.units, rows.tension, geometric=geometric)
+    columns = (Column("id", "", rows.names), *length_columns(file.robot, lengths, geometric=geometric))
+    listing = Listing(columns + (() if rows.tension is None else tension_columns(file.robot, rows.tension)))
     if geometric:
         said = (*said, Remark.of(Code.LENGTHS_GEOMETRIC, robot=file.robot.name))
     remarks = (*file.warnings, *rows.warnings, *said)
     inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256))
-    found = {
-        "lengths": "geometric" if geometric else "as the sensors show them",
-        "lengths_m": dict(zip(rows.names, lengths, strict=True)),
-    }
-    document = framed(file.robot, found, remarks, inputs, command)
-    return Outcome(lengths, lambda: document, remarks=remarks, text=text).put(o.output)
+    kind = "geometric" if geometric else "as the sensors show them"
+    document = cable_document(
+        LengthsDocument, file.robot, remarks, inputs, command, lengths=kind, poses=listing
+    )  # fmt: skip
+    text = listing_text(listing, file.units)
+    return Outcome(lengths, lambda: document, remarks=remarks, text=text, listing=in_units(listing, file.units)).put(
+        o.output
+    )
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Array]) -> Iterator[Section]:
     """Where the list is."""
     yield Section.of("", *(Text.of(str(path)) for path in made.written))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "run", "sections"]
 
-UNITS = (("sigma_m", 1e3, "mm"), ("sigma_rad", 180 / math.pi, "deg"), ("sigma_px", 1.0, "px"))
 NAMES = 30  # of free parameters, where there are no data
 
 
@@ -40,7 +38,7 @@ class Options(Told):
     tip: w.Tip = None
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Checked]:
     """Reads a robot, and data files when there are any. Raises InputError for whatever is wrong with them."""
     from robocal.verbs.check.result import checked
 
@@ -48,7 +46,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return Outcome(found, lambda: found.document, remarks=found.warnings)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Checked]) -> Iterator[Section]:
     """What files contain and what they can tell."""
     from robocal.measure.machine import joints_of
     from robocal.report.errors import strange
@@ -73,12 +71,15 @@ def sections(made: Outcome) -> Iterator[Section]:
 
 def _instruments(found: Checked) -> Table:
     """One row per instrument."""
+    from robocal.files.shown import shown_unit
+
     rows = []
     for i in found.instruments:
-        stated = ", ".join(f"{figure(i[key] * k, 2)} {unit}" for key, k, unit in UNITS if i[key] is not None)
-        counts = (str(i["rows"]), str(i["configurations"]))
-        targets = ", ".join(i["targets"]) or "the tool"
-        rows.append((i["name"], i["kind"], *counts, stated or i["sigma_source"], i["frame"], targets, i["source"]))
+        units = [(s.value, shown_unit(s.unit)) for s in i.sigma]
+        stated = ", ".join(f"{figure(unit.from_si(v), 2)} {unit.name}" for v, unit in units)
+        targets = ", ".join(i.targets) or "the tool"
+        counts = (str(i.rows), str(i.configurations))
+        rows.append((i.name, i.kind, *counts, stated or i.sigma_source, i.frame, targets, i.source))
     columns = ("instrument", "kind", "rows", "configurations", "sigma", "frame", "targets", "file")
     return table(*columns, right=(2, 3), rows=rows)
 

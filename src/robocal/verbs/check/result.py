@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,13 +14,16 @@ from robocal.diagnose.moved import moved
 from robocal.diagnose.outliers import Outlier, named
 from robocal.diagnose.registry import When, run
 from robocal.estimate.identifiability import Identifiability, analyse
-from robocal.files.parts import hashes
+from robocal.files import evidence
+from robocal.files.parts import Document, InputHash, hashes
+from robocal.files.shown import shown
 from robocal.files.text import InputFile
 from robocal.fit.baseline import Baseline
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model, joints_of
 from robocal.prove.identify import baseline
+from robocal.quantities import Amount, ShownUnit, UnitValue
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 from robocal.session.inputs import open_machine, read_inputs
@@ -27,17 +31,97 @@ from robocal.session.opened import Inputs, Opened
 from robocal.session.strange import outlier
 from robocal.session.watching import Watch, computable
 
+if TYPE_CHECKING:
+    from robocal.session.cable.summed import CableFacts
+
 __all__ = ["Checked", "checked"]
 
 
 @dataclass(frozen=True)
+class JointPart:
+    """A joint with its limits."""
+
+    name: str
+    type: str
+    unit: str
+    lower: float | None
+    upper: float | None
+
+
+@dataclass(frozen=True)
+class RobotPart:
+    """The robot; of a cable robot its cables, and what is known of them."""
+
+    name: str
+    convention: str
+    joints: tuple[JointPart, ...]
+    source: str
+    cables: tuple[str, ...] | None
+    cable_robot: CableFacts | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Instrument:
+    """An instrument, how much it measured, and one sigma as stated, of every unit that it reads in."""
+
+    name: str
+    kind: str
+    source: str
+    rows: int
+    configurations: int
+    sigma_source: str
+    sigma: tuple[UnitValue, ...]
+    frame: str
+    targets: list[str]
+    places: list[str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class IdentifiabilityPart:
+    """What the data can tell at the nominal model."""
+
+    rank: int
+    n_free: int
+    structural_rank: int | None
+    condition: float
+    kept: tuple[str, ...]
+    dropped: tuple[str, ...]
+    combinations: list[str]
+    observability: Mapping[str, float]
+    sigma_assumed: bool
+
+
+@dataclass(frozen=True)
+class BaselineError:
+    """The mean error of the nominal model with fitted frames, without and with gross rows."""
+
+    unit: ShownUnit
+    mean: Amount
+    mean_of_all_rows: Amount | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckDocument(Document):
+    """What --json prints."""
+
+    robot: RobotPart
+    instruments: tuple[Instrument, ...]
+    configurations: int | None
+    free: tuple[str, ...]
+    identifiability: IdentifiabilityPart | None
+    baseline_error: BaselineError | None
+    outliers: list[evidence.Outlier]
+    inputs: list[InputHash]
+
+
+@dataclass(frozen=True)
 class Checked:
-    """What was found: the robot, the instruments (one mapping each), what the data can tell at the nominal model, and
+    """What was found: the robot, the instruments, what the data can tell at the nominal model, and
     warnings."""
 
     robot: Opened[Any]
     data: DataSet | None
-    instruments: tuple[dict[str, Any], ...]
+    instruments: tuple[Instrument, ...]
     free: tuple[str, ...]
     seen: Identifiability | None
     misfit: float | None  # mean error of the nominal model with fitted frames (m), gross rows not counted
@@ -48,43 +132,28 @@ class Checked:
     misfit_of_all: float | None = None  # the mean error with gross rows
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> CheckDocument:
         """The same for machines."""
-        machine, seen = self.robot.machine, self.seen
-        joints = [
-            {"name": j.name, "type": j.type, "lower": j.lower, "upper": j.upper} for j in joints_of(self.robot.machine)
-        ]
-        found = None
-        if seen is not None:
-            found = {
-                "rank": seen.rank,
-                "n_free": len(seen.names),
-                "structural_rank": seen.structural_rank,
-                "condition": seen.condition,
-                "kept": list(seen.kept),
-                "dropped": list(seen.dropped),
-                "combinations": [c.remark.sentence for c in seen.combinations],
-                "observability": seen.indices,
-                "sigma_assumed": self.assumed,
-            }
-        return {
-            "robot": {
-                "name": machine.name,
-                "convention": self.robot.convention,
-                "joints": joints,
-                "source": self.robot.source,
-            }
-            | dict(self.robot.facts),
-            "instruments": list(self.instruments),
-            "configurations": None if self.data is None else len(self.data.configurations),
-            "free": list(self.free),
-            "identifiability": found,
-            "baseline_mean_error_mm": None if self.misfit is None else self.misfit * 1e3,
-            "baseline_mean_error_of_all_rows_mm": None if self.misfit_of_all is None else self.misfit_of_all * 1e3,
+        machine, seen, facts = self.robot.machine, self.seen, self.robot.facts
+        joints = tuple(
+            JointPart(j.name, j.type, "m" if j.type == "prismatic" else "rad", j.lower, j.upper)
+            for j in joints_of(machine)
+        )
+        return CheckDocument(
+            robot=RobotPart(machine.name, self.robot.convention, joints, self.robot.source, facts.get("cables"), facts.get("cable_robot")),
+            instruments=self.instruments,
+            configurations=None if self.data is None else len(self.data.configurations),
+            free=self.free,
+            identifiability=None if seen is None else IdentifiabilityPart(
+                rank=seen.rank, n_free=len(seen.names), structural_rank=seen.structural_rank, condition=seen.condition, kept=seen.kept,
+                dropped=seen.dropped, combinations=[c.remark.sentence for c in seen.combinations], observability=seen.indices,
+                sigma_assumed=self.assumed,
+            ),
+            baseline_error=None if self.misfit is None else shown(BaselineError, ("m", self.misfit, self.misfit_of_all)),
             **told(self.warnings),
-            "outliers": [outlier(o) for o in self.strange],
-            "inputs": hashes(self.inputs),
-        }
+            outliers=[outlier(o) for o in self.strange],
+            inputs=hashes(self.inputs),
+        )  # fmt: skip
 
 
 def checked(o: Any, watch: Watch | None = None) -> Checked:
@@ -131,32 +200,25 @@ def examined(inputs: Inputs, watch: Watch | None = None) -> Checked:
     return Checked(opened, measured, seen_by, free, seen, misfit, assumed, warnings, inputs.files, strange, whole)
 
 
-def _instruments(data: DataSet) -> tuple[dict[str, Any], ...]:
+def _instruments(data: DataSet) -> tuple[Instrument, ...]:
     out = []
     for obs in data.observations:
-        sigma = {} if obs.sigma is None else {
-            unit: float(np.sqrt(np.mean(obs.sigma[:, a:b] ** 2))) for a, b, unit in kind_of(obs).parts
-        }  # fmt: skip
+        sigma = () if obs.sigma is None else tuple(
+            UnitValue(float(np.sqrt(np.mean(obs.sigma[:, a:b] ** 2))), unit) for a, b, unit in kind_of(obs).parts
+        )  # fmt: skip
+        free = None if obs.frame is None else obs.frame.free
         out.append(
-            {
-                "name": obs.label,
-                "kind": obs.kind,
-                "source": obs.source,
-                "rows": len(obs),
-                "configurations": len(np.unique(obs.configuration)),
-                "sigma_source": "stated" if sigma else "estimated from the residuals",
-                "sigma_m": sigma.get("m"),
-                "sigma_rad": sigma.get("rad"),
-                "sigma_px": sigma.get("px"),
-                "frame": "none"
-                if obs.frame is None
-                else "free"
-                if all(obs.frame.free)
-                else "known"
-                if not any(obs.frame.free)
-                else "partly free",
-                "targets": [t.name for t in obs.targets],
-                "places": [f.name for f in kind_of(obs).frames(obs)],
-            }
+            Instrument(
+                name=obs.label,
+                kind=obs.kind,
+                source=obs.source,
+                rows=len(obs),
+                configurations=len(np.unique(obs.configuration)),
+                sigma_source="stated" if sigma else "estimated from the residuals",
+                sigma=sigma,
+                frame="none" if free is None else "free" if all(free) else "partly free" if any(free) else "known",
+                targets=[t.name for t in obs.targets],
+                places=[f.name for f in kind_of(obs).frames(obs)],
+            )
         )
     return tuple(out)

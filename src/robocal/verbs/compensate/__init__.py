@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robocal.report.sections import SPREAD, Section, Text, ends, figure, quiet, spread, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.compensate.result import Compensated
 
 __all__ = ["Options", "run", "sections"]
 
@@ -46,21 +50,24 @@ class Options(Told):
     tip: w.Tip = None
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Compensated]:
     """Compensates targets; a folder gets compensated.csv and compensation.json. Raises InputError."""
+    from robocal.files.listing import listing_text
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing, write_files
     from robocal.verbs.compensate.result import compensated
 
     refuse_existing(o.output, FILES, o.force)
     found = compensated(o, command, watch)
+    text = listing_text(found.listing)
     if o.output is not None:
-        texts = dict(zip(FILES, (found.text, json_text(found.document)), strict=True))
+        texts = dict(zip(FILES, (text, json_text(found.document)), strict=True))
         found = replace(found, written=write_files(o.output, texts))
-    return Outcome(found, lambda: found.document, found.trusted, found.warnings, found.text, written=found.written)
+    document, trusted = (lambda: found.document), found.trusted
+    return Outcome(found, document, trusted, found.warnings, text, written=found.written, listing=found.listing)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Compensated]) -> Iterator[Section]:
     """Errors before and after, targets by status, and those that need a look."""
     found = made.result
     counts = ", ".join(f"{n} {word}" for word, n in found.counts.items() if n)

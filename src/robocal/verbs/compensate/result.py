@@ -15,15 +15,16 @@ from robocal.arms.chain import Chain
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE
 from robocal.files.layerfile import LAYER
-from robocal.files.parts import made_by
+from robocal.files.parts import Document, Made, made_by
 from robocal.files.plain import plain
 from robocal.files.robot import Robot
-from robocal.files.targets import TargetFile, compensated_text, read_targets
+from robocal.files.targets import TargetFile, compensated_listing, read_targets
 from robocal.files.text import InputFile
 from robocal.files.units import numbers_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.statistics import Statistic
 from robocal.prove.workspace import predict
+from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, told
 from robocal.session.inputs import open_arm, robot_files
@@ -41,14 +42,40 @@ TOOLS = ("calibrated", "nominal", "own")
 
 
 @dataclass(frozen=True)
+class SimulatedErrors:
+    """Without compensation, with corrected joint values, with corrected Cartesian commands."""
+
+    unit: str
+    before: Statistic | None
+    after: Statistic | None
+    after_by_tcp: Statistic | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompensationDocument(Document):
+    """compensation.json."""
+
+    robot: str
+    tool: str
+    verdict_of_the_calibration: str | None
+    simulated: str = "errors of the calibrated model driven with what is commanded"
+    targets: int
+    status: dict[str, int]
+    errors: SimulatedErrors
+    expected_of_the_real_robot: dict[str, Any] | None
+    rows: Listing
+    provenance: Made
+
+
+@dataclass(frozen=True)
 class Compensated:
-    """What a compensation came to: numbers in SI, a note per target, the table as text, and what a person should know."""
+    """What a compensation came to: numbers in SI, a note per target, the table, and what a person should know."""
 
     robot: Robot
     made: Compensation
     file: TargetFile
     notes: tuple[Remark | None, ...]  # of every target
-    text: str
+    listing: Listing  # one row per target: compensated.csv
     tool: str
     verdict: str | None
     warnings: tuple[Remark, ...]
@@ -90,33 +117,22 @@ class Compensated:
         return None if self.within is None else Statistic.of(1e3 * self.within[np.isfinite(self.within)])
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> CompensationDocument:
         """What compensation.json holds."""
-        m, known = self.made, self.expected
-        stages = {"before": self.before, "after": self.after, "after_by_tcp": self.after_by_tcp}
-        return {
-            "robocal": 1,
-            "robot": self.robot.name,
-            "tool": self.tool,
-            "verdict_of_the_calibration": self.verdict,
-            "simulated": "errors of the calibrated model driven with what is commanded",
-            "targets": len(m.status),
-            "status": self.counts,
-            "errors": {"unit": "mm"} | stages,
-            "expected_of_the_real_robot": None if known is None else {"unit": "mm", "level": LEVEL} | plain(known),
-            "rows": [
-                {
-                    "target": name,
-                    "status": STATUS[s],
-                    "after_mm": 1e3 * a,
-                    "note": str(note or ""),
-                    "code": note.code if note else None,
-                }
-                for name, s, a, note in zip(self.file.ids, m.status, m.after.tolist(), self.notes, strict=True)
-            ],
+        known = self.expected
+        codes = Column("code", "", [note.code if note else None for note in self.notes])
+        return CompensationDocument(
+            robot=self.robot.name,
+            tool=self.tool,
+            verdict_of_the_calibration=self.verdict,
+            targets=len(self.made.status),
+            status=self.counts,
+            errors=SimulatedErrors("mm", self.before, self.after, self.after_by_tcp),
+            expected_of_the_real_robot=None if known is None else {"unit": "mm", "level": LEVEL} | plain(known),
+            rows=Listing((*self.listing.columns, codes)),
             **told(self.warnings),
-            "provenance": made_by(self.command, self.inputs),
-        }
+            provenance=made_by(self.command, self.inputs),
+        )
 
 
 def compensated(o: Any, command: str = "", watch: Watch | None = None) -> Compensated:
@@ -137,7 +153,7 @@ def compensated(o: Any, command: str = "", watch: Watch | None = None) -> Compen
     notes = tuple(_note(made, i, after, file) for i in range(len(file.ids)))
     within = _within(Path(o.robot), arm, after, made, file)
     return Compensated(
-        arm, made, file, notes, compensated_text(made, file, after, [str(n or "") for n in notes], within), o.tool, verdict,
+        arm, made, file, notes, compensated_listing(made, file, after, [str(n or "") for n in notes], within), o.tool, verdict,
         (*arm.warnings, *(r for f in file.files for r in f.remarks), *_warnings(made, file, verdict, reference, arm),
          *_layer(Path(o.robot))),
         (*robot_files(arm, o.robot), *file.files), command, within=within,

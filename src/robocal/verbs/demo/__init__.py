@@ -33,7 +33,7 @@ class Options(Told):
     seed: w.Seed = 0
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[dict[str, Any]]:
     """Runs the cases one after the other; each finding is told to `watch` as sections as soon as it is there."""
     from robocal.verbs.demo.cases import demo
 
@@ -81,7 +81,7 @@ def _found(finding: Any, folder: Path) -> Section:
     return Section.of("", *blocks)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[dict[str, Any]]) -> Iterator[Section]:
     """How it ended, and how to go on."""
     found = made.result
     words = "Every case came out as it should" if made.trusted else "NOT every case came out as it should"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from robocal.errors import ModelError
 from robocal.remarks.remark import sentences
@@ -13,6 +14,9 @@ from robocal.verbs import words as w
 from robocal.verbs.cable import drift as cables
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.drift.result import Comparison
 
 __all__ = ["Options", "run", "sections"]
 
@@ -54,7 +58,7 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Any]:
     """Compares two run folders of one robot, or one with the truth; a folder gets drift.json, and of a truth or of cables a page.
     Raises InputError when they cannot be compared."""
     from robocal.files.opened import machine_kind
@@ -82,7 +86,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return Outcome(made, lambda: made.document, not made.void, made.warnings, written=made.written)
 
 
-def _beside_truth(o: Options, command: str) -> Outcome:
+def _beside_truth(o: Options, command: str) -> Outcome[Any]:
     """A run beside the truth of its simulation."""
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
@@ -106,7 +110,7 @@ def _refuse(o: Options, names: tuple[str, ...], message: str, expected: str) -> 
             raise ModelError(message, key=key, found=str(getattr(o, name)), expected=expected)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Any]) -> Iterator[Section]:
     """What two runs, or a run and the truth, come to."""
     from robocal.verbs.drift import truth
     from robocal.verbs.drift.result import Comparison
@@ -115,7 +119,7 @@ def sections(made: Outcome) -> Iterator[Section]:
     yield from pages.get(type(made.result), cables.sections)(made)
 
 
-def _arms(made: Outcome) -> Iterator[Section]:
+def _arms(made: Outcome[Comparison]) -> Iterator[Section]:
     """The verdict, how far predictions are apart, and the parameters that changed most."""
     found = made.result
     apart = found.apart

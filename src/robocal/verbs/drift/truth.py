@@ -124,7 +124,7 @@ def _open_truth(place: Path, like: Opened[Any]) -> Opened[Any]:
     return open_machine(place, base=base, tip=tip)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Any]) -> Iterator[Section]:
     """The errors by group, and the parameters that are farthest from the truth."""
     found: TruthComparison = made.result
     yield Section.of(

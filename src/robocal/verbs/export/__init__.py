@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.export.result import Exported
 
 __all__ = ["FORMATS", "Options", "run", "sections"]
 
@@ -45,7 +49,7 @@ class Options(Told):
     tip: w.Tip = None
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Exported]:
     """The robot (a file, a catalogue name or a run folder) in another form. Raises InputError, also for a form that cannot
     hold it."""
     from robocal.errors import ModelError
@@ -67,6 +71,6 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return Outcome(made, lambda: document, remarks=made.notes, text=made.text, note=note).put(o.output)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Exported]) -> Iterator[Section]:
     """Where the file is."""
     yield Section.of("", *(Text.of(str(path)) for path in made.written))

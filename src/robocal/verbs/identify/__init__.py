@@ -163,7 +163,7 @@ def share(given: float | str | None) -> float | str | None:
     return number
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Identified]:
     """Identifies a robot from files; a folder gets the run, one that holds anything but an untouched run only with `force`.
     Raises InputError for whatever is wrong with them."""
     from robocal.errors import FileError
@@ -213,7 +213,7 @@ def identified(o: Options, solver: Solver, watch: Watch | None, command: str) ->
     return Outcome(result, residual_columns(found), found, opened, layer=layer)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Identified]) -> Iterator[Section]:
     """The whole story of one identification, and where it was written."""
     from robocal.report.identified import ended, identified
     from robocal.session.knowledge import map_columns

@@ -6,11 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
+from typing import TYPE_CHECKING
 
 from robocal.report.sections import Section, Text, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.new.result import Catalogue, New
 
 __all__ = ["Options", "run", "sections"]
 
@@ -39,15 +43,15 @@ class Options(Told):
     tip: w.Tip = None
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[New | Catalogue]:
     """Writes robot.yaml, data.yaml and measurements.csv; of a cable robot robot.yaml and poses.csv. Raises ModelError for an
     unknown name, FileError for a file that exists."""
     from robocal.errors import ModelError
     from robocal.verbs.new.result import CABLE, listing, new, new_cable
 
     if o.listing:
-        found = listing()
-        return Outcome(found, lambda: found)
+        catalogue = listing()
+        return Outcome(catalogue, lambda: catalogue)
     if o.robot is None:
         raise ModelError(
             "which robot? give a name of the catalogue, a convention, cable, or the file of a robot",
@@ -65,15 +69,17 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return Outcome(made, lambda: document, written=made.written)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[New | Catalogue]) -> Iterator[Section]:
     """What was written and what to do with it; or the catalogue and the conventions."""
+    from robocal.verbs.new.result import Catalogue
+
     found = made.result
-    if not made.written:
+    if isinstance(found, Catalogue):
         title = "Catalogue: these names are accepted wherever a robot is"
-        rows = [(r["name"], r["robot"], str(r["joints"]), r["convention"]) for r in found["robots"]]
+        rows = [(r.name, r.robot, str(r.joints), r.convention) for r in found.robots]
         yield Section.of("", table("robot", "", "joints", "convention", right=(2,), title=title, rows=rows))
         title = "Conventions: for a robot of your own"
-        rules = [(c["name"], c["formula"], "yes" if c["complete"] else "no") for c in found["conventions"]]
+        rules = [(c.name, c.formula, "yes" if c.complete else "no") for c in found.conventions]
         words = (
             "complete: every small geometric error can be written, parallel axes included",
             "cable: a robot on cables",
@@ -86,10 +92,10 @@ def sections(made: Outcome) -> Iterator[Section]:
         "",
         Text.of(head),
         *(Text.of(str(path), indent=2) for path in made.written),
-        Text.of(f"Fill them in, then: robocal {verb} {quote(str(found.robot))} {quote(_second(made))}"),
+        Text.of(f"Fill them in, then: robocal {verb} {quote(str(found.robot))} {quote(_second(found))}"),
     )
 
 
-def _second(made: Outcome) -> str:
+def _second(found: New) -> str:
     """What the robot's file is checked with: the data file, or the poses of a cable robot."""
-    return str(next(p for p in made.written if p != made.result.robot))
+    return str(next(p for p in found.written if p != found.robot))

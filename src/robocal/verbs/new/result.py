@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from robocal.session.inputs import open_arm
 from robocal.session.simulate import sample_joints
 from robocal.simulation.rigs import RIGS, Instrument, measure
 
-__all__ = ["CABLE", "New", "listing", "new", "new_cable"]
+__all__ = ["CABLE", "Catalogue", "New", "listing", "new", "new_cable"]
 
 ROWS = 12  # of the example table
 CABLE = "cable"  # what a cable robot is asked for by
@@ -37,19 +36,42 @@ class New:
     written: tuple[Path, ...]
 
 
-def listing() -> dict[str, list[dict[str, Any]]]:
+@dataclass(frozen=True)
+class CatalogueRobot:
+    """An arm that has a name of its own."""
+
+    name: str
+    robot: str
+    convention: str
+    joints: int
+    source: str
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A convention: each joint by its formula; `complete`: every small geometric error can be written."""
+
+    name: str
+    formula: str
+    complete: bool
+    source: str
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """What `new` can start from."""
+
+    robots: tuple[CatalogueRobot, ...]
+    conventions: tuple[Rule, ...]
+
+
+def listing() -> Catalogue:
     """What `new` can start from: the catalogue and the conventions."""
     arms = [(name, catalog.get(name)) for name in catalog.names()]
-    return {
-        "robots": [
-            {"name": n, "robot": a.name, "convention": a.convention, "joints": len(a.joints), "source": a.source}
-            for n, a in arms
-        ],
-        "conventions": [
-            {"name": c.name, "formula": c.formula, "complete": c.complete, "source": c.source}
-            for c in CONVENTIONS.values()
-        ],
-    }
+    return Catalogue(
+        tuple(CatalogueRobot(n, a.name, a.convention, len(a.joints), a.source) for n, a in arms),
+        tuple(Rule(c.name, c.formula, c.complete, c.source) for c in CONVENTIONS.values()),
+    )
 
 
 def new_cable(output: Path, force: bool) -> New:

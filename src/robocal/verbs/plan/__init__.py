@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from shlex import quote
-from typing import Any
+from typing import TYPE_CHECKING
 
-from robocal.report.sections import Detail, Section, Text, Written, ends, figure, quiet, strong, table
+from robocal.quantities import Listing
+from robocal.report.sections import Detail, Section, Text, Written, ends, figure, listed, quiet, strong
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.plan.result import PlanDocument, Planned
 
 __all__ = ["Options", "run", "sections"]
 
@@ -89,7 +93,7 @@ class Options(Told):
     tip: w.Tip = None
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Planned]:
     """Plans and, given a folder, writes. Raises InputError."""
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
@@ -105,30 +109,29 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     )  # fmt: skip
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Planned]) -> Iterator[Section]:
     """Accuracy against the number of poses, and what to do next."""
     from robocal.report.plan import foretold, places
     from robocal.verbs.plan.result import points
 
-    found = made.document()
-    n = found["poses"]
-    head = f"   {n} poses of {found['candidates']} candidates, kind {found['kind']}, criterion {found['criterion']}"
-    before = [f"{found['measured_before']} poses were measured before and count"] if found["measured_before"] else []
-    yield Section.of("", Text.of((found["robot"], "strong"), head), *quiet(*before))
-    shown = [row for row in found["forecast"] if (k := row["poses"]) == n or (k and k % 5 == 0)]
-    rows = (
-        (
-            str(row["poses"]), figure(row["mean_mm"]), figure(row["p95_mm"]), figure(row["random_mm"]),
-            "" if row["gain_mm"] is None else f"-{figure(row['gain_mm'], 2)}",
-        )
-        for row in shown
+    found = made.result.document
+    n = found.poses
+    head = f"   {n} poses of {found.candidates} candidates, kind {found.kind}, criterion {found.criterion}"
+    before = [f"{found.measured_before} poses were measured before and count"] if found.measured_before else []
+    yield Section.of("", Text.of((found.robot, "strong"), head), *quiet(*before))
+    counts = found.forecast["poses"].plain
+    some = found.forecast.take([i for i, k in enumerate(counts) if k == n or (k and k % 5 == 0)])
+    gain = ["" if v is None else f"-{figure(v, 2)}" for v in some["gain"].plain]
+    forecast = replace(
+        listed(
+            Listing((*some.columns[:-1], replace(some["gain"], values=gain))), title="Foretold error [mm] at other poses",
+            styles=["strong" if k == n else "" for k in some["poses"].plain],
+        ),
+        right=(0, 1, 2, 3, 4),
     )  # fmt: skip
-    forecast = table(
-        "poses", "mean", "95 %", "random", "last pose", right=(0, 1, 2, 3, 4), title="Foretold error [mm] at other poses",
-        rows=rows, styles=["strong" if row["poses"] == n else "" for row in shown],
-    )  # fmt: skip
+    drawn = Detail(lambda: foretold(found.forecast, n, found.accuracy.asked))
     yield Section.of(
-        "", Detail(lambda: foretold(found)), forecast, *quiet(*_near(found)), *map(strong, _enough(found)),
+        "", drawn, forecast, *quiet(*_near(found)), *map(strong, _enough(found)),
         title="How many poses", key="forecast",
     )  # fmt: skip
     yield Section.of("", Detail(lambda: places(points(made.result))), title="Where", key="places")
@@ -143,28 +146,29 @@ def sections(made: Outcome) -> Iterator[Section]:
         yield Section.of("", Written(made.written), Text.of(words) if words else None)
 
 
-def _facts(found: dict[str, Any]) -> tuple[tuple[str, str], ...]:
+def _facts(found: PlanDocument) -> tuple[tuple[str, str], ...]:
     """What stands below the title of its page."""
-    candidates = f"{found['candidates']} candidates"
-    named = ("Poses", "poses"), ("Measured before", "measured_before"), ("Kind", "kind"), ("Criterion", "criterion")
-    return (*((name, str(found[key])) for name, key in named), ("Chosen from", candidates))
+    return (
+        ("Poses", str(found.poses)), ("Measured before", str(found.measured_before)), ("Kind", found.kind),
+        ("Criterion", found.criterion), ("Chosen from", f"{found.candidates} candidates"),
+    )  # fmt: skip
 
 
-def _near(found: dict[str, Any]) -> Iterator[str]:
+def _near(found: PlanDocument) -> Iterator[str]:
     """How far the forecast depends on the nominal model, and how far the choice is from the best."""
-    low, high = min(found["perturbed_models_mm"]), max(found["perturbed_models_mm"])
+    low, high = min(found.perturbed_models.value), max(found.perturbed_models.value)
     yield f"at models that are off as far as expected: {figure(low)} to {figure(high)} mm"
-    value, limit = found["selection"]["value"], found["selection"]["limit"]
-    if found["criterion"] == "I" and limit:
+    value, limit = found.selection.value, found.selection.limit
+    if found.criterion == "I" and limit:
         more = 100 * ((value / limit) ** 0.5 - 1)
         # Fewer poses than unknowns leave the limit so far away that it says nothing.
         if more < 100:
-            yield f"no {found['poses']} of these candidates are better by more than {figure(more, 2)} %"
+            yield f"no {found.poses} of these candidates are better by more than {figure(more, 2)} %"
 
 
-def _enough(found: dict[str, Any]) -> list[str]:
+def _enough(found: PlanDocument) -> list[str]:
     """How many poses are enough, where that can be said."""
-    enough, asked = found["enough"], found["asked_accuracy_mm"]
+    enough, asked = found.enough, found.accuracy.asked
     if asked is not None:
         return [f"{enough} poses reach {figure(asked)} mm"] if enough else []
     return [f"{enough} poses are enough: five more gain less than 5 %" if enough else "more poses still help"]

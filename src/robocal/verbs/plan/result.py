@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,15 +11,16 @@ from numpy.typing import NDArray
 
 from robocal.errors import ModelError
 from robocal.files.datawrite import data_text, table_text
-from robocal.files.parts import made_by
-from robocal.files.plain import plain
-from robocal.files.poses import poses_text, read_poses
+from robocal.files.listing import listing_text
+from robocal.files.parts import Document, Made, made_by
+from robocal.files.poses import joint_program, read_poses
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.measure.data import DataSet
 from robocal.planning.candidates import Region, Template, observed
 from robocal.planning.poses import Plan, PlanOptions, plan
 from robocal.planning.route import length, travel
+from robocal.quantities import Column, Listing, UnitValue
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, told
 from robocal.session.inputs import open_arm, read_inputs, robot_files
@@ -28,6 +30,59 @@ from robocal.verbs.plan.instruments import known, template
 __all__ = ["Planned", "planned", "points"]
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Forecast:
+    """The error that is foretold after all poses, after as many at random, and what was asked for."""
+
+    unit: str
+    mean: float
+    p95: float
+    random: float
+    asked: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Selection:
+    """The criterion: of the greedy choice, after exchanges, and what no choice exceeds."""
+
+    greedy: float
+    value: float
+    exchanges: int
+    limit: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Travel:
+    """How far the joints go, in the order of the ranks and in that of the program."""
+
+    unit: str
+    by_rank: float
+    path: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanDocument(Document):
+    """plan.json."""
+
+    robot: str
+    kind: str
+    instruments: list[str]
+    criterion: str
+    poses: int
+    measured_before: int
+    candidates: int
+    tests: int
+    parameters: Sequence[str]
+    accuracy: Forecast
+    enough: int | None
+    forecast: Listing
+    perturbed_models: UnitValue
+    selection: Selection
+    travel: Travel
+    program: Listing
+    provenance: Made
 
 
 @dataclass(frozen=True)
@@ -44,46 +99,53 @@ class Planned:
     command: str = ""
 
     @property
-    def document(self) -> dict[str, Any]:
+    def names(self) -> tuple[str, ...]:
+        """Of the poses, in the order of travel."""
+        n = len(self.plan.q)
+        return tuple(f"p{i + 1:0{len(str(n))}d}" for i in range(n))
+
+    @property
+    def program(self) -> Listing:
+        """The poses in the order of travel, SI."""
+        p = self.plan
+        return joint_program(self.robot.chain, self.names, p.q[p.path], [int(k) + 1 for k in p.path])
+
+    @property
+    def document(self) -> PlanDocument:
         """plan.json: lengths in mm, joint values in SI."""
         p, f = self.plan, self.plan.forecast
-        distance = travel(self.robot.chain, p.q)
-        n = len(p.q)
-        found: dict[str, Any] = plain(
-            {
-                "robot": self.robot.chain.name,
-                "kind": p.template[0].kind,
-                "instruments": [o.label for o in p.template],
-                "criterion": p.criterion,
-                "poses": n,
-                "measured_before": p.measured,
-                "candidates": len(p.candidates),
-                "tests": len(p.tests),
-                "parameters": list(p.parameters),
-                "accuracy": {"mean_mm": f.mean[n] * 1e3, "p95_mm": f.p95[n] * 1e3, "random_mm": f.random[n] * 1e3},
-                "enough": p.enough,
-                "asked_accuracy_mm": None if self.options.accuracy is None else self.options.accuracy * 1e3,
-                "forecast": [
-                    {
-                        "poses": int(k), "mean_mm": a * 1e3, "p95_mm": b * 1e3, "random_mm": r * 1e3,
-                        "gain_mm": (f.mean[i - 1] - a) * 1e3 if i else None,
-                    }
-                    for i, (k, a, b, r) in enumerate(zip(f.count, f.mean, f.p95, f.random, strict=True))
-                ],
-                "perturbed_models_mm": (p.doubts * 1e3).tolist(),
-                "selection": {
-                    "greedy": p.design.start_value, "value": p.design.value, "exchanges": p.design.exchanges, "limit": p.limit,
-                },
-                "travel_rad": {"by_rank": length(distance, np.arange(n)), "path": length(distance, p.path)},
-                "program": [
-                    {"id": f"p{i + 1:0{len(str(n))}d}", "rank": int(k) + 1, "candidate": p.names[k], "joints_si": p.q[k]}
-                    for i, k in enumerate(p.path)
-                ],
-                **told(self.warnings),
-                "provenance": made_by(self.command, self.inputs),
-            }
+        distance, n = travel(self.robot.chain, p.q), len(p.q)
+        candidate = Column("candidate", "", [p.names[k] for k in p.path])
+        mean, p95, random = (1e3 * np.asarray(v, float) for v in (f.mean, f.p95, f.random))
+        return PlanDocument(
+            robot=self.robot.chain.name,
+            kind=p.template[0].kind,
+            instruments=[o.label for o in p.template],
+            criterion=p.criterion,
+            poses=n,
+            measured_before=p.measured,
+            candidates=len(p.candidates),
+            tests=len(p.tests),
+            parameters=p.parameters,
+            accuracy=Forecast(
+                unit="mm", mean=mean[n], p95=p95[n], random=random[n],
+                asked=None if self.options.accuracy is None else self.options.accuracy * 1e3,
+            ),
+            enough=p.enough,
+            forecast=Listing((
+                Column("poses", "", np.asarray(f.count)),
+                Column("mean", "mm", mean, label="mean"),
+                Column("p95", "mm", p95, label="95 %"),
+                Column("random", "mm", random, label="random"),
+                Column("gain", "mm", [None, *(mean[:-1] - mean[1:])], label="last pose"),
+            )),
+            perturbed_models=UnitValue(p.doubts * 1e3, "mm"),
+            selection=Selection(greedy=p.design.start_value, value=p.design.value, exchanges=p.design.exchanges, limit=p.limit),
+            travel=Travel(unit="rad", by_rank=length(distance, np.arange(n)), path=length(distance, p.path)),
+            program=Listing((*self.program.columns, candidate)),
+            **told(self.warnings),
+            provenance=made_by(self.command, self.inputs),
         )  # fmt: skip
-        return found
 
 
 def planned(o: Any, watch: Watch | None = None, command: str = "") -> tuple[Planned, dict[str, str]]:
@@ -177,11 +239,8 @@ def _doubts(made: Plan, wanted: float | None, at_work: Template) -> tuple[Remark
 def _texts(made: Planned) -> tuple[dict[str, str], tuple[Remark, ...]]:
     """The joint program, and the data file with its table to be filled in; and a warning where a kind has no table."""
     p, chain, units = made.plan, made.robot.chain, made.robot.units
-    n = len(p.q)
-    names = tuple(f"p{i + 1:0{len(str(n))}d}" for i in range(n))
-    q = p.q[p.path]
-    program = poses_text(chain, names, q, [int(k) + 1 for k in p.path], units)
-    blank = observed(made.template, q, names, {})
+    program = listing_text(made.program, units)
+    blank = observed(made.template, p.q[p.path], made.names, {})
     unknown = []
     for obs in blank.observations:
         frame = obs.frame

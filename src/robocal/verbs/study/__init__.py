@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from robocal.errors import FileError, ModelError
-from robocal.report.sections import Cell, Section, Text, ends, figure, quiet, table
+from robocal.quantities import Listing
+from robocal.report.sections import Section, Text, ends, listed, quiet
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
     from robocal.studies.cluster import Cluster
+    from robocal.studies.run import Found
 
 __all__ = ["Options", "details", "run", "sections"]
-
-SHOWN = {"m": (1e3, "mm"), "1": (1.0, "")}
 
 
 @dataclass(frozen=True)
@@ -53,12 +53,12 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Found]:
     """Runs a study; the file holds every output of every trial, the .json beside it what is said of them. Raises InputError."""
     import os
 
     from robocal.files.alone import alone
-    from robocal.files.plain import json_text
+    from robocal.files.plain import json_text, plain
     from robocal.files.studyfile import read_study
     from robocal.files.writing import refuse_existing, refuse_unwritable, write_files
     from robocal.report.page import page
@@ -84,7 +84,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         files[summed.name] = json_text(outcome.document()).encode("utf-8")
         if len(study.points) > 1:
             head, *tables = sections(outcome)
-            told, recipe = (head, *details(outcome), *tables), outcome.document()["provenance"]
+            told, recipe = (head, *details(outcome), *tables), plain(outcome.document().provenance)
             files[drawn.name] = page(study.path.name, told, kind="Study", recipe=recipe).encode("utf-8")
         places = write_files(result.parent, files, remove=(drawn.name,))
         clear(result)
@@ -112,16 +112,18 @@ def _far(o: Options) -> Cluster | None:
     return None
 
 
-def details(made: Outcome) -> Iterator[Section]:
+def details(made: Outcome[Found]) -> Iterator[Section]:
     """A picture of every output."""
     from robocal.verbs.study.page import pictures
 
     yield from pictures(made.result)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Found]) -> Iterator[Section]:
     """Root mean square, mean and scatter of every output at every point, and what theory foretells."""
-    from robocal.verbs.study.result import summary
+    from robocal.files.listing import in_units
+    from robocal.files.units import Units
+    from robocal.verbs.study.result import table_of
 
     found = made.result
     study = found.study
@@ -133,25 +135,14 @@ def sections(made: Outcome) -> Iterator[Section]:
         ),
     )
     varied = [name for name, _ in study.points[0].varied]
-    for name, si in found.units.items():
-        factor, unit = SHOWN[si]
-        rows: list[tuple[Cell, ...]] = []
-        for point, s in zip(study.points, summary(found, name), strict=True):
-            told = figure(factor * s.foretold) if s.foretold is not None else ""
-            lost = str(s.lost) if s.lost else ""
-            rows.append(
-                (*(v for _, v in point.varied), *(figure(factor * v) for v in (s.rms, s.mean, s.scatter)), told, lost)
-            )
-        columns: list[Any] = [
-            *varied,
-            f"{name}: rms [{unit}]" if unit else f"{name}: rms",
-            "mean",
-            "scatter",
-            "foretold",
-            "lost",
-        ]
+    for name in found.units:
+        listing = in_units(table_of(found, name), Units())
+        *numbers, lost = listing.columns[len(varied) :]
+        head = replace(numbers[0], label=f"{name}: {numbers[0].header}")
+        few = replace(lost, values=[v or None for v in lost.values])
+        shown = Listing((*listing.columns[: len(varied)], head, *numbers[1:], few))
         yield Section.of(
-            "", table(*columns, right=tuple(range(len(varied), len(columns))), rows=rows),
+            "", replace(listed(shown), right=tuple(range(len(varied), len(shown.columns)))),
             *quiet("rms and mean over trials, scatter: standard deviation of one trial; lost: trials without it, not among these"),
             title=name, key=name,
         )  # fmt: skip

@@ -5,22 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.errors import FormatError
 from robocal.files.csvtable import csv_text
-from robocal.files.parts import made_by
-from robocal.files.plain import plain
+from robocal.files.parts import Document, Made, made_by
 from robocal.files.text import InputFile
+from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, told
 from robocal.studies.run import Found
 from robocal.studies.work import packed
 
-__all__ = ["Summary", "document", "lost", "summary", "written"]
+__all__ = ["Summary", "document", "lost", "summary", "table_of", "written"]
 
 Array = NDArray[np.float64]
 
@@ -66,23 +65,35 @@ def lost(found: Found) -> tuple[tuple[Remark, ...], bool]:
     return tuple(remarks), whole
 
 
-def document(found: Found, command: str) -> dict[str, Any]:
-    """What --json says, SI."""
+@dataclass(frozen=True, kw_only=True)
+class StudyDocument(Document):
+    """What --json says, SI: of every output one row for each point."""
+
+    of: str
+    trials: int
+    seed: int
+    outputs: dict[str, Listing]
+    provenance: Made
+
+
+def table_of(found: Found, name: str) -> Listing:
+    """One output at every point, with what was varied."""
+    unit, every, points = found.units[name], summary(found, name), found.study.points
+    unit = "" if unit == "1" else unit
+    parts = ("rms", "mean", "scatter", "foretold")
+    numbers = (Column(k, unit, [getattr(s, k) for s in every], label="" if k == "rms" else k) for k in parts)
+    varied = (Column(n, "", [dict(p.varied)[n] for p in points]) for n, _ in points[0].varied)
+    return Listing((*varied, *numbers, Column("lost", "", [s.lost for s in every])))
+
+
+def document(found: Found, command: str) -> StudyDocument:
+    """What --json says."""
     study = found.study
-    points = [
-        {"varied": dict(p.varied), **{name: plain(_none(summary(found, name)[i])) for name in found.outputs}}
-        for i, p in enumerate(study.points)
-    ]
     inputs = (InputFile(study.path, study.sha256), *(InputFile(Path(name), digest) for name, digest in study.read))
-    return {
-        "robocal": 1, "of": study.of, "trials": study.trials, "seed": study.seed, "units": found.units, "points": points,
-        **told(lost(found)[0]),
-        "provenance": plain(made_by(command, inputs)),
-    }  # fmt: skip
-
-
-def _none(s: Summary) -> dict[str, Any]:
-    return {k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in vars(s).items()}
+    return StudyDocument(
+        of=study.of, trials=study.trials, seed=study.seed, outputs={name: table_of(found, name) for name in found.outputs},
+        **told(lost(found)[0]), provenance=made_by(command, inputs),
+    )  # fmt: skip
 
 
 def written(result: Path) -> Callable[[Found], bytes]:

@@ -75,7 +75,7 @@ class Options(Told):
     tip: w.Tip = None
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Validation]:
     """Validates a robot on data files; a folder gets validation.json and validation.html. Raises InputError."""
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
@@ -91,7 +91,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     )  # fmt: skip
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Validation]) -> Iterator[Section]:
     """The errors of a model, and of another one."""
     from robocal.report.validation import standing
 
@@ -108,9 +108,9 @@ def sections(made: Outcome) -> Iterator[Section]:
         more = Detail(lambda: standing(found.iso, found.against is not None))
         yield Section.of("", *_standard(found.iso), more, title=str(found.iso.get("standard")), key="standard")
     told = list(_told(found))
-    worst = sorted(found.poses, key=lambda p: -p["error_mm"])[:3]
+    worst = sorted(found.poses.rows, key=lambda p: -p["error"])[:3]
     if len(found.poses) > 3:
-        told += quiet("worst: " + ", ".join(f"{p['configuration']} {figure(p['error_mm'], 3)} mm" for p in worst))
+        told += quiet("worst: " + ", ".join(f"{p['configuration']} {figure(p['error'], 3)} mm" for p in worst))
     if told:
         yield Section.of("", *told)
     yield from ends(made.remarks, key="warnings")

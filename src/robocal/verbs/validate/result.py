@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.apply.iso9283 import Standard, standard
-from robocal.files.parts import made_by
+from robocal.files.parts import Document, Made, made_by
 from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.measure.data import DataSet
@@ -24,6 +24,7 @@ from robocal.prove.evidence import bootstrap_gain, constant_errors
 from robocal.prove.model_errors import Errors, model_errors
 from robocal.prove.split import leave_one_out_rounds
 from robocal.prove.statistics import Statistic
+from robocal.quantities import Column, Listing, UnitValue, unit_value
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, documents, sentences
 from robocal.session.arm import OpenedArm
@@ -40,6 +41,46 @@ Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
+class ErrorsPart:
+    """Errors of this robot, and of the one that it is compared with."""
+
+    unit: str
+    this: Statistic | None
+    against: Statistic | None
+
+
+@dataclass(frozen=True)
+class GainPart:
+    """The mean reduction of the error, with its 95 % interval."""
+
+    unit: str
+    mean: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ValidationDocument(Document):
+    """validation.json."""
+
+    robot: str
+    offsets: str | None
+    against: str | None
+    trusted: bool
+    reasons: list[str]
+    errors: ErrorsPart
+    angle: ErrorsPart | None
+    layer: dict[str, Any] | None
+    gain: GainPart | None
+    predicting_the_mean: UnitValue | None
+    profiled: tuple[str, ...]
+    profiled_against: tuple[str, ...]
+    iso_9283: Standard
+    poses: Listing
+    provenance: Made
+
+
+@dataclass(frozen=True)
 class Validation:
     """Errors (mm, deg) of a model, and of another one to compare with; `reasons` why they are not to be trusted."""
 
@@ -53,7 +94,7 @@ class Validation:
     constant: float | None
     frames: tuple[str, ...]
     frames_against: tuple[str, ...]
-    poses: tuple[dict[str, Any], ...]
+    poses: Listing  # one row per measured position
     reasons: tuple[Remark, ...]
     warnings: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
@@ -68,30 +109,28 @@ class Validation:
         return not self.reasons
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> ValidationDocument:
         """What validation.json holds."""
-        named = (("this", self.statistic), ("against", self.statistic_against))
-        angles = (("this", self.angle), ("against", self.angle_against))
-        return {
-            "robocal": 1,
-            "robot": self.robot.name,
-            "offsets": None if self.offsets is None else str(self.offsets),
-            "against": None if self.against is None else self.against.name,
-            "trusted": self.trusted,
-            "reasons": sentences(self.reasons),
-            "errors": {"unit": "mm"} | dict(named),
-            "angle": None if self.angle is None else {"unit": "deg"} | dict(angles),
-            "layer": None if self.layer is None else {"unit": "mm"} | asdict(self.layer),
-            "gain": None if self.gain is None else dict(zip(("mean", "low", "high"), self.gain, strict=True)),
-            "predicting_the_mean": self.constant,
-            "profiled": list(self.frames),
-            "profiled_against": list(self.frames_against),
-            "iso_9283": self.iso,
-            "poses": list(self.poses),
-            "warnings": sentences(self.warnings),
-            "remarks": documents((*self.reasons, *self.warnings)),
-            "provenance": made_by(self.command, self.inputs),
-        }
+        angle = None if self.angle is None else ErrorsPart("deg", self.angle, self.angle_against)
+        return ValidationDocument(
+            robot=self.robot.name,
+            offsets=None if self.offsets is None else str(self.offsets),
+            against=None if self.against is None else self.against.name,
+            trusted=self.trusted,
+            reasons=sentences(self.reasons),
+            errors=ErrorsPart("mm", self.statistic, self.statistic_against),
+            angle=angle,
+            layer=None if self.layer is None else {"unit": "mm"} | asdict(self.layer),
+            gain=None if self.gain is None else GainPart("mm", *self.gain),
+            predicting_the_mean=unit_value(self.constant, "mm"),
+            profiled=self.frames,
+            profiled_against=self.frames_against,
+            iso_9283=self.iso,
+            poses=self.poses,
+            warnings=sentences(self.warnings),
+            remarks=documents((*self.reasons, *self.warnings)),
+            provenance=made_by(self.command, self.inputs),
+        )
 
 
 def validated(o: Any, command: str = "", watch: Watch | None = None) -> Validation:
@@ -167,13 +206,13 @@ def _constant(data: DataSet) -> float | None:
     return float(missed.mean())
 
 
-def _poses(data: DataSet, mine: Errors, theirs: Errors | None) -> tuple[dict[str, Any], ...]:
+def _poses(data: DataSet, mine: Errors, theirs: Errors | None) -> Listing:
     """One row per measured position: its configuration and errors in mm."""
     ids = data.configurations.ids
-    out = []
-    for i, unit in enumerate(mine.position_at):
-        row: dict[str, Any] = {"configuration": ids[unit], "error_mm": float(mine.position[i]) * 1e3}
-        if theirs is not None and len(theirs.position) == len(mine.position):
-            row["against_mm"] = float(theirs.position[i]) * 1e3
-        out.append(row)
-    return tuple(out)
+    columns = [
+        Column("configuration", "", [ids[unit] for unit in mine.position_at]),
+        Column("error", "mm", mine.position * 1e3),
+    ]
+    if theirs is not None and len(theirs.position) == len(mine.position):
+        columns.append(Column("against", "mm", theirs.position * 1e3))
+    return Listing(tuple(columns))

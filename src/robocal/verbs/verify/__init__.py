@@ -15,6 +15,7 @@ from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
     from robocal.apply.verification import Agreement, Anova
+    from robocal.verbs.verify.result import Summary, Verified
 
 __all__ = ["Options", "run", "sections"]
 
@@ -47,7 +48,7 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Verified | Summary]:
     """Compares poses, or means. Raises InputError."""
     from robocal.errors import ModelError
     from robocal.files.plain import json_text
@@ -67,10 +68,12 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     )  # fmt: skip
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Verified | Summary]) -> Iterator[Section]:
     """Errors by view, the analysis of variance, and who agrees with whom."""
+    from robocal.verbs.verify.result import Summary
+
     found = made.result
-    if hasattr(found, "groups"):
+    if isinstance(found, Summary):
         yield Section.of("", Text.of(f"{len(found.groups)} groups: {', '.join(found.groups)}"))
         yield Section.of(
             "",

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,18 +17,20 @@ from robocal.apply.verification import Agreement, Anova, Errors, agreement, alig
 from robocal.errors import FormatError, ModelError
 from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_datasets
-from robocal.files.parts import made_by
-from robocal.files.plain import plain
+from robocal.files.parts import SCHEMA, Document, Made, made_by
+from robocal.files.shown import shown, shown_unit
 from robocal.files.text import InputFile
 from robocal.files.units import parse_unit
 from robocal.geometry import se3
 from robocal.measure.machine import Rig
+from robocal.quantities import Amount, ShownUnit
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, told
 
 __all__ = ["VIEWS", "Source", "Summary", "Verified", "summarised", "verified"]
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 VIEWS = ("as measured", "relative to the first", "aligned", "aligned, another point")
 FARTHEST = 1e5  # m
 FEWEST = 2  # poses that several files have in common
@@ -46,6 +48,57 @@ class Source:
         """Those of some ids, in their order."""
         at = [self.ids.index(i) for i in ids]
         return replace(self, ids=tuple(ids), poses=self.poses[at])
+
+
+@dataclass(frozen=True)
+class ErrorSpread:
+    """The errors of one source in one view."""
+
+    unit: ShownUnit
+    n: int
+    mean: Amount
+    sd: Amount | None
+    max: Amount
+
+
+@dataclass(frozen=True)
+class Agreed:
+    """Root mean squares of what two sources differ by, what each errs by itself (null: none left), and the two that share an error."""
+
+    unit: str
+    apart: dict[str, float]
+    own: dict[str, float]
+    shared: list[str] | None
+
+
+@dataclass(frozen=True)
+class Both(Generic[T]):
+    """The same of positions and of orientations."""
+
+    position: T
+    orientation: T
+
+
+@dataclass(frozen=True, kw_only=True)
+class VerifyDocument(Document):
+    """verify.json."""
+
+    reference: str
+    poses: tuple[str, ...]
+    sources: dict[str, dict[str, Both[ErrorSpread]]]
+    anova: dict[str, Both[Anova]]
+    agreement: Both[Agreed] | None
+    provenance: Made
+
+
+@dataclass(frozen=True, kw_only=True)
+class SummaryDocument:
+    """What --summary prints."""
+
+    robocal: int = SCHEMA
+    groups: tuple[str, ...]
+    anova: dict[str, Anova]
+    provenance: Made
 
 
 @dataclass(frozen=True)
@@ -82,25 +135,23 @@ class Verified:
         return agreement(pairs[0]), agreement(pairs[1])
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> VerifyDocument:
         """What --json says: mm and deg."""
-        out = {
-            s.name: {v: _both(e) for v, e in each.items()} for s, each in zip(self.sources, self.errors, strict=True)
-        }
         both = self.agreement
+        errors = {
+            s.name: {v: Both(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in of.items()}
+            for s, of in zip(self.sources, self.errors, strict=True)
+        }
         names = [*(s.name for s in self.sources), self.reference.name]
-        return {
-            "robocal": 1,
-            "reference": self.reference.name,
-            "poses": list(self.reference.ids),
-            "sources": out,
-            "anova": {v: {"position": plain(p), "orientation": plain(o)} for v, (p, o) in self.anova.items()},
-            "agreement": None if both is None else {
-                "position_mm": _agreed(both[0], names, 1e3), "orientation_deg": _agreed(both[1], names, 180 / np.pi),
-            },
+        return VerifyDocument(
+            reference=self.reference.name,
+            poses=self.reference.ids,
+            sources=errors,
+            anova={v: Both(*pair) for v, pair in self.anova.items()},
+            agreement=None if both is None else Both(_agreed(both[0], names, "m"), _agreed(both[1], names, "rad")),
             **told(self.remarks),
-            "provenance": plain(made_by(self.command, self.inputs)),
-        }  # fmt: skip
+            provenance=made_by(self.command, self.inputs),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -115,32 +166,21 @@ class Summary:
     trusted: bool = True
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> SummaryDocument:
         """What --json says."""
-        return {
-            "robocal": 1, "groups": list(self.groups), "anova": {k: plain(v) for k, v in self.found.items()},
-            "provenance": plain(made_by(self.command, self.inputs)),
-        }  # fmt: skip
+        return SummaryDocument(groups=self.groups, anova=self.found, provenance=made_by(self.command, self.inputs))
 
 
-def _both(e: Errors) -> dict[str, Any]:
-    return {"position_mm": _told(1e3 * e.position), "orientation_deg": _told(np.degrees(e.orientation))}
+def _spread(values: Array, unit: str) -> ErrorSpread:
+    sd = float(values.std(ddof=1)) if len(values) > 1 else None
+    return shown(ErrorSpread, (unit, len(values), float(values.mean()), sd, float(values.max())))
 
 
-def _told(values: Array) -> dict[str, Any]:
-    return {
-        "n": len(values),
-        "mean": values.mean(),
-        "sd": values.std(ddof=1) if len(values) > 1 else None,
-        "max": values.max(),
-    }
-
-
-def _agreed(found: Agreement, names: Sequence[str], factor: float) -> dict[str, Any]:
-    pairs = [f"{a} - {b}" for a, b in combinations(names, 2)]
-    own = {n: factor * v if np.isfinite(v) else None for n, v in zip(names, found.own, strict=True)}
+def _agreed(found: Agreement, names: Sequence[str], si: str) -> Agreed:
+    pairs, unit = [f"{a} - {b}" for a, b in combinations(names, 2)], shown_unit(si)
+    own = {n: unit.from_si(v) for n, v in zip(names, found.own, strict=True)}
     shared = None if found.shared is None else [names[i] for i in found.shared]
-    return {"apart": {p: factor * v for p, v in zip(pairs, found.apart, strict=True)}, "own": own, "shared": shared}
+    return Agreed(unit.name, {p: unit.from_si(v) for p, v in zip(pairs, found.apart, strict=True)}, own, shared)
 
 
 def _of(groups: Sequence[Array]) -> Anova:

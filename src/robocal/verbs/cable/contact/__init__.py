@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from robocal.report.sections import Section, Text, ends, figure, table
+from robocal.report.sections import Section, Text, ends, listed
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.cable.contact.result import Motions
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -43,8 +47,9 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Motions]:
     """The motions of a path; a folder gets FILES. Raises InputError."""
+    from robocal.files.listing import listing_text
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
     from robocal.verbs.cable.contact.result import path_of
@@ -54,29 +59,29 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     outcome = Outcome(made, lambda: made.document, made.whole, made.remarks).kept(())
     told = (part for tell in (sections, details) for part in tell(outcome))
     return outcome.paged(
-        o.output, told, lambda: {FILES[0]: made.text, FILES[1]: json_text(made.document)}, FILES[2],
+        o.output, told, lambda: {FILES[0]: listing_text(made.shown), FILES[1]: json_text(made.document)}, FILES[2],
         title=f"{made.file.robot.name}: a path", kind="Cable robot",
     )  # fmt: skip
 
 
-def details(made: Outcome) -> Iterator[Section]:
+def details(made: Outcome[Motions]) -> Iterator[Section]:
     """Pictures, every motion, how it was worked out."""
     from robocal.verbs.cable.contact.page import contact_details
 
     yield from contact_details(made.result)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Motions]) -> Iterator[Section]:
     """How many motions can be gone, and those that cannot."""
+    import numpy as np
+
     found = made.result
-    stopped = [row for row, whole in zip(found.rows, found.found.whole, strict=True) if not whole]
-    count = len(found.rows)
+    stopped = np.flatnonzero(~found.found.whole).tolist()
+    count = len(found.found.whole)
     words = f"   {count - len(stopped)} of {count} motions can be gone to their end"
     yield Section.of("", Text.of((found.file.robot.name, "strong"), words))
     if stopped:
-        rows = [(a, b, figure(share, 4), why) for a, b, share, why in stopped[:SHOWN]]
         more = f"and {len(stopped) - SHOWN} more; --json and -o have all" if len(stopped) > SHOWN else ""
-        yield Section.of(
-            "", table("from", "to", "free share", "ends by", right=(2,), rows=rows), Text.of(more) if more else None
-        )
+        rows = listed(found.shown.take(stopped), most=SHOWN)
+        yield Section.of("", rows, Text.of(more) if more else None)
     yield from ends(made.remarks, made.written)

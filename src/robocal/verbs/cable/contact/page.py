@@ -15,7 +15,7 @@ from robocal.report.cable.scene import scene
 from robocal.report.numbers import significant
 from robocal.report.sections import Section
 from robocal.session.cable.load import assumed_text, ruler_of
-from robocal.verbs.cable.contact.result import Path
+from robocal.verbs.cable.contact.result import Motions
 
 __all__ = ["contact_details"]
 
@@ -23,16 +23,16 @@ DRAWN = 6  # motions
 MOST = 500  # rows of the table
 
 
-def contact_details(made: Path) -> Iterator[Section]:
+def contact_details(made: Motions) -> Iterator[Section]:
     """Pictures of the motions that cannot be gone to their end, or of the last one; every motion; how it was worked out."""
-    stopped = np.flatnonzero(~made.found.whole)
-    shown = stopped[:DRAWN] if len(stopped) else np.array([len(made.rows) - 1])
+    stopped, count = np.flatnonzero(~made.found.whole), len(made.found.whole)
+    shown = stopped[:DRAWN] if len(stopped) else np.array([count - 1])
     more = f" The first {DRAWN} of {len(stopped)} are drawn." if len(stopped) > DRAWN else ""
     for number, i in enumerate(shown.tolist()):
         yield _drawn(made, i, more if number == 0 else "")
     said = "The share of every motion that can be gone, 0 to 1, and what ends it."
-    said += f" The first {MOST} motions; {len(made.rows) - MOST} more are in legs.csv." if len(made.rows) > MOST else ""
-    rows = [[a, b, significant(free), why or "–"] for a, b, free, why in made.rows[:MOST]]
+    said += f" The first {MOST} motions; {count - MOST} more are in legs.csv." if count > MOST else ""
+    rows = [[r["from"], r["to"], significant(r["free"]), r["ends by"] or "–"] for r in made.shown.rows][:MOST]
     yield part("Motion by motion", said, table=[["from", "to", "free share", "ends by"], *rows])
     robot = made.file.robot
     words = (
@@ -49,9 +49,9 @@ def contact_details(made: Path) -> Iterator[Section]:
     )
 
 
-def _drawn(made: Path, i: int, more: str) -> Section:
+def _drawn(made: Motions, i: int, more: str) -> Section:
     """Where a motion ends, between where it starts and where it was to go."""
-    robot, (first, last, free, why) = made.file.robot, made.rows[i]
+    robot, (first, last, free, why) = made.file.robot, next(made.shown.take([i]).rows).values()
     at = made.found.reached[i]
     ends = f"ends at {significant(free)} of its way: {why}" if why else "can be gone to its end"
     caption = f"{first} to {last}: {ends}"
@@ -66,7 +66,7 @@ def _drawn(made: Path, i: int, more: str) -> Section:
     )
 
 
-def _tension(made: Path, at: NDArray[np.float64]) -> NDArray[np.float64] | None:
+def _tension(made: Motions, at: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Tensions that hold the platform there; none where nothing is known of them, or none do."""
     robot = made.file.robot
     if made.demand is None or robot.limits is None:

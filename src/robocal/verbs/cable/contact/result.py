@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,20 +12,29 @@ from robocal.cables.path import Legs, legs
 from robocal.cables.workspace import Demand
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.lists import read_platform_poses
+from robocal.files.cable.lists import pose_columns, read_platform_poses
 from robocal.files.cable.robot import read_cable
-from robocal.files.csvtable import csv_text
+from robocal.files.parts import CableDocument
 from robocal.files.text import InputFile
+from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.cable.load import framed, held_robot, mass_of, robot_inputs
+from robocal.session.cable.load import cable_document, held_robot, mass_of, robot_inputs
 from robocal.session.cable.start import clearance_of
 
-__all__ = ["Path", "path_of"]
+__all__ = ["Motions", "path_of"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PathDocument(CableDocument):
+    """contact.json."""
+
+    whole: bool
+    motions: Listing
 
 
 @dataclass(frozen=True)
-class Path:
+class Motions:
     """Names of the poses, what the motions between them meet, and what is to be said."""
 
     file: CableFile
@@ -37,15 +47,23 @@ class Path:
     command: str
 
     @property
-    def rows(self) -> list[tuple[str, str, float, str]]:
-        """Of every motion: from, to, the share that can be gone, and what ends it."""
+    def listing(self) -> Listing:
+        """Of every motion: from, to, the share that can be gone, what ends it, and the pose where it ends."""
         met = self.found.contacts.names(self.file.robot.cables)
-        out = []
-        for i, free in enumerate(self.found.free):
-            statics = self.found.held[i] < self.found.contacts.fraction[i]
-            why = "the tension limits" if statics else met[i]
-            out.append((self.names[0 if self.from_first else i], self.names[i + 1], float(free), why))
-        return out
+        statics = self.found.held < self.found.contacts.fraction
+        first = [self.names[0 if self.from_first else i] for i in range(len(met))]
+        return Listing((
+            Column("from", "", first),
+            Column("to", "", self.names[1:]),
+            Column("free", "", self.found.free, digits=9, label="free share"),
+            Column("ends by", "", ["the tension limits" if s else m or None for s, m in zip(statics, met, strict=True)]),
+            *pose_columns(first, self.found.reached)[1:],
+        ))  # fmt: skip
+
+    @property
+    def shown(self) -> Listing:
+        """What a table has of it."""
+        return self.listing.only("from", "to", "free", "ends by")
 
     @property
     def whole(self) -> bool:
@@ -53,26 +71,15 @@ class Path:
         return bool(self.found.whole.all())
 
     @property
-    def text(self) -> str:
-        """The same as CSV."""
-        return csv_text(["from", "to", "free", "ends by"], [[a, b, f"{x:.9g}", why] for a, b, x, why in self.rows])
-
-    @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> PathDocument:
         """What --json says."""
-        motions = [
-            {"from": a, "to": b, "free": x, "ends_by": why or None, "T_base_platform": t.tolist()}
-            for (a, b, x, why), t in zip(self.rows, self.found.reached, strict=True)
-        ]
-        return framed(
-            self.file.robot, {"whole": self.whole, "motions": motions}, self.remarks, self.inputs, self.command
-        )
+        return cable_document(
+            PathDocument, self.file.robot, self.remarks, self.inputs, self.command, whole=self.whole, motions=self.listing
+        )  # fmt: skip
 
 
-def path_of(o: Any, command: str = "") -> Path:
+def path_of(o: Any, command: str = "") -> Motions:
     """A path by the options of the verb. Raises InputError."""
-    from pathlib import Path as FilePath
-
     file = read_cable(o.robot)
     si = o.si(file.units)
     rows = read_platform_poses(o.poses, file.robot)
@@ -96,8 +103,8 @@ def path_of(o: Any, command: str = "") -> Path:
         ) from None
     if open_ := int((~found.contacts.resolved & ~(found.held < found.contacts.fraction)).sum()):
         said = (*said, Remark.of(Code.MOTIONS_OPEN, count=open_))
-    inputs = (*robot_inputs(file, o.robot), InputFile(FilePath(o.poses), rows.sha256))
-    return Path(
+    inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256))
+    return Motions(
         replace(file, robot=robot),
         rows.names,
         found,

@@ -15,6 +15,7 @@ from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
     from robocal.apply.anchors import AnchorDrift
+    from robocal.verbs.cable.drift.result import Drifts
 
 __all__ = ["Options", "run", "sections"]
 
@@ -46,7 +47,7 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Drifts]:
     """Compares calibrations; a folder gets drift.json and a page. Raises InputError."""
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing, write_text
@@ -66,7 +67,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return outcome
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Drifts]) -> Iterator[Section]:
     """What moved, cable by cable, and how all of them scatter."""
     found = made.result
     yield Section.of(

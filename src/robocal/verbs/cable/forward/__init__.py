@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robocal.report.sections import Section, Text
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.cable.forward.result import Poses
 
 __all__ = ["Options", "run", "sections"]
 
@@ -43,7 +47,7 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Poses]:
     """Poses with their residuals, covariance and number of solutions. Raises InputError."""
     import numpy as np
 
@@ -51,12 +55,13 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     from robocal.cables.forward import forward
     from robocal.errors import ModelError
     from robocal.files.cable.lists import read_cable_lengths
+    from robocal.files.listing import listing_text
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing
     from robocal.remarks.code import Code
     from robocal.remarks.remark import Remark
     from robocal.session.cable.calibrated import calibrated
-    from robocal.session.cable.load import fitting, framed, located, robot_inputs, stretches, tensions_of
+    from robocal.session.cable.load import fitting, located, robot_inputs, stretches, tensions_of
     from robocal.verbs.cable.forward.result import Poses
 
     refuse_existing(o.output, (), o.force)
@@ -83,11 +88,11 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     made = Poses(file, rows.names, found, si.sigma)
     remarks = (*file.warnings, *rows.warnings, *said, *made.doubts)
     inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.lengths), rows.sha256))
-    text = made.text
-    document = framed(file.robot, made.document, remarks, inputs, command)
-    return Outcome(made, lambda: document, not made.doubts and not made_of.doubts, remarks, text).put(o.output)
+    text, trusted = listing_text(made.shown), not made.doubts and not made_of.doubts
+    document = made.document(remarks, inputs, command)
+    return Outcome(made, lambda: document, trusted, remarks, text, listing=made.shown).put(o.output)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Poses]) -> Iterator[Section]:
     """Where the list is."""
     yield Section.of("", *(Text.of(str(path)) for path in made.written))

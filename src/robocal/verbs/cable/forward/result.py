@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,16 +11,27 @@ from numpy.typing import NDArray
 from robocal.cables.forward import Forward
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.lists import platform_text
-from robocal.files.units import number
+from robocal.files.cable.lists import pose_columns
+from robocal.files.listing import in_units
+from robocal.files.parts import CableDocument
+from robocal.files.text import InputFile
+from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
+from robocal.session.cable.load import cable_document
 
 __all__ = ["Poses"]
 
 Array = NDArray[np.float64]
 UNSTATED = 0.01  # m; more than a length is off by in any robot whose noise nobody stated
 UNLIKELY = 1e-6  # of the chi-squared of what is left: once in a million poses
+
+
+@dataclass(frozen=True, kw_only=True)
+class PosesDocument(CableDocument):
+    """What --json prints: poses with their residuals, one sigma, and the covariance of the twist in m and rad."""
+
+    poses: Listing
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,35 +59,27 @@ class Poses:
         return _doubts(self.names, self.found, self.noise)
 
     @property
-    def text(self) -> str:
-        """The list as CSV, in the robot file's units."""
-        length, angle = self.file.units.length, self.file.units.angle
-        more = {
-            f"residual [{length.name}]": [_shown(length.from_si(float(v)), number) for v in self.rms],
-            f"sigma_position [{length.name}]": [_shown(length.from_si(float(v))) for v in self.sigma[:, 0]],
-            f"sigma_orientation [{angle.name}]": [_shown(angle.from_si(float(v))) for v in self.sigma[:, 1]],
-            "solutions": [str(int(n)) for n in self.found.solutions],
-        }
-        return platform_text(self.names, self.found.pose, self.file.units, more)
+    def listing(self) -> Listing:
+        """One row per pose: the list of `text`, and what only a document has."""
+        found = self.found
+        return Listing((
+            *pose_columns(self.names, found.pose),
+            Column("residual", "m", self.rms),
+            Column("sigma_position", "m", self.sigma[:, 0], digits=4),
+            Column("sigma_orientation", "rad", self.sigma[:, 1], digits=4),
+            Column("solutions", "", found.solutions),
+            Column("converged", "", found.converged),
+            Column("covariance", "", found.covariance),
+        ))  # fmt: skip
 
     @property
-    def document(self) -> dict[str, Any]:
+    def shown(self) -> Listing:
+        """What a table has of it, in the robot file's units."""
+        return in_units(self.listing.without("converged", "covariance"), self.file.units)
+
+    def document(self, remarks: tuple[Remark, ...], inputs: tuple[InputFile, ...], command: str) -> PosesDocument:
         """What --json says of them."""
-        found = self.found
-        poses = [
-            {
-                "name": name,
-                "T_base_platform": found.pose[i],
-                "residual_m": self.rms[i],
-                "sigma_position_m": self.sigma[i, 0],
-                "sigma_orientation_rad": self.sigma[i, 1],
-                "covariance": found.covariance[i],
-                "converged": bool(found.converged[i]),
-                "solutions": int(found.solutions[i]),
-            }
-            for i, name in enumerate(self.names)
-        ]
-        return {"poses": poses}
+        return cable_document(PosesDocument, self.file.robot, remarks, inputs, command, poses=self.listing)
 
 
 def _spread(found: Forward, robot: CableRobot) -> Array:
@@ -87,11 +88,6 @@ def _spread(found: Forward, robot: CableRobot) -> Array:
     moves = [i for i, axis in enumerate(robot.axes) if axis < 3]
     turns = [i for i, axis in enumerate(robot.axes) if axis >= 3]
     return np.asarray(np.sqrt(np.stack([variances[:, moves].sum(axis=1), variances[:, turns].sum(axis=1)], axis=1)))
-
-
-def _shown(value: float, text: Callable[[float], str] = "{:.4g}".format) -> str:
-    """Nothing where nothing is known."""
-    return "" if np.isnan(value) else text(value)
 
 
 def _doubts(names: tuple[str, ...], found: Forward, sigma: float | None) -> tuple[Remark, ...]:

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robocal.cables.choice import METHOD
 from robocal.report.sections import Section, Text, ends, figure, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.cable.poses.result import Listed
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -75,15 +78,18 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Listed]:
     """Lists poses and chooses some of them; a folder gets FILES. Raises InputError."""
+    from robocal.files.listing import in_units, listing_text
     from robocal.files.writing import refuse_existing
     from robocal.verbs.cable.poses.result import listed, texts
 
     refuse_existing(o.output, FILES, o.force)
     out = listed(o, watch or (lambda event: None), command)
     note = _summary(out) if o.output is None else ""
-    outcome = Outcome(out, lambda: out.document, True, out.warnings, out.text, note).kept(())
+    shown = in_units(out.listed, out.units)
+    text = listing_text(out.listed, out.units)
+    outcome = Outcome(out, lambda: out.document, True, out.warnings, text, note, listing=shown).kept(())
     if watch is not None and o.output is not None:
         watch({"stage": "report"})
     told = (part for tell in (sections, details) for part in tell(outcome))
@@ -91,7 +97,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return outcome.paged(o.output, told, lambda: texts(out), FILES[4], title=title, kind="Cable robot")
 
 
-def details(made: Outcome) -> Iterator[Section]:
+def details(made: Outcome[Listed]) -> Iterator[Section]:
     """Pictures, every pose, how it was worked out."""
     from robocal.verbs.cable.poses.page import poses_details
 
@@ -106,7 +112,7 @@ def _summary(made: Any) -> str:
     return f"{len(made.names)} poses, {figure(100 * made.listing.reached)} % of the box Z reached; stopped by {stopped}"
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Listed]) -> Iterator[Section]:
     """What stopped the motions, where they start, and what the choice is worth."""
     from robocal.session.cable.load import ruler_of
     from robocal.verbs.cable.poses.result import STOPPED_BY

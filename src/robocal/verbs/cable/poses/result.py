@@ -3,7 +3,7 @@ measuring."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
@@ -20,15 +20,18 @@ from robocal.cables.tension import check_method
 from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.program import list_text, program_text
+from robocal.files.cable.program import pose_listing, program_listing
 from robocal.files.cable.robot import read_cable
 from robocal.files.cable.values import CableUnits
+from robocal.files.listing import listing_text
+from robocal.files.parts import CableDocument
 from robocal.files.plain import json_text
 from robocal.files.text import InputFile
 from robocal.planning.cable import Choice, Noise, choose
+from robocal.quantities import Listing, UnitValue, unit_value
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-from robocal.session.cable.load import framed, held_robot, mass_of, robot_inputs, said_of
+from robocal.session.cable.load import cable_document, held_robot, mass_of, robot_inputs, said_of
 from robocal.session.cable.start import box_of, clearance_of, started
 from robocal.session.watching import Watch, computable
 
@@ -149,12 +152,12 @@ def texts(made: Listed) -> dict[str, str | bytes]:
     units, choice = made.units, made.choice
     order = np.arange(len(made.names)) if choice is None else choice.chosen
     out: dict[str, str | bytes] = {
-        "poses.csv": made.text,
-        "program.csv": program_text(made.robot, made.names, made.program, order, units),
+        "poses.csv": listing_text(made.listed, units),
+        "program.csv": listing_text(program_listing(made.robot, made.names, made.program, order), units),
         "list.json": json_text(made.document),
     }
     if choice is not None:
-        out["chosen.csv"] = list_text(made.robot, made.names, made.listing, made.program, units, only=order)
+        out["chosen.csv"] = listing_text(made.listed.without("rank").take(order.tolist()), units)
     return out
 
 
@@ -171,6 +174,68 @@ STOPPED_BY: Mapping[str, str] = MappingProxyType(
 EXPECTED_OF: Mapping[str, str] = MappingProxyType(
     {"a": "frame anchors a", "b": "platform anchors b", "l0": "zeros of lengths", "position": "platform's position"}
 )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ListStart:
+    """X_0, what its cables bear, and the two that are nearest to each other there."""
+
+    T_base_platform: Array
+    tension: UnitValue
+    margin: UnitValue
+    nearest: tuple[str, str] | None
+    gap: UnitValue
+
+
+@dataclass(frozen=True, kw_only=True)
+class ListBox:
+    """The box Z of random poses: half its sides, half its turns, and where it is centred, seen from X_0."""
+
+    half: UnitValue
+    half_turn: UnitValue
+    offset: UnitValue
+
+
+@dataclass(frozen=True, kw_only=True)
+class ListNoise:
+    """One sigma of a length, and per axis of a measured pose."""
+
+    length: UnitValue
+    position: UnitValue
+    orientation: UnitValue
+
+
+@dataclass(frozen=True, kw_only=True)
+class ListChoice:
+    """The poses worth measuring, and the errors that are expected after a calibration from them, from as many at random, from all."""
+
+    criterion: str
+    poses: list[str]
+    value: float
+    limit: float | None
+    parameters: Sequence[str]
+    sigma: ListNoise
+    expected_rms: dict[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ListDocument(CableDocument):
+    """list.json."""
+
+    start: ListStart
+    box: ListBox
+    mu: float
+    seed: int
+    method: str
+    mass: UnitValue | None
+    limits: UnitValue | None
+    diameter: UnitValue | None
+    reached: float
+    stopped_by: dict[str, int]
+    lengths: str
+    steps: int
+    poses: Listing
+    choice: ListChoice | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,11 +259,11 @@ class Listed:
     command: str = ""
 
     @property
-    def text(self) -> str:
-        """poses.csv."""
+    def listed(self) -> Listing:
+        """One row per pose, in SI: poses.csv."""
         choice = self.choice
         rank = None if choice is None else {int(i): k + 1 for k, i in enumerate(choice.chosen)}
-        return list_text(self.robot, self.names, self.listing, self.program, self.units, rank=rank)
+        return pose_listing(self.robot, self.names, self.listing, self.program, rank)
 
     @property
     def limits(self) -> dict[str, int]:
@@ -212,57 +277,32 @@ class Listed:
         return "stretched by the tensions" if self.program.stretched else "geometric"
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> ListDocument:
         """What list.json holds."""
-        made, listing, (k, l) = self.program, self.listing, self.start.nearest
-        who = listing.contacts.names(self.robot.cables)
-        found = {
-            "start": {
-                "T_base_platform": self.start.pose,
-                "tension_N": self.start.tensions.tension[0],
-                "margin_N": self.start.margin,
-                "nearest": None if k < 0 else [self.robot.cables[k], self.robot.cables[l]],
-                "gap_m": self.start.gap,
-            },
-            "box": {"half_m": self.box.translation, "half_rad": self.box.rotation, "offset_m": self.box.offset},
-            "mu": self.margin,
-            "seed": self.seed,
-            "method": self.method,
-            "mass_kg": self.robot.mass,
-            "limits_N": self.robot.limits,
-            "diameter_m": self.clearance.diameter,
-            "reached": listing.reached,
-            "stopped_by": self.limits,
-            "lengths": self.lengths,
-            "steps": len(made.shares) - 1,
-            "poses": [
-                {
-                    "name": name,
-                    "T_base_platform": made.pose[i, -1],
-                    "lengths_m": made.lengths[i, -1],
-                    "tension_N": made.tension[i, -1],
-                    "lambda": listing.fraction[i],
-                    "limit": LIMITS[listing.limit[i]],
-                    "contact": who[i] if listing.limit[i] > 1 else None,
-                }
-                for i, name in enumerate(self.names)
-            ],
-            "choice": self._chosen(),
-        }
-        return framed(self.robot, found, warnings=self.warnings, inputs=self.inputs, command=self.command)
+        start, (k, l) = self.start, self.start.nearest
+        begin = ListStart(
+            T_base_platform=start.pose, tension=UnitValue(start.tensions.tension[0], "N"), margin=UnitValue(start.margin, "N"),
+            nearest=None if k < 0 else (self.robot.cables[k], self.robot.cables[l]), gap=UnitValue(start.gap, "m"),
+        )  # fmt: skip
+        box = ListBox(
+            half=UnitValue(self.box.translation, "m"), half_turn=UnitValue(self.box.rotation, "rad"), offset=UnitValue(self.box.offset, "m")
+        )  # fmt: skip
+        return cable_document(
+            ListDocument, self.robot, self.warnings, self.inputs, self.command, start=begin, box=box, mu=self.margin, seed=self.seed,
+            method=self.method, mass=unit_value(self.robot.mass, "kg"), limits=unit_value(self.robot.limits, "N"),
+            diameter=unit_value(self.clearance.diameter, "m"), reached=self.listing.reached, stopped_by=self.limits,
+            lengths=self.lengths, steps=len(self.program.shares) - 1, poses=self.listed, choice=self._chosen(),
+        )  # fmt: skip
 
-    def _chosen(self) -> dict[str, Any] | None:
+    def _chosen(self) -> ListChoice | None:
         choice = self.choice
         if choice is None:
             return None
-        return {
-            "criterion": choice.criterion,
-            "poses": [self.names[i] for i in choice.chosen],
-            "value": choice.design.value,
-            "limit": choice.limit,
-            "parameters": list(choice.parameters),
-            "sigma_m": choice.noise.length,
-            "sigma_position_m": choice.noise.position,
-            "sigma_orientation_rad": choice.noise.orientation,
-            "expected_rms_m": choice.expected,
-        }
+        noise = choice.noise
+        sigma = ListNoise(
+            length=UnitValue(noise.length, "m"), position=UnitValue(noise.position, "m"), orientation=UnitValue(noise.orientation, "rad")
+        )  # fmt: skip
+        return ListChoice(
+            criterion=choice.criterion, poses=[self.names[i] for i in choice.chosen], value=choice.design.value, limit=choice.limit,
+            parameters=choice.parameters, sigma=sigma, expected_rms={"unit": "m"} | dict(choice.expected),
+        )  # fmt: skip

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robocal.report.sections import Section
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.cable.require.result import Required
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -50,8 +54,9 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Required]:
     """Expected errors, and what an accuracy needs. Raises InputError."""
+    from robocal.files.listing import listing_text
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
     from robocal.verbs.cable.require.result import required
@@ -61,19 +66,19 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     outcome = Outcome(made, lambda: made.document, made.enough, made.remarks).kept(())
     told = (part for tell in (sections, details) for part in tell(outcome))
     return outcome.paged(
-        o.output, told, lambda: {FILES[0]: json_text(made.document), FILES[1]: made.text}, FILES[2],
+        o.output, told, lambda: {FILES[0]: json_text(made.document), FILES[1]: listing_text(made.lines)}, FILES[2],
         title=f"{made.robot.name}: what a calibration needs", kind="Cable robot",
     )  # fmt: skip
 
 
-def details(made: Outcome) -> Iterator[Section]:
+def details(made: Outcome[Required]) -> Iterator[Section]:
     """Every cable's numbers, lines of equal error, how it was worked out."""
     from robocal.verbs.cable.require.page import require_details
 
     yield from require_details(made.result)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Required]) -> Iterator[Section]:
     """The errors to be expected, and what is needed."""
     from robocal.verbs.cable.require.page import require_summary
 

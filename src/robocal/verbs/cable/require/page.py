@@ -7,10 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from robocal.cables.calibration.requirement import ESTIMATORS, WHAT
-from robocal.files.units import UNITS, Unit
+from robocal.files.listing import in_units
+from robocal.files.units import UNITS, Unit, Units
 from robocal.report.cable.contours import contours
 from robocal.report.cable.part import part
-from robocal.report.sections import Section, Text, ends, figure, table
+from robocal.report.sections import Section, Text, ends, figure, listed, table
 from robocal.session.cable.load import assumed_text
 from robocal.verbs.cable.require.result import Required
 
@@ -77,10 +78,8 @@ def _needed(made: Required, accuracy: float) -> Iterator[str]:
 
 def require_details(made: Required) -> Iterator[Section]:
     """Cable by cable, lines of equal error, and how it was worked out."""
-    keys = [*(f"a{'xyz'[i]}" for i in made.requirement.design.axes), "l0"]
-    rows = [[c, *(figure(1e3 * v) for v in row)] for c, row in zip(made.robot.cables, made.sigma.tolist(), strict=True)]
     said = f"One standard deviation of what {made.requirement.estimator} finds, in mm."
-    yield part("Cable by cable", said, table=[["cable", *keys], *rows])
+    yield Section.of("Cable by cable", Text.of(said), listed(in_units(made.sigmas, Units())))
     for (one, two), curves in made.curves.items():
         units = [_unit(made, name == "orientation") for name in (one, two)]
         drawn = [

@@ -18,11 +18,13 @@ from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.lists import read_platform_poses
 from robocal.files.cable.robot import read_cable
+from robocal.files.parts import CableDocument
 from robocal.files.text import InputFile
 from robocal.files.units import parse_quantity
+from robocal.quantities import Column, Listing, UnitValue, unit_value
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
-from robocal.session.cable.load import framed, robot_inputs
+from robocal.session.cable.load import cable_document, robot_inputs
 
 __all__ = ["PAIRS", "Required", "required"]
 
@@ -30,6 +32,32 @@ Array = NDArray[np.float64]
 PAIRS = (("length", "position"), ("position", "orientation"), ("length", "orientation"))
 AWAY = 5.0  # times what the frame anchors scatter by
 LEVELS = (0.5, 1.0, 2.0)  # of the error that is asked for: lines of equal error
+
+
+@dataclass(frozen=True, kw_only=True)
+class Accuracy:
+    """An accuracy that is asked for, whether it is reached, and what takes it there: all noises times `scale`, one of them alone, or so
+    many poses."""
+
+    of: str
+    value: float | None
+    unit: str
+    reached: bool
+    scale: float
+    alone: dict[str, UnitValue | None]
+    poses: Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class RequireDocument(CableDocument):
+    """require.json."""
+
+    poses: int
+    noise: dict[str, UnitValue]
+    estimator: str
+    expected: dict[str, dict[str, UnitValue]]
+    sigma: Listing
+    accuracy: Accuracy | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,41 +116,52 @@ class Required:
         return {p: [(f * middle, r.contour(self.of, f * middle, p)) for f in LEVELS] for p in there}
 
     @property
-    def text(self) -> str:
-        """The same as CSV, in SI."""
-        head = f"error [{self.si}],first noise,first [SI],second noise,second [SI]"
+    def lines(self) -> Listing:
+        """The same as rows, in SI."""
         rows = [
-            f"{level:.9g},{one},{a:.9g},{two},{b:.9g}"
+            (level, one, a, two, b)
             for (one, two), curves in self.curves.items()
             for level, curve in curves
             for a, b in curve.tolist()
         ]
-        return "\n".join([head, *rows]) + "\n"
+        heads = (("error", self.si), ("first noise", ""), ("first", "SI"), ("second noise", ""), ("second", "SI"))
+        values = list(zip(*rows, strict=True)) or [()] * len(heads)
+        return Listing(tuple(Column(n, u, v, digits=9) for (n, u), v in zip(heads, values, strict=True)))
 
     @property
-    def document(self) -> dict[str, Any]:
+    def sigmas(self) -> Listing:
+        """One row per cable: one standard deviation of what is sought of it."""
+        names = [*(f"a{'xyz'[i]}" for i in self.requirement.design.axes), "l0"]
+        columns = (Column(n, "m", v) for n, v in zip(names, self.sigma.T, strict=True))
+        return Listing((Column("cable", "", self.robot.cables), *columns))
+
+    @property
+    def document(self) -> RequireDocument:
         """What --json says."""
-        r = self.requirement
-        names = ("anchors_m", "zeros_m", "position_m", "orientation_rad")
+        r, si = self.requirement, {"orientation": "rad"}
         expected = {
-            name: dict(zip(names, asdict(replace(r, estimator=name).expected).values(), strict=True))
+            name: {k: UnitValue(v, si.get(k, "m")) for k, v in asdict(replace(r, estimator=name).expected).items()}
             for name in ESTIMATORS
         }
-        noise = {"length_m": r.noise.length, "position_m": r.noise.position, "orientation_rad": r.noise.orientation}
-        keys = [*("xyz"[i] for i in r.design.axes), "zero"]
-        cables = {
-            c: dict(zip(keys, row.tolist(), strict=True)) for c, row in zip(self.robot.cables, self.sigma, strict=True)
+        noise = {
+            name: UnitValue(getattr(r.noise, name), si.get(name, "m")) for name in ("length", "position", "orientation")
         }
-        found = {
-            "poses": len(r.design.poses), "noise": noise, "estimator": r.estimator, "expected": expected, "sigma_m": cables,
-            "accuracy": None if self.needed is None else self._accuracy(self.needed),
-        }  # fmt: skip
-        return framed(self.robot, found, self.remarks, self.inputs, self.command)
+        return cable_document(
+            RequireDocument, self.robot, self.remarks, self.inputs, self.command, poses=len(r.design.poses), noise=noise,
+            estimator=r.estimator, expected=expected, sigma=self.sigmas,
+            accuracy=None if self.needed is None else self._accuracy(self.needed),
+        )  # fmt: skip
 
-    def _accuracy(self, needed: dict[str, Any]) -> dict[str, Any]:
+    def _accuracy(self, needed: dict[str, Any]) -> Accuracy:
         """A noise that hardly counts is left out of `alone`; null there is one that alone cannot do it."""
-        alone = {k: v for k, v in needed["alone"].items() if v is None or np.isfinite(v)}
-        return {"of": self.of, "value": self.accuracy, "reached": self.enough, **needed, "alone": alone}
+        alone = {
+            k: unit_value(v, "rad" if k == "orientation" else "m")
+            for k, v in needed["alone"].items()
+            if v is None or np.isfinite(v)
+        }
+        return Accuracy(
+            of=self.of, value=self.accuracy, unit=self.si, reached=self.enough, scale=needed["scale"], alone=alone, poses=needed["poses"]
+        )  # fmt: skip
 
 
 def required(o: Any, command: str = "") -> Required:

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robocal.cables.choice import METHOD, POWER
-from robocal.report.sections import Section, Text, Written, figure, table
+from robocal.report.sections import Section, Text, Written, figure, listed
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.verbs.cable.tension.result import Tensions
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -45,42 +49,39 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Tensions]:
     """Tensions with what they hold, margins and missing wrenches; a folder gets FILES. Raises InputError."""
+    from robocal.files.listing import listing_text
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
     from robocal.verbs.cable.tension.result import held
 
     refuse_existing(o.output, FILES, o.force)
     made = held(o, POWER if o.power is None else o.power, command)
-    outcome = Outcome(made, lambda: made.document, not made.doubts, (*made.warnings, *made.doubts), made.text).kept(())
+    text, remarks = listing_text(made.shown), (*made.warnings, *made.doubts)
+    outcome = Outcome(made, lambda: made.document, not made.doubts, remarks, text, listing=made.shown).kept(())
     told = (part for tell in (sections, details) for part in tell(outcome))
     return outcome.paged(
-        o.output, told, lambda: {FILES[0]: made.text, FILES[1]: json_text(made.document)}, FILES[2],
+        o.output, told, lambda: {FILES[0]: text, FILES[1]: json_text(made.document)}, FILES[2],
         title=f"{made.robot.name}: tensions", kind="Cable robot",
     )  # fmt: skip
 
 
-def details(made: Outcome) -> Iterator[Section]:
+def details(made: Outcome[Tensions]) -> Iterator[Section]:
     """Pictures, every pose, how it was worked out."""
     from robocal.verbs.cable.tension.page import tension_details
 
     yield from tension_details(made.result)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Tensions]) -> Iterator[Section]:
     """How many poses are held, what each cable bears, and the pose with the least to spare."""
     found = made.result
     spread, names = found.spread, found.names
     head = f"   {int(spread.feasible.sum())} of {len(names)} poses are held, method {spread.method}, {figure(found.mass)} kg"
     yield Section.of("", Text.of((found.robot.name, "strong"), head))
-    if borne := found.borne:
-        rows = (
-            (cable, *(figure(float(v)) for v in of), f"{low:g} to {high:g}")
-            for cable, (low, high), *of in zip(found.robot.cables, spread.limits, *borne.values(), strict=True)
-        )
-        columns = ("tension [N]", *borne, "limits")
-        yield Section.of("", table(*columns, right=(1, 2, 3, 4), rows=rows))
+    if found.borne:
+        yield Section.of("", listed(found.borne_by_cable))
     if names:
         worst = int(found.margin.argmin())
         least = f"the least margin is {figure(float(found.margin[worst]))} N, at {names[worst]}"

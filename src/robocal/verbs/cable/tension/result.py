@@ -13,16 +13,17 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, capacity_margin, distribute
 from robocal.errors import FormatError, ModelError
-from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.lists import WRENCH, CableList, platform_text, read_platform_poses, tension_columns
+from robocal.files.cable.lists import WRENCH, CableList, pose_columns, read_platform_poses, tension_columns
 from robocal.files.cable.robot import read_cable
 from robocal.files.cable.values import CableUnits
+from robocal.files.listing import in_units
+from robocal.files.parts import CableDocument
 from robocal.files.text import InputFile
-from robocal.files.units import number
+from robocal.quantities import Column, Listing, UnitValue
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.cable.load import (
-    framed,
+    cable_document,
     held_robot,
     mass_of,
     missing_text,
@@ -58,7 +59,6 @@ def held(o: Any, power: float, command: str = "") -> Tensions:
     missing = spread.missing(able.lengths_of_rows(lever))
     return Tensions(
         file.units, able, rows.names, rows.values, spread, margin, missing, power, lever, weight,
-        _listed(able, rows, spread, margin, missing, file),
         (*file.warnings, *rows.warnings, *unbalanced(able, extra), *_leaning(able, rows), *_bare(able, rows.names, spread, margin)),
         _doubts(able, rows.names, spread, missing),
         (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256)), command,
@@ -79,22 +79,6 @@ def _structures(robot: CableRobot, rows: CableList, poses: str) -> Array:
             key=robot.cables[cable],
         )
     return out
-
-
-def _listed(
-    robot: CableRobot, rows: CableList, spread: Distribution, margin: Array, missing: Array, file: CableFile
-) -> str:
-    """The list: poses, tensions under the names that `cable inverse` and `forward` read, and what is missing."""
-    unit = file.units.force
-    more = dict(tension_columns(robot, spread.tension, file.units))
-    more["feasible"] = ["yes" if ok else "no" for ok in spread.feasible]
-    more[f"margin [{unit.name}]"] = [number(float(f"{unit.from_si(float(v)):.6g}")) for v in margin]
-    for i, axis in enumerate(robot.axes):
-        shown = unit.name if axis < 3 else MOMENT
-        values = unit.from_si(missing[:, i]) if axis < 3 else missing[:, i]
-        cells = ["" if ok else number(float(f"{v:.6g}")) for v, ok in zip(values, spread.feasible, strict=True)]
-        more[f"missing.{WRENCH[axis]} [{shown}]"] = cells
-    return platform_text(rows.names, rows.values, file.units, more)
 
 
 def _doubts(robot: CableRobot, names: tuple[str, ...], spread: Distribution, missing: Array) -> tuple[Remark, ...]:
@@ -132,10 +116,23 @@ def _leaning(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:
     return (Remark.of(Code.LEANING, **where, angle=angle),)
 
 
+@dataclass(frozen=True, kw_only=True)
+class TensionDocument(CableDocument):
+    """tension.json: `length` divides moments in margins; `feasible` poses are held."""
+
+    method: str
+    power: float | None
+    mass: UnitValue
+    length: UnitValue
+    feasible: int
+    tensions: Listing
+    poses: Listing
+
+
 @dataclass(frozen=True, eq=False)
 class Tensions:
     """Tensions of k poses with what they hold: `spread` as `tension.distribute` gives it, in N and N m; capacity
-    margins (k,) in N; missing wrenches (k, d) along `robot.axes`; the CSV; and `doubts`: which poses are not held."""
+    margins (k,) in N; missing wrenches (k, d) along `robot.axes`; and `doubts`: which poses are not held."""
 
     units: CableUnits
     robot: CableRobot
@@ -147,7 +144,6 @@ class Tensions:
     power: float
     length: float
     mass: float
-    text: str
     warnings: tuple[Remark, ...]
     doubts: tuple[Remark, ...]
     inputs: tuple[InputFile, ...]
@@ -170,31 +166,45 @@ class Tensions:
         return {"least": t.min(axis=0), "mean": t.mean(axis=0), "greatest": t.max(axis=0)} if len(t) else {}
 
     @property
-    def document(self) -> dict[str, Any]:
+    def listing(self) -> Listing:
+        """One row per pose: tensions under the names that `cable inverse` and `forward` read, and what is missing; the wrench is for the
+        document alone."""
+        spread, units = self.spread, ["N" if axis < 3 else MOMENT for axis in self.robot.axes]
+        tension = np.where(spread.found[:, None], spread.tension, np.nan)
+        missing = np.where(spread.feasible[:, None], np.nan, self.missing)
+        wrench = zip(self.axes, units, spread.wrench.T, strict=True)
+        return Listing((
+            *pose_columns(self.names, self.poses),
+            *tension_columns(self.robot, tension),
+            Column("feasible", "", spread.feasible),
+            Column("margin", "N", self.margin, digits=6),
+            *(Column(f"missing.{a}", u, v, digits=6) for a, u, v in zip(self.axes, units, missing.T, strict=True)),
+            *(Column(f"wrench.{a}", u, v) for a, u, v in wrench),
+        ))  # fmt: skip
+
+    @property
+    def shown(self) -> Listing:
+        """What a table has of it, in the robot file's units."""
+        return in_units(self.listing.without(*(f"wrench.{a}" for a in self.axes)), self.units)
+
+    @property
+    def borne_by_cable(self) -> Listing:
+        """One row per cable: its limits, and the tensions that it bears; none where no pose has any."""
+        cables, limits, borne = self.robot.cables, self.spread.limits, self.borne
+        parts = (Column(k, "N", borne.get(k, [None] * len(cables)), label=k) for k in ("least", "mean", "greatest"))
+        return Listing(
+            (
+                Column("cable", "", cables, label="tension [N]"),
+                *parts,
+                Column("limits", "N", limits, label="limits", spec="to"),
+            )
+        )
+
+    @property
+    def document(self) -> TensionDocument:
         """What tension.json holds."""
-        spread = self.spread
-        rows = zip(self.names, spread.tension, self.margin, self.missing, spread.wrench, strict=True)
-        found = {
-            "method": spread.method,
-            "power": self.used_power,
-            "limits_N": spread.limits,
-            "mass_kg": self.mass,
-            "length_m": self.length,
-            "wrenches": {"axes": self.axes, "unit": "N, N m"},
-            "feasible": int(spread.feasible.sum()),
-            "tensions_N": self.borne,
-            "poses": [
-                {
-                    "name": name,
-                    "T_base_platform": self.poses[i],
-                    "feasible": bool(spread.feasible[i]),
-                    "tension_N": tension if spread.found[i] else None,
-                    "margin_N": margin,
-                    "wrench": wrench,
-                    "missing": None if spread.feasible[i] else missing,
-                }
-                for i, (name, tension, margin, missing, wrench) in enumerate(rows)
-            ],
-        }
-        said = (*self.warnings, *self.doubts)
-        return framed(self.robot, found, warnings=said, inputs=self.inputs, command=self.command)
+        return cable_document(
+            TensionDocument, self.robot, (*self.warnings, *self.doubts), self.inputs, self.command,
+            method=self.spread.method, power=self.used_power, mass=UnitValue(self.mass, "kg"), length=UnitValue(self.length, "m"),
+            feasible=int(self.spread.feasible.sum()), tensions=self.borne_by_cable, poses=self.listing,
+        )  # fmt: skip

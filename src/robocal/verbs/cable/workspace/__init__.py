@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robocal.report.sections import Section, Text, ends, figure, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.cables.workspace import Demand
+    from robocal.files.units import Unit
+    from robocal.verbs.cable.workspace.result import Shape, Spot, Workspace, WorkspaceDocument
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -75,7 +80,7 @@ class Options(Told):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Workspace]:
     """The workspace for what is demanded; a folder gets FILES, and MESHES of a spatial robot. Raises InputError."""
     from robocal.files.writing import refuse_existing
     from robocal.verbs.cable.workspace.compute import workspace
@@ -92,19 +97,19 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
     return outcome.paged(o.output, told, lambda: texts(result), FILES[3], title=title, kind="Cable robot")
 
 
-def details(made: Outcome) -> Iterator[Section]:
+def details(made: Outcome[Workspace]) -> Iterator[Section]:
     """The robot, sections with margins, what was demanded, how it was worked out."""
     from robocal.verbs.cable.workspace.page import workspace_details
 
     yield from workspace_details(made.result)
 
 
-def sections(made: Outcome) -> Iterator[Section]:
+def sections(made: Outcome[Workspace]) -> Iterator[Section]:
     """How large it is by either way, where, and what is to spare there, in the robot file's units."""
-    result, found = made.result, made.document()
+    result, found = made.result, made.result.document
     length, force = result.units.length, result.units.force
-    grid, rays, home = found["grid"], found["rays"], found["home"]
-    what, unit = ("volume_m3", "m3") if "volume_m3" in grid else ("area_m2", "m2")
+    grid, rays, home = found.grid, found.rays, found.home
+    unit = result.unit
 
     def at(point: Sequence[float]) -> str:
         return ", ".join(f"{round(length.from_si(float(v)), 9) + 0.0:.4g}" for v in point)
@@ -112,79 +117,75 @@ def sections(made: Outcome) -> Iterator[Section]:
     def span(sides: Any) -> str:
         return "   ".join(f"{a} {at([low])} to {at([high])}" for a, (low, high) in zip("xyz", sides, strict=True))
 
-    yield Section.of("", Text.of((result.robot.name, "strong"), f"   {_demanded(found['demand'])}"))
-    counts = " x ".join(str(n) for n in grid["cells"] if n > 1)
-    rows = [("grid", figure(grid[what]), f"{counts} cells, {100 * grid['share_of_box']:.1f} % of the box")]
+    yield Section.of("", Text.of((result.robot.name, "strong"), f"   {_demanded(result.demand)}"))
+    counts = " x ".join(str(n) for n in grid.cells if n > 1)
+    rows = [("grid", figure(grid.size.value), f"{counts} cells, {100 * grid.share_of_box:.1f} % of the box")]
     if rays is not None:
-        start = f"{rays['count']} rays from {at(rays['start_m'])} {length.name} ({rays['start']})"
-        if rays["difference"] is not None:
-            start += f", {100 * rays['difference']:+.2f} %"
-        rows.append(("rays", figure(rays[what]), start))
-    yield Section.of("", table(what.split("_")[0], unit, "", right=(1,), rows=rows))
+        start = f"{rays.count} rays from {at(rays.start.value)} {length.name} ({rays.why})"
+        if rays.difference is not None:
+            start += f", {100 * rays.difference:+.2f} %"
+        rows.append(("rays", figure(rays.size.value), start))
+    yield Section.of("", table("volume" if unit == "m3" else "area", unit, "", right=(1,), rows=rows))
     lines = [f"box: {span(result.box)} {length.name}  ({result.how})"]
-    if found["extent_m"] is not None:
-        cut = f"; cut off by the box at {', '.join(found['reaches_box'])}" if found["reaches_box"] else ""
+    if found.extent is not None and found.centre is not None and found.best is not None:
+        cut = f"; cut off by the box at {', '.join(found.reaches_box)}" if found.reaches_box else ""
         lines += [
-            f"held: {span(found['extent_m'])} {length.name}, centre {at(found['centre_m'])}{cut}",
+            f"held: {span(found.extent.value)} {length.name}, centre {at(found.centre.value)}{cut}",
             *_spares(found, force),
             *_even(found, length, max(result.robot.axes) > 2),
-            f"{_best(found['best'], force)} at {at(found['best']['position_m'])} {length.name}",
+            f"{_best(found.best, force)} at {at(found.best.position.value)} {length.name}",
         ]
-    held = "held" if home["held"] else "not held"
-    lines.append(f"X_0, the mean of the frame anchors, {at(home['position_m'])} {length.name}: {held}")
+    held = "held" if home.held else "not held"
+    lines.append(f"X_0, the mean of the frame anchors, {at(home.position.value)} {length.name}: {held}")
     yield Section.of("", *map(Text.of, lines))
     yield from ends(made.remarks, made.written)
 
 
-def _spares(found: dict[str, Any], force: Any) -> Iterator[str]:
+def _spares(found: Shape, force: Unit) -> Iterator[str]:
     """Margins and possible accelerations of the held cells."""
-    for key, title, unit in (("margin_N", "margin", force), ("acceleration_m_s2", "possible acceleration", None)):
-        if found[key] is not None and found[key]["greatest"] < float("inf"):
-            spread = [
-                found[key][k] if unit is None else unit.from_si(found[key][k]) for k in ("least", "median", "greatest")
-            ]
-            least, median, greatest = (figure(float(v), 3) for v in spread)
+    for spread, title, unit in (
+        (found.margin, "margin", force),
+        (found.acceleration, "possible acceleration", None),
+    ):
+        if spread is not None and spread.greatest < float("inf"):
+            values = (spread.least, spread.greatest, spread.median)
+            least, greatest, median = (figure(v if unit is None else unit.from_si(v), 3) for v in values)
             yield f"{title}: {least} to {greatest} {'m/s2' if unit is None else unit.name}, median {median}"
 
 
-def _even(found: dict[str, Any], length: Any, turns: bool) -> Iterator[str]:
+def _even(found: WorkspaceDocument, length: Unit, turns: bool) -> Iterator[str]:
     """Tension factors and condition numbers of the held cells."""
-    factor, condition = found["tension_factor"], found["condition"]
-    if found["closed_share"] > 0:
-        spread = (
-            f"{figure(factor['least'], 3)} to {figure(factor['greatest'], 3)}, median {figure(factor['median'], 3)}"
-        )
-        some = (
-            ""
-            if found["closed_share"] == 1
-            else f"; {100 * found['closed_share']:.3g} % of the held cells are wrench-closed"
-        )
+    factor, condition, closed = found.tension_factor, found.condition, found.closed_share
+    if factor is None or condition is None or closed is None:
+        return
+    if closed > 0:
+        spread = f"{figure(factor.least, 3)} to {figure(factor.greatest, 3)}, median {figure(factor.median, 3)}"
+        some = "" if closed == 1 else f"; {100 * closed:.3g} % of the held cells are wrench-closed"
         yield f"tension factor: {spread}{some}"
     else:
         yield "tension factor: 0, no held cell is wrench-closed: weight keeps the cables taut"
-    if condition["least"] < float("inf"):
-        most = figure(condition["greatest"], 3) if condition["greatest"] < float("inf") else "infinite"
-        over = f" (moments over {length.from_si(found['demand']['length_m']):.4g} {length.name})" if turns else ""
-        yield f"condition number: {figure(condition['least'], 3)} to {most}, median {figure(condition['median'], 3)}{over}"
+    if condition.least < float("inf"):
+        most = figure(condition.greatest, 3) if condition.greatest < float("inf") else "infinite"
+        over = f" (moments over {length.from_si(found.demand['length'].value):.4g} {length.name})" if turns else ""
+        yield f"condition number: {figure(condition.least, 3)} to {most}, median {figure(condition.median, 3)}{over}"
 
 
-def _best(best: dict[str, Any], force: Any) -> str:
-    if best["margin_N"] is None:
-        return f"greatest tension factor: {figure(best['tension_factor'], 3)}"
-    return f"greatest margin: {figure(force.from_si(best['margin_N']))} {force.name}"
+def _best(best: Spot, force: Unit) -> str:
+    if best.margin is None:
+        return f"greatest tension factor: {figure(best.tension_factor, 3)}"
+    return f"greatest margin: {figure(force.from_si(best.margin.value))} {force.name}"
 
 
-def _demanded(demand: dict[str, Any]) -> str:
-    if demand["closure"]:
-        turns = len(demand["orientations_rad"])
-        return f"any wrench (closure), {'one orientation' if turns == 1 else f'{turns} orientations'}"
-    masses = " and ".join(f"{m:.4g}" for m in demand["masses_kg"]) + " kg"
-    turns, many = len(demand["orientations_rad"]), len(demand["wrenches"])
-    words = [masses, "one orientation" if turns == 1 else f"{turns} orientations"]
-    if many > 1 or any(map(any, demand["wrenches"])):
+def _demanded(demand: Demand) -> str:
+    turns, many = len(demand.rotations), len(demand.extra)
+    turned = "one orientation" if turns == 1 else f"{turns} orientations"
+    if demand.closure:
+        return f"any wrench (closure), {turned}"
+    words = [" and ".join(f"{m:.4g}" for m in demand.masses) + " kg", turned]
+    if many > 1 or demand.extra.any():
         words.append(f"{many} wrench{'es' if many > 1 else ''}")
-    if demand["acceleration_m_s2"] > 0:
-        words.append(f"{demand['acceleration_m_s2']:.3g} m/s2")
-    if demand["reserve_N"] > 0:
-        words.append(f"{demand['reserve_N']:.3g} N in reserve")
+    if demand.acceleration > 0:
+        words.append(f"{demand.acceleration:.3g} m/s2")
+    if demand.reserve > 0:
+        words.append(f"{demand.reserve:.3g} N in reserve")
     return ", ".join(words)

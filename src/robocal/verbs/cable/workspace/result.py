@@ -18,11 +18,13 @@ from robocal.cables.workspace import Demand, Grid, dexterities, margins
 from robocal.files.cable.grid import cells_text, outlines_text
 from robocal.files.cable.values import CableUnits
 from robocal.files.mesh import ply_text, stl_bytes
+from robocal.files.parts import CableDocument
 from robocal.files.plain import json_text
 from robocal.files.text import InputFile
 from robocal.geometry import so3
+from robocal.quantities import UnitValue, unit_value
 from robocal.remarks.remark import Remark, told
-from robocal.session.cable.load import framed
+from robocal.session.cable.load import cable_document
 
 __all__ = ["PLANES", "RayStart", "Workspace", "texts"]
 
@@ -53,6 +55,87 @@ class RayStart:
     at: Array
     why: str
     seen: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spread:
+    """A number over the held cells, in its unit."""
+
+    unit: str
+    least: float
+    median: float
+    greatest: float
+
+    @classmethod
+    def of(cls, values: Array, unit: str = "") -> Spread:
+        """Of the numbers of all held cells."""
+        return cls(unit=unit, least=float(values.min()), median=float(np.median(values)), greatest=float(values.max()))
+
+
+@dataclass(frozen=True, kw_only=True)
+class GridPart:
+    """The box that its cells cover (3, 2), how many they are along each axis, how many are held, and their size."""
+
+    unit: str
+    sides: Array
+    cells: list[int]
+    held: int
+    size: UnitValue
+    share_of_box: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class RaysPart:
+    """The size within the exact boundary that `count` rays from `start` meet; `why` they start there."""
+
+    count: int
+    start: UnitValue
+    why: str
+    size: UnitValue
+    difference: float | None
+    seen_share: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shape:
+    """Where it lies, what it consists of, and what its cells have to spare; lists are empty and the rest null where nothing is held."""
+
+    centre: UnitValue | None = None
+    extent: UnitValue | None = None
+    reaches_box: tuple[str, ...] = ()
+    parts: UnitValue | None = None
+    holes: UnitValue | None = None
+    margin: Spread | None = None
+    acceleration: Spread | None = None
+    tension_factor: Spread | None = None
+    condition: Spread | None = None
+    closed_share: float | None = None
+    best: Spot | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spot:
+    """A place, and what the cables have to spare there."""
+
+    position: UnitValue
+    held: bool
+    margin: UnitValue | None
+    acceleration: UnitValue | None = None
+    tension_factor: float
+    condition: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorkspaceDocument(CableDocument, Shape):
+    """workspace.json."""
+
+    verdict: dict[str, Any]
+    demand: dict[str, Any]
+    box: dict[str, Any]
+    grid: GridPart
+    rays: RaysPart | None
+    home: Spot
+    sections: dict[str, dict[str, UnitValue]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,90 +185,82 @@ class Workspace:
         return ("z-",) if floor else ()
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> WorkspaceDocument:
         """What workspace.json holds."""
         made, size = self.grid, self.size
         wide = float(np.prod(np.where(made.cell > 0, self.box[:, 1] - self.box[:, 0], 1.0)))
-        what = "volume_m3" if (made.cell > 0).all() else "area_m2"
         home = self.robot.home[:3, 3]
         there = dexterities(self.robot, self.demand, home[None])
         spare = None if self.demand.closure else float(margins(self.robot, self.demand, home[None])[0])
-        found = {
-            "verdict": {"status": "empty" if self.start is None else "found", **told(self.doubts, "reasons")},
-            "demand": self._demanded(),
-            "box": {"m": self.box, "chosen": self.how},
-            "grid": {
-                "m": np.stack([[x[0] - c / 2, x[-1] + c / 2] for x, c in zip(made.axes, made.cell, strict=True)]),
-                "cells": list(made.inside.shape), "held": int(made.inside.sum()), what: made.volume, "share_of_box": made.volume / wide,
-            },
-            "rays": None if self.start is None or size is None else {
-                "count": self.rays, "start_m": self.start.at, "start": self.start.why, what: size,
-                "difference": size / made.volume - 1.0 if made.volume > 0 else None, "seen_share": self.start.seen,
-            },
-            **self._shape(what),
-            "home": {"position_m": home, "held": self.home_held, "margin_N": spare,
-                     "tension_factor": float(there.tension_factor[0]), "condition": float(there.condition[0])},
-            "sections": {name: {"area_m2": line.area} for name, line in self.sections.items()},
-        }  # fmt: skip
-        said = (*self.warnings, *self.doubts)
-        return framed(self.robot, found, warnings=said, inputs=self.inputs, command=self.command)
+        rays = None if self.start is None or size is None else RaysPart(
+            count=self.rays, start=UnitValue(self.start.at, "m"), why=self.start.why, size=UnitValue(size, self.unit),
+            difference=size / made.volume - 1.0 if made.volume > 0 else None, seen_share=self.start.seen,
+        )  # fmt: skip
+        sides = np.stack([[x[0] - c / 2, x[-1] + c / 2] for x, c in zip(made.axes, made.cell, strict=True)])
+        return cable_document(
+            WorkspaceDocument, self.robot, (*self.warnings, *self.doubts), self.inputs, self.command,
+            verdict={"status": "empty" if self.start is None else "found", **told(self.doubts, "reasons")},
+            demand=self._demanded(),
+            box={"unit": "m", "sides": self.box, "chosen": self.how},
+            grid=GridPart(
+                unit="m", sides=sides, cells=list(made.inside.shape), held=int(made.inside.sum()), size=UnitValue(made.volume, self.unit),
+                share_of_box=made.volume / wide,
+            ),
+            rays=rays,
+            home=Spot(
+                position=UnitValue(home, "m"), held=self.home_held, margin=unit_value(spare, "N"),
+                tension_factor=float(there.tension_factor[0]), condition=float(there.condition[0]),
+            ),
+            sections={name: {"area": UnitValue(line.area, "m2")} for name, line in self.sections.items()},
+            **vars(self.shape),
+        )  # fmt: skip
+
+    @property
+    def unit(self) -> str:
+        """That of its size: of a planar robot an area."""
+        return "m3" if (self.grid.cell > 0).all() else "m2"
 
     def _demanded(self) -> dict[str, Any]:
         demand = self.demand
+        common = {
+            "closure": demand.closure, "orientations": UnitValue(so3.log(demand.rotations), "rad"), "length": UnitValue(demand.length, "m"),
+        }  # fmt: skip
         if demand.closure:
-            return {"closure": True, "orientations_rad": so3.log(demand.rotations), "length_m": demand.length}
-        return {
-            "closure": False,
-            "masses_kg": demand.masses,
-            "orientations_rad": so3.log(demand.rotations),
-            "wrenches": demand.extra,
-            "acceleration_m_s2": demand.acceleration,
-            "reserve_N": demand.reserve,
-            "length_m": demand.length,
-            "gravity_m_s2": demand.gravity,
-            "limits_N": self.robot.limits,
+            return common
+        return common | {
+            "masses": UnitValue(demand.masses, "kg"),
+            "wrenches": {"units": ["N", "Nm"], "values": demand.extra},
+            "acceleration": UnitValue(demand.acceleration, "m/s2"),
+            "reserve": UnitValue(demand.reserve, "N"),
+            "gravity": UnitValue(demand.gravity, "m/s2"),
+            "limits": UnitValue(self.robot.limits, "N"),
         }
 
-    def _shape(self, what: str) -> dict[str, Any]:
+    @property
+    def shape(self) -> Shape:
         """Where it lies, what it consists of, and what its cells have to spare."""
         found, made = self.regions, self.grid
         if found is None or made.margin is None:
-            return {
-                "centre_m": None,
-                "extent_m": None,
-                "reaches_box": [],
-                "margin_N": None,
-                "acceleration_m_s2": None,
-                "tension_factor": None,
-                "condition": None,
-                "closed_share": None,
-                "best": None,
-            }
-        one = made.volume / made.inside.sum()
-        margin, room = made.margin[made.inside], self.room[made.inside]
-        factor, condition = (x[made.inside] for x in (self.dexterity.tension_factor, self.dexterity.condition))
-        plain = not self.demand.closure
+            return Shape()
+        one, plain = made.volume / made.inside.sum(), not self.demand.closure
+        factor, condition = self.dexterity.tension_factor, self.dexterity.condition
         k = np.unravel_index(int(np.argmax(np.where(made.inside, made.margin, -np.inf))), made.inside.shape)
-        return {
-            "centre_m": found.centre,
-            "extent_m": found.extent,
-            "reaches_box": list(self.cut),
-            f"parts_{what}": [n * one for n in found.parts],
-            f"holes_{what}": [n * one for n in found.holes],
-            "margin_N": _spread(margin) if plain else None,
-            "acceleration_m_s2": _spread(room) if plain else None,
-            "tension_factor": _spread(factor),
-            "condition": _spread(condition),
-            "closed_share": float((factor > CLOSED).mean()),
-            "best": {
-                "position_m": [float(made.axes[i][k[i]]) for i in range(3)],
-                "margin_N": float(made.margin[k]) if plain else None,
-                "acceleration_m_s2": float(self.room[k]) if plain else None,
-                "tension_factor": float(self.dexterity.tension_factor[k]),
-                "condition": float(self.dexterity.condition[k]),
-            },
-        }
-
-
-def _spread(values: Array) -> dict[str, float]:
-    return {"least": float(values.min()), "median": float(np.median(values)), "greatest": float(values.max())}
+        best = Spot(
+            position=UnitValue([float(made.axes[i][k[i]]) for i in range(3)], "m"), held=True,
+            margin=UnitValue(float(made.margin[k]), "N") if plain else None,
+            acceleration=UnitValue(float(self.room[k]), "m/s2") if plain else None,
+            tension_factor=float(factor[k]), condition=float(condition[k]),
+        )  # fmt: skip
+        return Shape(
+            centre=UnitValue(found.centre, "m"),
+            extent=UnitValue(found.extent, "m"),
+            reaches_box=self.cut,
+            parts=UnitValue([n * one for n in found.parts], self.unit),
+            holes=UnitValue([n * one for n in found.holes], self.unit),
+            margin=Spread.of(made.margin[made.inside], "N") if plain else None,
+            acceleration=Spread.of(self.room[made.inside], "m/s2") if plain else None,
+            tension_factor=Spread.of(factor[made.inside]),
+            condition=Spread.of(condition[made.inside]),
+            closed_share=float((factor[made.inside] > CLOSED).mean()),
+            best=best,
+        )

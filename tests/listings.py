@@ -1,0 +1,47 @@
+"""Listings of documents, row by row."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from robocal.geometry import se3
+
+POSE = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def rows_of(listing: dict[str, Any]) -> list[dict[str, Any]]:
+    """Every row by the names of its columns; beside them its pose as a matrix (None where there is none), and what stands in a column
+    for each cable or axis as one list: tension, missing, wrench."""
+    columns = listing["columns"]
+    assert {frozenset(c) for c in columns} <= {frozenset(("name", "unit", "values"))}
+    names = [c["name"] for c in columns]
+    return [_gathered(dict(zip(names, row, strict=True))) for row in zip(*(c["values"] for c in columns), strict=True)]
+
+
+def units_of(listing: dict[str, Any]) -> dict[str, str]:
+    """The unit of every column."""
+    return {c["name"]: c["unit"] for c in listing["columns"]}
+
+
+def lengths_of(document: dict[str, Any]) -> dict[str, list[float]]:
+    """The lengths of `cable inverse` by the names of the poses."""
+    return {
+        r["id"]: [r.get(c, r.get(f"{c}.geometric")) for c in document["cables"]] for r in rows_of(document["poses"])
+    }
+
+
+def _gathered(row: dict[str, Any]) -> dict[str, Any]:
+    out = dict(row)
+    if set(POSE) <= set(row):
+        vector = [row[k] for k in POSE]
+        out["T_base_platform"] = None if None in vector else se3.from_vector(np.array(vector)).tolist()
+    for name, own in (
+        ("tension", [v for k, v in row.items() if k.endswith(".tension")]),
+        ("missing", [v for k, v in row.items() if k.startswith("missing.")]),
+        ("wrench", [v for k, v in row.items() if k.startswith("wrench.")]),
+    ):
+        if own:
+            out[name] = None if None in own else own
+    return out
