@@ -72,7 +72,7 @@ def test_the_anchor_that_moved_is_named(cell, tmp_path):
 def test_the_terminal_says_it(cell):
     ran = robocal("cable", "drift", *run(cell, "first", "moved"), "--zeros-unchanged")
     words = " ".join(ran.out.split())
-    assert ran.status == 0 and "the frame anchor of c6 moved:" in words and "named with 95 % certainty from" in words
+    assert ran.status == 0 and "the frame anchor of c6 moved:" in words and "detected with 95 % certainty from" in words
 
 
 def test_with_free_zeros_the_line_of_sight_is_said_to_be_worst(cell):

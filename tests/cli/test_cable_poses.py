@@ -343,7 +343,7 @@ def test_nothing_is_overwritten_and_lines_are_said(folder):
     assert files(folder / "list") == {"program.csv"}
     assert robocal("cable", "poses", "robot.yaml", "-n", 3, "-o", "list", "--force").status == 0
     (folder / "thin.yaml").write_text(describe_cable(robot(diameter=None)))
-    assert "cables touch as lines do" in robocal("cable", "poses", "thin.yaml", "-n", 3).err
+    assert "contacts are those of lines without thickness" in robocal("cable", "poses", "thin.yaml", "-n", 3).err
 
 
 @pytest.mark.parametrize("robot", ["laval", "cogiro"])

@@ -146,7 +146,7 @@ def test_closed_form_that_leaves_the_limits_is_not_trusted(folder):
     found = [p["tension_N"] is None for p in ran.document["poses"]]
     feasible = [p["feasible"] for p in ran.document["poses"]]
     assert ran.status == 3 and any(n and ok for n, ok in zip(found, feasible, strict=True))
-    assert "the closed form leaves the limits where other tensions do not" in ran.err
+    assert "the closed form violates the limits where other tensions do not" in ran.err
 
 
 def test_over_pulleys_the_cables_pull_where_they_arrive(folder):

@@ -177,7 +177,7 @@ def test_a_singular_pose_is_not_trusted(folder):
     (folder / "poses.csv").write_text(POSES.splitlines()[0] + "\nlevel,300,-200,3000,0,0,10\n")
     (folder / "l.csv").write_text(robocal("cable", "inverse", folder / "flat.yaml", folder / "poses.csv").out)
     ran = robocal("cable", "forward", folder / "flat.yaml", folder / "l.csv", "--sigma", 0.0001)
-    assert ran.status == 3 and "level: near this pose the lengths do not say where the platform is" in ran.err
+    assert ran.status == 3 and "level: near this pose the lengths do not determine where the platform is" in ran.err
 
 
 @pytest.mark.parametrize(

@@ -271,7 +271,7 @@ def test_caspr_since_2017(tmp_path):
     file = read_cable(caspr(tmp_path, bodies=bodies))
     assert (
         file.robot.inertia is None
-        and "inertia (row 5 of flat_bodies.xml) is that of no body" in file.warnings[0].sentence
+        and "inertia (row 5 of flat_bodies.xml) is impossible for a rigid body" in file.warnings[0].sentence
     )
     for joint, axes in (("PLANAR_XZ", (0, 2, 4)), ("PLANAR_YZ", (1, 2, 3)), ("PLANAR_XY", (0, 1, 5)), ("P_XZ", (0, 2))):
         order = {"PLANAR_YZ": (1, 0, 2), "PLANAR_XY": (0, 2, 1)}.get(joint, (0, 1, 2))
@@ -291,7 +291,7 @@ def test_caspr_cables_that_stretch_and_pulleys(tmp_path):
     place.write_text(one[0].replace("cable_ideal", "cable_linear_spring").replace("<force_min>", spring)
                      + "</cable_linear_spring>" + one[2])  # fmt: skip
     file = read_cable(place)
-    assert file.robot.elasticity is None and "elasticity is said of some cables only" in " ".join(
+    assert file.robot.elasticity is None and "elasticity is stated for some cables only" in " ".join(
         map(str, file.warnings)
     )
     eyelet = "<attachment><link>0</link><location>1 0 2</location></attachment>"

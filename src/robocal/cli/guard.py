@@ -102,7 +102,9 @@ def _dispatch(words: list[str], build: Callable[[Sequence[str]], Any]) -> int:
         wrong = next((w for w in IDENTIFY if typed[: len(w)] == w), None)
         text = _plain(error)
         if wrong:
-            text = f"no such command {wrong[-1]!r}. Did you mean 'robocal identify ROBOT DATA'? Cable robots too"
+            text = (
+                f"no such command {wrong[-1]!r}. Did you mean 'robocal identify ROBOT DATA'? It serves cable robots too"
+            )
         complain(text, kind=path)
         _document(words, text)
         sys.stderr.write(f"Try: {'robocal identify' if wrong else path} --help\n")
