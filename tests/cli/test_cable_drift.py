@@ -177,7 +177,7 @@ def test_runs_that_share_measurements_are_told_and_not_called_the_same(cell, tmp
     shutil.copy(cell / "same" / "lengths.csv", home)
     ran = robocal("identify", cell / "robot.yaml", home / "lengths.yaml", home / "poses.yaml", "-o", home / "run")
     ran = robocal("cable", "drift", cell / "first" / "run", home / "run")
-    assert ran.status != 2 and "made of poses.csv as the first run was" in ran.said
+    assert ran.status != 2 and "identified from poses.csv, as the first run was" in ran.said
 
 
 def test_a_history_is_completed_and_never_doubled(cell, tmp_path):

@@ -156,7 +156,7 @@ def test_poses_worth_measuring(folder):
     assert worse.document["choice"]["expected_rms_m"]["chosen"]["a"] > rms["chosen"]["a"]
     said = robocal("cable", "poses", "robot.yaml", "-n", 10, "--choose", 4)
     metre = robocal("cable", "poses", "robot.yaml", "-n", 10, "--choose", 4, "--sigma", 1)
-    assert "--sigma 1 m is more than" in metre.err
+    assert "--sigma 1 m is larger than" in metre.err
     assert "1 mm is assumed" in said.err and said.out.splitlines()[0].endswith(",rank")
 
 
