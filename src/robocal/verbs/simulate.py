@@ -17,7 +17,7 @@ __all__ = ["Options", "run", "sections"]
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Simulate measurements of a robot that is not quite its model: data, and the truth to compare with.
+    """Simulate measurements of a robot that differs from its model: data, and the true robot to compare with.
 
     \b
     robocal simulate irb-120 -n 80 --noise 0.05 -o sim

@@ -20,24 +20,25 @@ STYLES: dict[str, Style] = {"unchanged": "good", "possible": "doubtful", "drifte
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Compare two calibrations of one robot: has it changed, by how many millimetres, and where does it show?
+    """Compare two calibrations of one robot: has it changed, by how many millimetres, and in which parameters?
 
-    Both runs must start from the same robot file. The instrument may stand elsewhere; with --new-tool the tool too.
+    Both runs must start from the same robot file. The instrument may stand elsewhere; with --new-tool, the tool may differ too.
 
     \b
     robocal drift march/run june/run
     robocal drift march/run june/run --matters 0.2mm
     robocal drift march/run june/run --new-tool --json
 
-    unchanged: the 95 % interval of the change lies below what matters; drifted: it lies above; possible: the runs do not tell.
-    Exit status 0 when they could be compared, whatever came of it; 3 when nothing follows from these runs.
+    unchanged: the 95 % interval of the change lies below what matters; drifted: it lies above; possible: the runs do not decide.
+
+    Exit status 0 when the runs could be compared, with any result; 3 when nothing follows from these runs.
     """
 
     first: Path = arg(..., "RUN1", "The earlier run folder.")
     second: Path = arg(..., "RUN2", "The later run folder, identified from the same robot file.")
-    new_tool: bool = opt(False, "The tool was mounted anew and may differ")
+    new_tool: bool = opt(False, "The tool was mounted again and may differ")
     matters: str = opt(
-        "0.1mm", "The change worth an alarm, with its unit: mean over the poses measured", metavar="LENGTH"
+        "0.1mm", "The change that matters, with its unit: mean over the measured poses", metavar="LENGTH"
     )
     history: w.History = None
     output: Path | None = opt(None, "Write drift.json here", short="-o", metavar="DIR")

@@ -17,9 +17,9 @@ __all__ = ["Options", "run", "sections"]
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Write a robot file, a data file and a table to fill in; of a cable robot its file and a list of poses.
+    """Write a robot file, a data file and a table to fill in; for a cable robot, its file and a list of poses.
 
-    A robot that has a file, such as a URDF, keeps it: its data file and table are written.
+    For a robot that has a file, such as a URDF, only the data file and the table are written.
 
     \b
     robocal new --list
