@@ -141,7 +141,7 @@ def test_robot_files_show_how_calibrations_scatter(cell):
 @pytest.mark.parametrize(
     ("names", "words"),
     [
-        (("first",), "nothing to be compared with"),
+        (("first",), "one calibration alone cannot be compared"),
         (("first", "first"), "same run twice"),
         (("first", "nowhere"), "nowhere"),
     ],

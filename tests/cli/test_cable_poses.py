@@ -226,7 +226,7 @@ def test_a_singular_start_is_refused(folder):
 def test_a_start_that_will_not_do_is_refused_with_one_that_will(folder):
     heavy = ["cable", "poses", "robot.yaml", "-n", 5, "--limits", "10,300", "--payload", 52]
     robocal(*heavy, "--start", "0,0,2.95").assert_refused(
-        "--start", "cannot be held", "missing is", "fz", "--start best"
+        "--start", "cannot be held", "is missing", "fz", "--start best"
     )
     best = robocal(*heavy, "--start", "best", "--json").document["start"]
     assert best["margin_N"] > 0

@@ -180,7 +180,10 @@ def test_every_kind_has_a_page(kind):
         "## Traps",
     ):
         assert heading in said
-    assert re.search(r"80 poses: \d+ of \d+ free parameters are observable", said) and "| poses | 10 | 20 | 40 | 80 |" in said
+    assert (
+        re.search(r"80 poses: \d+ of \d+ free parameters are observable", said)
+        and "| poses | 10 | 20 | 40 | 80 |" in said
+    )
     assert f"({kind}.md)" in text("docs/kinds/README.md") and f"| `{kind}` |" in text("docs/files.md")
 
 

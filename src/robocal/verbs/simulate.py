@@ -73,7 +73,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         near = nearest(o.kind, RIGS)
         raise ModelError("unknown kind", key="--kind", found=o.kind, expected=", ".join(RIGS), suggestion=near)
     if o.at is not None and o.kind in CONTACTS:
-        raise ModelError("where the tool touches, the joint values follow", key="--at", found=o.at, expected="--poses")
+        raise ModelError(
+            "for a contact, the joint values follow from the contact", key="--at", found=o.at, expected="--poses"
+        )
     arm = s.written_whole(o.robot, o.base, o.tip)
     si = o.si(arm.units)
     instrument = s.instrument_of(arm, o.kind, si.noise, si.angle_noise, o.frame)

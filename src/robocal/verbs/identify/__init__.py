@@ -126,7 +126,7 @@ class Options(Told):
             expected = "blocks, group, or nothing"
             raise ModelError("with folds everything is held out once", key="--hold-out", found=held, expected=expected)
         if self.reselect and self.folds is None:
-            raise ModelError("nothing is selected anew without folds", key="--reselect", expected="--folds K as well")
+            raise ModelError("without folds nothing is selected again", key="--reselect", expected="--folds K as well")
         return Solver(
             method=self.method,
             # The seeds' way uses everything that was measured, unless somebody asks for proof.

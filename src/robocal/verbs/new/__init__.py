@@ -57,7 +57,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
         for name in ("joints", "kind", "base", "tip"):
             if o.departs(name):
                 found = getattr(o, name)
-                raise ModelError("a cable robot has no such thing", key=f"--{name}", found=found, expected="an arm")
+                raise ModelError(
+                    "a cable robot does not have this option", key=f"--{name}", found=found, expected="an arm"
+                )
         made = new_cable(o.output, o.force)
     else:
         made = new(o.robot, o.output, o.joints, o.kind, o.force, o.base, o.tip)

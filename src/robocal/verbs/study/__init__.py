@@ -108,7 +108,9 @@ def _far(o: Options) -> Cluster | None:
                 raise FileError("there is no such file", file=file, key=name)
         return Cluster(o.cluster, *(None if v is None else str(v) for v in tls.values()))
     for name, file in said.items():
-        raise ModelError("this is about a cluster", key=name, found=str(file), expected="--cluster tls://HOST:PORT")
+        raise ModelError(
+            "this option is for a cluster", key=name, found=str(file), expected="--cluster tls://HOST:PORT"
+        )
     return None
 
 
