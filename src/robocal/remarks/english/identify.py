@@ -107,7 +107,7 @@ TABLE: dict[Code, Words] = {
         "scale, state a length.",
     ),
     Code.NUMBER_WRONG: Words(
-        "{name} is held at {stated:.4g}, but these data give {there:.4g} ({z:.0f} sigma): the difference explains {share:.0%} of the "
+        "{name} is fixed at {stated:.4g}, but these data give {there:.4g} ({z:.0f} sigma): the difference explains {share:.0%} of the "
         "squared residuals",
         "Correct it in the data file, or identify it ({line}).",
     ),
@@ -222,7 +222,7 @@ TABLE: dict[Code, Words] = {
         "Check the scale of the instrument, its unit and its temperature.",
     ),
     Code.NUMBER_DOUBTED: Words(
-        "{name} is held at {stated:.4g}, but these data give {there:.4g} ({z:.0f} sigma): the difference explains {share:.1%} of the "
+        "{name} is fixed at {stated:.4g}, but these data give {there:.4g} ({z:.0f} sigma): the difference explains {share:.1%} of the "
         "squared residuals",
         "Check it, or identify it ({line} in the data file).",
     ),
