@@ -11,9 +11,9 @@ PAGE = Path(__file__).parents[1] / "docs" / "verdicts.md"
 BEGIN, END = "<!-- every remark: made by scripts/remarks_table.py -->", "<!-- end of every remark -->"
 TOPICS = (
     ("An identification", identify.TABLE),
-    ("Single parameters, and what lies beyond geometry", parameters.TABLE),
+    ("Single parameters, and non-geometric effects", parameters.TABLE),
     ("Files of arms and their data", files.TABLE),
-    ("A model judged, used and handed on", verbs.TABLE),
+    ("A model that is validated, used and exported", verbs.TABLE),
     ("Two runs of one robot", drift.TABLE),
     ("Cable robots", cable.TABLE),
 )
@@ -28,7 +28,7 @@ def table() -> str:
     """The tables of all topics, between their marks."""
     out = [BEGIN, ""]
     for title, words in TOPICS:
-        out += [f"### {title}", "", "| code | what is said | what to do |", "|---|---|---|"]
+        out += [f"### {title}", "", "| code | sentence | advice |", "|---|---|---|"]
         out += [f"| `{code}` | {shown(w.sentence)} | {shown(w.advice)} |" for code, w in words.items()]
         out.append("")
     return "\n".join([*out, END])

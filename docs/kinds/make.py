@@ -74,7 +74,7 @@ def block(kind: str) -> str:
         dropped = [n for n in seen.dropped if n in chain]
         text = ", ".join(f"`{n}`" for n in dropped) or "none"
         lines.append(
-            f"- **{words}**, 80 poses: {seen.rank} of {len(seen.names)} free parameters are seen. Dropped of the robot: {text}."
+            f"- **{words}**, 80 poses: {seen.rank} of {len(seen.names)} free parameters are observable. Dropped of the robot: {text}."
         )
     lines += ["", "| poses | " + " | ".join(str(n) for n in COUNTS) + " |", "|---|" + "---|" * len(COUNTS)]
     for arm, words in ARMS.items():

@@ -20,7 +20,6 @@ from robocal.session.simulate import Simulated as _simulate_Simulated
 from robocal.studies.run import Found as _study_Found
 from robocal.verbs.check.result import Checked as _check_Checked
 from robocal.verbs.compensate.result import Compensated as _compensate_Compensated
-from robocal.verbs.drift.result import Comparison as _drift_Comparison
 from robocal.verbs.export.result import Exported as _export_Exported
 from robocal.verbs.new.result import Catalogue as _new_Catalogue
 from robocal.verbs.new.result import New as _new_New
@@ -73,10 +72,10 @@ def check(
     tip: str | None = None,
     watch: _Watch | None = None,
 ) -> Found[_check_Checked]:
-    """Say what robot and data files contain and what they can tell, without fitting.
+    """Report what robot and data files contain and which parameters are observable, without fitting.
 
-    Joints, rows, where sigma comes from, what is free, and what will not be told apart and why; of a cable robot what is known of its
-    cables, of CASPR's models too.
+    The report has joints, rows, the source of sigma, free parameters, and parameters that cannot be
+    separated, with the reason. For a cable robot, also a model of CASPR, it has the data of the cables.
 
     robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list).
     data: data.yaml, or a CSV whose headers carry units; several are fitted together.
@@ -100,15 +99,15 @@ def compensate(
     tip: str | None = None,
     watch: _Watch | None = None,
 ) -> Found[_compensate_Compensated]:
-    """Correct targets for a controller that keeps its nominal model: joint angles, and Cartesian poses.
+    """Correct targets for a controller that keeps its nominal model: joint values and Cartesian poses.
 
-    Every correction is checked by driving the calibrated model with it. Targets that cannot be reached are listed, not
+    Every correction is checked with the calibrated model. Targets that cannot be reached are listed, not
     dropped.
 
     robot: A robot file, a catalogue name, or a run folder.
     targets: A CSV whose headers carry units (poses, positions, joints), or a YAML beside it.
-    nominal: The model that the controller keeps; a run folder knows it.
-    tool: What both models carry: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; or own, each its own.
+    nominal: The model of the controller; a run folder contains it.
+    tool: Tool of both models: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; own: each model has its own.
     output: Write compensated.csv and compensation.json here.
     force: Replace files that exist.
     base: First link of the chain in a URDF.
@@ -128,17 +127,17 @@ def drift(
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found[_drift_Comparison]:
-    """Compare two calibrations of one robot: has it changed, by how many millimetres, and where does it show?
+) -> Found[Any]:
+    """Compare two calibrations of one robot: has it changed, by how many millimetres, and in which parameters?
 
-    Both runs must start from the same robot file. The instrument may stand elsewhere; with --new-tool the tool too.
+    Both runs must start from the same robot file. The instrument may stand elsewhere; with --new-tool, the tool may differ too.
 
     first: The earlier run folder.
-    second: The later run folder, identified from the same robot file.
-    new_tool: The tool was mounted anew and may differ.
-    matters: The change worth an alarm, with its unit: mean over the poses measured.
+    second: The later run folder, identified from the same robot file; or truth.yaml of a simulation.
+    new_tool: The tool was mounted again and may differ.
+    matters: The change that matters, with its unit: mean over the measured poses.
     history: Add the runs to this CSV, a row for each number; they are not added twice.
-    output: Write drift.json here.
+    output: Write drift.json here; of a cable robot or beside a truth, a page too.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
@@ -157,13 +156,13 @@ def export(
     tip: str | None = None,
     watch: _Watch | None = None,
 ) -> Found[_export_Exported]:
-    """Hand a robot model on: robot.yaml, URDF, a table of its parameters, or joint offsets for a controller.
+    """Write a robot model as robot.yaml, URDF, a table of its parameters, or joint offsets for a controller.
 
     robot: A robot file, a catalogue name, or a run folder.
     output: Write here, not to the terminal.
     form: yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: offsets (CSV), ros (parameters), xacro (properties).
-    nominal: What offsets are counted from; a run folder knows it.
-    into: With --format urdf: this URDF with calibrated origins, else byte for byte.
+    nominal: The robot to which offsets are added; a run folder contains it.
+    into: With --format urdf: this URDF with calibrated origins; every other byte stays.
     force: Replace files that exist.
     base: First link of the chain in a URDF.
     tip: Last link of the chain in a URDF.
@@ -208,28 +207,28 @@ def identify(
     robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list).
     data: data.yaml, or a CSV whose headers carry units; several are fitted together.
     output: Write a run folder here.
-    force: Write the run into a folder that holds something else; files of other names stay.
-    free: Free exactly these, not what the robot file says: j2.alpha, alpha, j2, tool. Repeat, or separate by commas.
-    fix: Hold these; also frames of data files.
-    prior: Standard deviation expected beforehand, in the robot file's units; length=... and angle=... for all.
+    force: Write the run into a folder with other content; files of other names stay.
+    free: Free exactly these parameters, in place of those of the robot file: j2.alpha, alpha, j2, tool. Repeat, or separate by commas.
+    fix: Fix these parameters; also frames of data files.
+    prior: Standard deviation before the measurements, in the robot file's units; length=... and angle=... for all.
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
     groups: Try these beyond geometry; each enters only if unseen blocks of rows get better: gain, eccentricity, ripple, backlash, compliance, sag, bending, expansion.
     layer: Try a residual layer on top; used only if unseen blocks of rows get better.
-    region: Where the robot works: a list of poses, or ranges of joints; measured: where it was measured will do.  [default: joint limits that you wrote (a catalogue's are the maker's), else where it was measured]
+    region: Where the robot works: a list of poses, or ranges of joints; measured: the measured range is enough.  [default: joint limits that you wrote (not those of a catalogue robot), else where it was measured]
     method: lm, gauss-newton, ekf, particle; to compare with: pinv (iterated pseudo-inverse), lse (one step), ekf-100.
     compare: Try several estimators on the same split, side by side: say lm,ekf,lse; alone: all that are worth it.
-    loss: none, huber, cauchy, tukey: what outliers may weigh.
-    hold_out: Share of configurations kept for judging, 0 to 0.5; blocks of rows in time order; or group, whole groups.  [default: 0.2 from 25 configurations on]
-    group_by: The column that says what is held out together.
+    loss: none, huber, cauchy, tukey: reduces the weight of outliers.
+    hold_out: Share of configurations held out, 0 to 0.5; blocks: rows in time order; group: whole groups.  [default: 0.2 from 25 configurations on]
+    group_by: The column whose groups are held out together.
     folds: Hold out everything once, in K rounds, and fit the model to everything.
-    blocks: How many, with --hold-out blocks, 2 or more.
-    reselect: With --folds: find noise and what is seen anew in every round.
+    blocks: Number of blocks, with --hold-out blocks, 2 or more.
+    reselect: With --folds: estimate noise and select observable parameters again in every round.
     leave_one_out: Predict every configuration from all the others.  [default: up to 400 configurations]
-    keep_all: Fit also what the data cannot tell apart.
-    iterations: At most this many, 1 or more.
-    particles: For --method particle, 50 to 100000.
-    bootstrap: Draw the configurations N times again: intervals that trust no model of the noise.
-    seed: For whatever is drawn at random, 0 or more.
+    keep_all: Fit also parameters that the data cannot separate.
+    iterations: Maximum number of iterations, 1 or more.
+    particles: Number of particles, for --method particle, 50 to 100000.
+    bootstrap: Draw the configurations N times again: intervals without a model of the noise.
+    seed: Seed of all random draws, 0 or more.
     base: First link of the chain in a URDF.
     tip: Last link of the chain in a URDF.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -245,12 +244,14 @@ def import_model(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_import_model_Caspr]:
-    """Write a model of CASPR as robot.yaml: the robot that every verb reads from the model itself, with one of its cable sets.
+    """Write a model of CASPR as robot.yaml, with one of its cable sets.
 
-    What robot.yaml cannot hold is named.
+    It is the same robot that every verb reads from the model itself.
+
+    A remark names each value that robot.yaml cannot contain.
 
     model: CASPR's X_cables.xml, with X_bodies.xml beside it.
-    cables: The cable set to take, by its id.  [default: the model's default set, or its only one]
+    cables: The cable set to read, by its id.  [default: the model's default set, or its only one]
     output: Write here, not to the terminal.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -270,9 +271,9 @@ def new(
     tip: str | None = None,
     watch: _Watch | None = None,
 ) -> Found[_new_New | _new_Catalogue]:
-    """Write a robot file, a data file and a table to fill in; of a cable robot its file and a list of poses.
+    """Write a robot file, a data file and a table to fill in; for a cable robot, its file and a list of poses.
 
-    A robot that has a file, such as a URDF, keeps it: its data file and table are written.
+    For a robot that has a file, such as a URDF, only the data file and the table are written.
 
     robot: A catalogue name, a convention, cable, or the file of a robot.
     output: Folder for the files.
@@ -315,31 +316,31 @@ def plan(
     tip: str | None = None,
     watch: _Watch | None = None,
 ) -> Found[_plan_Planned]:
-    """Choose which poses to measure, and say how many are enough.
+    """Choose which poses to measure, and how many are enough.
 
-    Writes a joint program in an order that is short to travel, and the data file to be filled in.
+    Writes a joint program with short motions between poses, and the data file to fill in.
 
     robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list).
-    data: A data file that says which instrument will measure; its measurements do not count (see --after).
+    data: A data file that describes the instrument; its measurements do not count (see --after).
     output: Write poses.csv, data.yaml, plan.json and plan.html here.
     poses: How many poses, 1 to 500.  [default: enough]
     criterion: I: mean error at test poses; G: the largest; D, A, E, O1 to O5.
-    accuracy: Mean error at test poses that is enough, in the robot file's unit of length, above 0.
-    after: Continue from these measurements: what they know counts.
+    accuracy: Required mean error at test poses, in the robot file's unit of length, above 0.
+    after: Continue from these measurements: their information counts.
     kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels.
     noise: Standard deviation per axis, in the robot file's unit of length, 0 or more.  [default: 0.05 mm, converted]
-    frame: The base seen from the instrument: x,y,z,rx,ry,rz; auto: somewhere; none: base coordinates.
+    frame: Pose of the base in the instrument frame: x,y,z,rx,ry,rz; auto: chosen; none: base coordinates.
     draw: How many candidates to draw in the region, 20 to 100000.
     candidates: Choose from this list of poses (CSV with joint columns, data.yaml).
     tests: Predict at these poses, not at a sample.
-    task: Predict inside x0,y0,z0,x1,y1,z1 of the tool point, while measuring anywhere allowed, in the robot file's unit of length.
+    task: Predict for the tool point inside x0,y0,z0,x1,y1,z1; measure at any allowed pose, in the robot file's unit of length.
     box: Measure only with the tool point inside x0,y0,z0,x1,y1,z1, in the robot file's unit of length.
     floor: Keep tool point and flange above this height over the base, in the robot file's unit of length.
-    pedestal: Keep both out of a cylinder of radius R up to height H around the base, in the robot file's unit of length.
+    pedestal: Keep both outside a cylinder of radius R up to height H around the base, in the robot file's unit of length.
     distance: Keep the target this far from the instrument, in the robot file's unit of length.
-    cone: Keep it within this angle of the instrument's z axis, in the robot file's unit of angle, above 0.
-    facing: Let its z axis point at the instrument within this angle, in the robot file's unit of angle, above 0.
-    seed: For whatever is drawn at random, 0 or more.
+    cone: Keep the target within this angle of the instrument's z axis, in the robot file's unit of angle, above 0.
+    facing: Let the target's z axis point at the instrument within this angle, in the robot file's unit of angle, above 0.
+    seed: Seed of all random draws, 0 or more.
     force: Replace files that exist.
     base: First link of the chain in a URDF.
     tip: Last link of the chain in a URDF.
@@ -357,14 +358,14 @@ def predict(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_predict_Prediction]:
-    """Predict where the tool is at given joint values, with 95 % bands.
+    """Predict the pose of the tool at given joint values, with 95 % bands.
 
-    Two bands: of the model's prediction, and of a new measurement there (as fitted: it adds the noise and what the
-    model leaves). Bands are those of the arm's shape; --absolute adds what is not known of the base's place.
+    There are two bands: of the model's prediction, and of a new measurement there. The second adds the noise and the
+    residual of the fit. Bands are those of the arm's shape; --absolute adds the uncertainty of the base's place.
 
     folder: A run folder, as identify -o writes it.
     poses: A CSV of joint values with units in its headers: q1 [deg], .
-    absolute: Include what is not known of where the base stands.
+    absolute: Include the uncertainty of the base's place.
     output: Write here, not to the terminal.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -391,7 +392,7 @@ def simulate(
     tip: str | None = None,
     watch: _Watch | None = None,
 ) -> Found[_simulate_Simulated]:
-    """Simulate measurements of a robot that is not quite its model: data, and the truth to compare with.
+    """Simulate measurements of a robot that differs from its model: data, and the true robot to compare with.
 
     robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list).
     output: Folder for robot, data and truth.
@@ -403,8 +404,8 @@ def simulate(
     length_error: Standard deviation of true lengths around nominal ones, in the robot file's unit of length, 0 or more.  [default: 0.3 mm, converted]
     angle_error: The same for angles, in the robot file's unit of angle, 0 or more.  [default: 1 mrad, converted]
     settings: A true value, in the robot file's units; may be repeated.
-    frame: The base seen from the instrument: x,y,z,rx,ry,rz; auto: somewhere; none: base coordinates.
-    seed: For whatever is drawn at random, 0 or more.
+    frame: Pose of the base in the instrument frame: x,y,z,rx,ry,rz; auto: chosen; none: base coordinates.
+    seed: Seed of all random draws, 0 or more.
     force: Replace files that exist.
     base: First link of the chain in a URDF.
     tip: Last link of the chain in a URDF.
@@ -426,19 +427,19 @@ def study(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_study_Found]:
-    """Simulate a study: so many trials of a calibration at every point of a sweep, over all cores.
+    """Simulate a study: many trials of a calibration at every point of a sweep, on all cores.
 
-    The same numbers for the same seed, however many workers there are; a page with pictures of the sweep is written beside them. What
-    is done is kept beside the result until all is: after any interruption --resume goes on.
+    The same seed gives the same numbers with any number of workers. A page with pictures of the sweep is written beside
+    them. Finished parts are stored beside the result until all are there: after an interruption, --resume continues.
 
-    study: study.yaml: robot, poses, noise, trials and what is varied.
+    study: study.yaml: robot, poses, noise, trials and the varied keys.
     workers: Processes on this machine, 1 to 1024.  [default: as many as cores]
-    cluster: A Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT: workers read the robot where it is here.
+    cluster: A Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT; workers read the robot file under the same path.
     tls_ca: For --cluster: certificate of the authority.
-    tls_cert: For --cluster: our certificate.
-    tls_key: For --cluster: its key.
-    resume: Go on with a study that was interrupted.
-    output: Every trial as .npz, or as .csv.  [default: beside the study, as .npz]
+    tls_cert: For --cluster: certificate of this machine.
+    tls_key: For --cluster: key of that certificate.
+    resume: Continue a study that was interrupted.
+    output: File for every trial, .npz or .csv.  [default: beside the study, as .npz]
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
@@ -462,20 +463,19 @@ def validate(
 ) -> Found[_validate_Validation]:
     """Measure the error of a robot model on data that it was not fitted to.
 
-    With repeated visits also pose accuracy and repeatability, and distance accuracy, as ISO 9283 defines them.
+    With repeated visits, the result also has pose accuracy and repeatability, and distance accuracy, as defined in ISO 9283.
 
-    The robot stays as it is. Frames of instruments that the data leave free are fitted again; the figures are then
-    labelled profiled.
+    The robot is not changed. Free frames of instruments are fitted again; the errors are then labelled profiled.
 
     robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list).
     data: data.yaml, or a CSV whose headers carry units; several are fitted together.
-    against: Compare with this robot, say the nominal.
-    offsets: Judge these joint offsets (CSV, ROS, xacro) on the nominal robot.
-    distances: Between which places: consecutive, all, group, or a column of the configurations.
+    against: Compare with this robot, for example the nominal one.
+    offsets: Validate these joint offsets (CSV, ROS, xacro) on the nominal robot.
+    distances: Pairs of places: consecutive, all, group, or a column of the configurations.
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
     output: Write validation.json and validation.html here.
     force: Replace files that exist.
-    seed: For whatever is drawn at random, 0 or more.
+    seed: Seed of all random draws, 0 or more.
     base: First link of the chain in a URDF.
     tip: Last link of the chain in a URDF.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -492,14 +492,15 @@ def verify(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_verify_Verified | _verify_Summary]:
-    """Compare poses with those that an external instrument saw: as measured, relative to the first one, and after the best alignment.
+    """Compare poses with those of an external instrument: as measured, relative to the first one, and
+    after the best alignment.
 
-    Files of poses are CSV whose headers carry units (id, x [mm], ..., rx [deg], ...) or data.yaml with kind: pose, whatever the form of
-    their orientations. Of two sources and a reference it is said who agrees with whom, and whether means of errors differ (one-way
-    analysis of variance).
+    Files of poses are CSV whose headers carry units (id, x [mm], ..., rx [deg], ...), or data.yaml with kind: pose and any
+    form of orientation. For two sources and a reference, the report shows which of them agree. It also tests whether
+    means of errors differ (one-way analysis of variance).
 
-    reference: What the external instrument saw; with --summary a table of groups.
-    sources: The poses that are judged: of the robot, of its camera, ...; the same ids.
+    reference: The poses of the external instrument; with --summary a table of groups.
+    sources: The poses to compare: of the robot, of its camera, ...; the same ids.
     summary: Analysis of variance from means and standard deviations.
     output: Write verify.json and report.html here.
     force: Replace files that exist.

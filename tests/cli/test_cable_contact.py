@@ -76,7 +76,7 @@ def test_a_known_contact_is_at_its_share(folder):
     (motion,) = rows_of(ran.document["motions"])
     who = f"{robot.cables[first[1][0]]} meets {robot.cables[first[1][1]]}"
     assert ran.status == 3 and motion["free"] == pytest.approx(first[0], abs=5e-4) and motion["ends by"] == who
-    assert "only contacts were looked for" in ran.remarks
+    assert "only contacts were checked" in ran.remarks
 
 
 def test_what_can_be_gone_is(folder):

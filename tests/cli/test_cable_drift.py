@@ -73,7 +73,7 @@ def test_the_anchor_that_moved_is_named(cell, tmp_path):
 def test_the_terminal_says_it(cell):
     ran = robocal("cable", "drift", *run(cell, "first", "moved"), "--zeros-unchanged")
     words = " ".join(ran.out.split())
-    assert ran.status == 0 and "the frame anchor of c6 moved:" in words and "named with 95 % certainty from" in words
+    assert ran.status == 0 and "the frame anchor of c6 moved:" in words and "detected with 95 % certainty from" in words
 
 
 def test_with_free_zeros_the_line_of_sight_is_said_to_be_worst(cell):
@@ -142,7 +142,7 @@ def test_robot_files_show_how_calibrations_scatter(cell):
 @pytest.mark.parametrize(
     ("names", "words"),
     [
-        (("first",), "nothing to be compared with"),
+        (("first",), "one calibration alone cannot be compared"),
         (("first", "first"), "same run twice"),
         (("first", "nowhere"), "nowhere"),
     ],
@@ -178,7 +178,7 @@ def test_runs_that_share_measurements_are_told_and_not_called_the_same(cell, tmp
     shutil.copy(cell / "same" / "lengths.csv", home)
     ran = robocal("identify", cell / "robot.yaml", home / "lengths.yaml", home / "poses.yaml", "-o", home / "run")
     ran = robocal("cable", "drift", cell / "first" / "run", home / "run")
-    assert ran.status != 2 and "made of poses.csv as the first run was" in ran.said
+    assert ran.status != 2 and "identified from poses.csv, as the first run was" in ran.said
 
 
 def test_a_history_is_completed_and_never_doubled(cell, tmp_path):

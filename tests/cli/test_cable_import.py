@@ -303,7 +303,7 @@ def test_what_no_robot_yaml_holds_is_named(tmp_path: Path) -> None:
     ran = robocal("import", model.write(tmp_path), "-o", tmp_path / "robot.yaml")
     assert ran.status == 0
     for word in (
-        "only used is taken, not spare", "--cables SET", "from 0.5, 0, 1 m", "name of <cable_ideal>", "display_range of <links>",
+        "only used is read, not spare", "--cables SET", "from 0.5, 0, 1 m", "name of <cable_ideal>", "display_range of <links>",
         "view_angle of <links>", "name of <link_rigid>", "q_min of <joint>", "q_initial of <joint>", "<end_location>", "<force_error>",
     ):  # fmt: skip
         assert word in ran.said, word

@@ -114,7 +114,7 @@ def test_of_each_cable_by_itself_the_radius_is_not_seen(tmp_path):
     p, _, _ = identified(tmp_path)
     mine = [p[f"c{i}.radius"] for i in range(1, 9)]
     assert "cables.radius" not in p and all(m["status"] in ("dropped", "identified") for m in mine)
-    assert all("cannot be told from" in m["note"] for m in mine if m["status"] == "dropped")
+    assert all("cannot be separated from" in m["note"] for m in mine if m["status"] == "dropped")
 
 
 def test_without_tensions_nothing_is_said_of_elasticity(tmp_path):
@@ -126,7 +126,7 @@ def test_without_tensions_nothing_is_said_of_elasticity(tmp_path):
 def test_sag_is_taken_off_where_the_density_is_stated(tmp_path):
     truth = made(tmp_path, sag=True)
     p, found, remarks = identified(tmp_path)
-    assert "sag is taken off the lengths" in remarks and found["verdict"]["status"] == "improved"
+    assert "sag is removed from the lengths" in remarks and found["verdict"]["status"] == "improved"
     assert worst(p, truth) < 4.5
 
 

@@ -157,7 +157,7 @@ def test_poses_worth_measuring(folder):
     assert worse.document["choice"]["expected_rms"]["chosen"]["a"] > rms["chosen"]["a"]
     said = robocal("cable", "poses", "robot.yaml", "-n", 10, "--choose", 4)
     metre = robocal("cable", "poses", "robot.yaml", "-n", 10, "--choose", 4, "--sigma", 1)
-    assert "--sigma 1 m is more than" in metre.err
+    assert "--sigma 1 m is larger than" in metre.err
     assert "1 mm is assumed" in said.err and said.out.splitlines()[0].endswith(",rank")
 
 
@@ -227,7 +227,7 @@ def test_a_singular_start_is_refused(folder):
 def test_a_start_that_will_not_do_is_refused_with_one_that_will(folder):
     heavy = ["cable", "poses", "robot.yaml", "-n", 5, "--limits", "10,300", "--payload", 52]
     robocal(*heavy, "--start", "0,0,2.95").assert_refused(
-        "--start", "cannot be held", "missing is", "fz", "--start best"
+        "--start", "cannot be held", "is missing", "fz", "--start best"
     )
     best = robocal(*heavy, "--start", "best", "--json").document["start"]
     assert best["margin"]["value"] > 0
@@ -344,7 +344,7 @@ def test_nothing_is_overwritten_and_lines_are_said(folder):
     assert files(folder / "list") == {"program.csv"}
     assert robocal("cable", "poses", "robot.yaml", "-n", 3, "-o", "list", "--force").status == 0
     (folder / "thin.yaml").write_text(describe_cable(robot(diameter=None)))
-    assert "cables touch as lines do" in robocal("cable", "poses", "thin.yaml", "-n", 3).err
+    assert "contacts are those of lines without thickness" in robocal("cable", "poses", "thin.yaml", "-n", 3).err
 
 
 @pytest.mark.parametrize("robot", ["laval", "cogiro"])

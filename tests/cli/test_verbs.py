@@ -182,7 +182,7 @@ def test_check_says_what_will_be_dropped(case: Path) -> None:
     robot = (case / "robot.yaml").read_text(encoding="utf-8").replace("[j2.alpha, j2.d,", "[j1.r, j2.alpha, j2.d,")
     (case / "more.yaml").write_text(robot, encoding="utf-8")
     told = robocal("check", "more.yaml", "data.yaml")
-    assert "j1.r cannot be told from tracker.z" in told.out
+    assert "j1.r cannot be separated from tracker.z" in told.out
     alone = robocal("check", "rv-2aj")
     assert alone.status == 0 and "Mitsubishi" in alone.out
 

@@ -104,7 +104,7 @@ def test_groups_by_their_means(folder):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("tracker.csv",), "nothing to be compared with"),
+        (("tracker.csv",), "no poses to compare with the reference"),
         (("tracker.csv", "other.csv"), "too few poses in common"),
         (("tracker.csv", "places.csv"), "position"),
         (("tracker.csv", "twice.csv"), "twice"),
@@ -179,7 +179,7 @@ def test_the_best_alignment_is_found_from_anywhere():
     ("text", "words"),
     [
         ("group,n,e_mean,e_sd\nA,10,5,1\nA,3,6,2\n", "named twice"),
-        ("group,n,e_mean,e_sd\nA,10,5,1\n", "nothing to be compared with"),
+        ("group,n,e_mean,e_sd\nA,10,5,1\n", "one group alone cannot be compared"),
         ("group,n,e_mean [mm],e_sd\nA,10,5,1\nB,3,6,2\n", "one of two columns has a unit"),
         ("group,n,e_mean [mm],e_sd [parsec]\nA,10,5,1\nB,3,6,2\n", "unknown unit"),
     ],

@@ -174,13 +174,16 @@ def test_every_kind_has_a_page(kind):
     assert f"]({kind}.svg)" in said and (PROJECT / f"docs/kinds/{kind}.svg").is_file()
     for heading in (
         "## When to use it",
-        "## What it tells and what it cannot",
+        "## What is observable, and what not",
         "## The data file",
         "## Noise",
         "## Traps",
     ):
         assert heading in said
-    assert re.search(r"80 poses: \d+ of \d+ free parameters are seen", said) and "| poses | 10 | 20 | 40 | 80 |" in said
+    assert (
+        re.search(r"80 poses: \d+ of \d+ free parameters are observable", said)
+        and "| poses | 10 | 20 | 40 | 80 |" in said
+    )
     assert f"({kind}.md)" in text("docs/kinds/README.md") and f"| `{kind}` |" in text("docs/files.md")
 
 

@@ -135,8 +135,8 @@ def test_what_the_file_cannot_hold_is_said():
         ("degrees: 1R2T", "degrees: 3R2T", ["row 5", "degrees", "'3R2T'"]),
         ("kind: cable", "kind: cabel", ["row 3", "kind", "did you mean 'cable'"]),
         ("name: c2", "name: c1", ["cables[1].name", "twice"]),
-        ("name: c2", "name: fx", ["row 18", "cables[1].name", "no name for a cable", "'fx'"]),
-        ("name: c2", "name: 'c[2]'", ["row 18", "cables[1].name", "no name for a cable", "brackets"]),
+        ("name: c2", "name: fx", ["row 18", "cables[1].name", "not a usable name for a cable", "'fx'"]),
+        ("name: c2", "name: 'c[2]'", ["row 18", "cables[1].name", "not a usable name for a cable", "brackets"]),
         ("robocal: 1\n", "", ["key robocal: a key is missing"]),
         ("free: [ax,", "free: [aax,", ["calibrate.free[0]", "did you mean 'ax'"]),
         ("length: mm", "length: mmm", ["units.length", "did you mean 'mm'"]),
@@ -271,7 +271,7 @@ def test_caspr_since_2017(tmp_path):
     file = read_cable(caspr(tmp_path, bodies=bodies))
     assert (
         file.robot.inertia is None
-        and "inertia (row 5 of flat_bodies.xml) is that of no body" in file.warnings[0].sentence
+        and "inertia (row 5 of flat_bodies.xml) is impossible for a rigid body" in file.warnings[0].sentence
     )
     for joint, axes in (("PLANAR_XZ", (0, 2, 4)), ("PLANAR_YZ", (1, 2, 3)), ("PLANAR_XY", (0, 1, 5)), ("P_XZ", (0, 2))):
         order = {"PLANAR_YZ": (1, 0, 2), "PLANAR_XY": (0, 2, 1)}.get(joint, (0, 1, 2))
@@ -291,7 +291,7 @@ def test_caspr_cables_that_stretch_and_pulleys(tmp_path):
     place.write_text(one[0].replace("cable_ideal", "cable_linear_spring").replace("<force_min>", spring)
                      + "</cable_linear_spring>" + one[2])  # fmt: skip
     file = read_cable(place)
-    assert file.robot.elasticity is None and "elasticity is said of some cables only" in " ".join(
+    assert file.robot.elasticity is None and "elasticity is stated for some cables only" in " ".join(
         map(str, file.warnings)
     )
     eyelet = "<attachment><link>0</link><location>1 0 2</location></attachment>"
@@ -305,7 +305,7 @@ def test_caspr_cables_that_stretch_and_pulleys(tmp_path):
     np.testing.assert_array_equal(pulleys.radius, [0, 0, 0.05, 0])
     np.testing.assert_array_equal(pulleys.axis[2], [0, 0, 1])
     place.write_text(text.replace(eyelet, wheel.replace("0 0 2</cable", "0 0 0</cable")))
-    with pytest.raises(FormatError, match=r"<cable_entry_vector>: a direction is not zero"):
+    with pytest.raises(FormatError, match=r"<cable_entry_vector>: a direction must not be zero"):
         read_cable(place)
     place.write_text(text.replace(eyelet, wheel.replace("base_rot", "screw_base_rot")))
     with pytest.raises(
@@ -321,7 +321,7 @@ def test_caspr_of_old(tmp_path):
     place.write_text(text.replace(' attachment_reference="joint"', ""))
     np.testing.assert_array_equal(read_cable(place).robot.b[2], [0.1, 0, 0.1])
     (tmp_path / "flat_bodies.xml").write_text(BODIES)
-    with pytest.raises(FormatError, match=r"row 5.*not said which point the attachments are measured from"):
+    with pytest.raises(FormatError, match=r"row 5.*reference point of the attachments is not specified"):
         read_cable(place)
 
 
@@ -335,7 +335,7 @@ def test_caspr_of_old(tmp_path):
         (("<force_max>100", "<force_max>0.1"), BODIES, ["crossed"]),
         (("", ""), BODIES.replace("PLANAR_XZ", "REVOLUTE_XY"), ["flat_bodies.xml", "'REVOLUTE_XY'", "PLANAR_XY"]),
         (("", ""), BODIES.replace("<mass>2.5</mass>", ""), ["<physical> has no <mass>"]),
-        (("", ""), "<cables></cables>", ["flat_bodies.xml", "not that file"]),
+        (("", ""), "<cables></cables>", ["flat_bodies.xml", "not the expected file"]),
         (
             ("", ""),
             BODIES.replace("PLANAR_XZ", "S_EULER_XYZ"),

@@ -224,7 +224,7 @@ FAULTS = [
     ("point", "frame: {name: tracker}\n", TOUCH, ["unknown key", "frame"]),
     ("plane", "cube: {column: s, edge: 100}\n", TOUCH, ["row 2", "column s", "face", "+x"]),
     ("plane", "normal: {columns: [a, b, c]}\n", TOUCH, ["row 2", "unit normal"]),
-    ("plane", "cube: {column: s, edge: 1}\noffset: a\n", TOUCH, ["said twice"]),
+    ("plane", "cube: {column: s, edge: 1}\noffset: a\n", TOUCH, ["stated twice"]),
     ("sphere", "radius: {name: ruby, unit: mm}\n", TOUCH, ["radius.value", "missing"]),
     ("sphere", "radius: {name: ruby, value: 3, unit: deg}\n", TOUCH, ["radius.unit", "length"]),
     ("range", "range: {columns: [a], unit: kg}\nplace: s\n", TOUCH, ["range.unit", "time or a length"]),

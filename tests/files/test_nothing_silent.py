@@ -130,7 +130,7 @@ def test_names_under_which_columns_are_carried_along(tmp_path):
     ):
         text = described.replace("{id: configuration}", f"{{id: configuration, {name}: {{column: T, unit: degC}}}}")
         said = [str(w) for w in reading(tmp_path, text, more)[1]]
-        assert [s for s in said if "carried along" in s] == ([] if near is None else said), said
+        assert [s for s in said if "is only copied" in s] == ([] if near is None else said), said
         assert near is None or f"did you mean {near}?" in said[0]
 
 

@@ -298,7 +298,7 @@ def test_a_place_that_nobody_touches_is_said_as_what_it_is(tmp_path):
     put(tmp_path, described, "\n".join(lines) + "\n")
     (tmp_path / "robot.yaml").write_text(ROBOT)
     made = read_inputs(tmp_path / "robot.yaml", [tmp_path / "data.yaml"])
-    assert "never touched or seen: b" in said(made.warnings, Code.PLACES_UNTOUCHED)[0]
+    assert "never measured: b" in said(made.warnings, Code.PLACES_UNTOUCHED)[0]
     assert not said(made.warnings, Code.OTHER_UNIT) and all(o.kind == "point" for o in made.data.observations)
     # Where it stands is known, so the distance to it tells where the other is.
     fixed = described.replace("575], free: [x, y, z]", "575], free: false")

@@ -286,7 +286,7 @@ def test_what_would_be_a_quiet_wrong_answer_is_refused(place: Path, monkeypatch:
         (lambda: rc.measurements(q, position=np.zeros((2, 3)) + 1j), "no numbers"),
         (lambda: rc.measurements(q, position=np.zeros((2, 3)), units=("mm", "rad")), "something else"),
         (lambda: rc.measurements(q, position=np.zeros((2, 3)), units=("degC", "mm")), "something else"),
-        (lambda: rc.identify("robot.yaml", "data.yaml", iterations=None), "has a value"),
+        (lambda: rc.identify("robot.yaml", "data.yaml", iterations=None), "needs a value"),
         (lambda: rc.predict("run", np.zeros((2, 3))), "rc.table"),
         (lambda: rc.check("robot.yaml", {"q1 [rad]": [1.0]}), "rc.table"),
         (lambda: rc.cable.robot("cable.yaml").forward([[1.0]], sigma=-1), "standard deviation"),

@@ -246,6 +246,6 @@ def test_what_free_poses_take_up_is_not_said_to_have_no_effect(rig):
         found = analyse(both.with_free(EYE), both.start)
         assert found.dropped == tuple(EYE)
         for c in found.combinations:
-            assert c.remark.sentence == f"{c.name} cannot be told from {said}"
+            assert c.remark.sentence == f"{c.name} cannot be separated from {said}"
     unseen = analyse(made.with_free(["c1.ax"]), made.start).combinations[0]
     assert unseen.remark.sentence == "c1.ax has no effect on these measurements"

@@ -196,9 +196,12 @@ def improved(m: int = 150, held: int = 40, angle: bool = False, seed: int = 4) -
             "condition": 48.3,
             "dropped": ["j1.r", "j3.r", "j5.r"],
             "combinations": [
-                {"text": "j1.r cannot be told from tracker.z", "terms": [{"name": "tracker.z", "coefficient": 1.0}]},
                 {
-                    "text": "j3.r cannot be told from j2.r",
+                    "text": "j1.r cannot be separated from tracker.z",
+                    "terms": [{"name": "tracker.z", "coefficient": 1.0}],
+                },
+                {
+                    "text": "j3.r cannot be separated from j2.r",
                     "terms": [{"name": "j2.r", "coefficient": 1.0}, {"name": "j4.r", "coefficient": -0.031}],
                 },
                 {"text": "j5.r has no effect on these measurements", "terms": []},

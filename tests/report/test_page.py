@@ -90,7 +90,9 @@ def test_verdict_and_numbers_come_first() -> None:
     assert "40 of 150 configurations (27 %) were held out, chosen with seed 7" in text
     assert "19 identified, 1 only in combination or by prior, 3 not seen, 3 fixed" in text
     assert (
-        "j1.r cannot be told from tracker.z" in text and "26 parameters were free" in text and "23 independent" in text
+        "j1.r cannot be separated from tracker.z" in text
+        and "26 parameters were free" in text
+        and "23 independent" in text
     )
     assert "noise is added until this is one" in text
     assert "9f86d081884c7d659a2feaa0c55ad015" in text and "robocal identify rv2aj.yaml" in text

@@ -219,8 +219,8 @@ def test_the_nominal_model_of_another_robot_is_suspected(run: Path, tmp_path: Pa
     (tmp_path / "other.yaml").write_text(other, encoding="utf-8")
     (tmp_path / "q.csv").write_text("j1 [deg],j2 [deg],j3 [deg]\n10,20,30\n", encoding="utf-8")
     words = ("compensate", run / "run" / "calibrated.yaml", tmp_path / "q.csv", "--nominal")
-    assert "two models stand" in robocal(*words, tmp_path / "other.yaml").err
-    assert "two models stand" not in robocal(*words, run / "robot.yaml").err
+    assert "two models differ" in robocal(*words, tmp_path / "other.yaml").err
+    assert "two models differ" not in robocal(*words, run / "robot.yaml").err
 
 
 def test_a_residual_layer_is_said_to_be_left_out(run: Path, tmp_path: Path) -> None:

@@ -114,4 +114,4 @@ def test_a_target_that_was_put_on_anew(moved: float, status: int, tmp_path: Path
     if status == 0:
         assert (str(Code.REMOUNTED) in ran.out) == (moved > 0)
     else:
-        assert "target of its own" in ran.err + ran.out
+        assert "a separate target" in ran.err + ran.out

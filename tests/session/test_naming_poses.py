@@ -124,7 +124,7 @@ def test_inverse_poses_in_a_table_alone(place: Path, tmp_path: Path) -> None:
         values[:, [plain[1:].index(n) for n in names]] = new
     write(tmp_path / "data.csv", head[1:], values)
     told = robocal("check", place / "robot.yaml", tmp_path / "data.csv")
-    told.assert_refused("seen from the thing", "frame: {mount: tool}", "mount: base")
+    told.assert_refused("in the frame of the measured object", "frame: {mount: tool}", "mount: base")
     mend(tmp_path, told.err)
     assert robocal("check", place / "robot.yaml", tmp_path / "data.yaml").status == 0
 

@@ -71,7 +71,7 @@ def test_every_mixture_of_two_runs_is_refused(runs, tmp_path, verb):
             for name in taken:
                 shutil.copy(runs / "run-two" / name, folder / name)
             ran = robocal(*at(runs, VERBS[verb], folder))
-            ran.assert_refused("of another run")
+            ran.assert_refused("belongs to another run")
             said = [n for n in names if str(folder / n) in ran.err]
             mine = set(taken) if RESULT not in taken else set(names) - set(taken)
             assert len(said) == 1 and said[0] in mine, (taken, ran.err)
@@ -88,7 +88,7 @@ def test_a_missing_and_a_superfluous_file_are_named(runs, tmp_path, verb):
             robocal(*at(runs, VERBS[verb], folder)).assert_refused(str(folder / name), "missing")
         else:
             (folder / name).write_text("{}")
-            robocal(*at(runs, VERBS[verb], folder)).assert_refused(str(folder / name), "not of the run")
+            robocal(*at(runs, VERBS[verb], folder)).assert_refused(str(folder / name), "not belong to the run")
 
 
 def test_a_folder_of_an_earlier_version_is_read_with_a_remark(runs, tmp_path):
@@ -104,7 +104,7 @@ def test_a_knowledge_that_is_not_of_the_robot_beside_it(runs, tmp_path):
     folder = earlier(Path(shutil.copytree(runs / "run-one", tmp_path / "run")))
     shutil.copy(runs / "run-two" / "covariance.json", folder / "covariance.json")
     for name in ("predict", "drift", "compensate"):
-        robocal(*at(runs, VERBS[name], folder)).assert_refused("covariance.json", "not of the calibrated robot")
+        robocal(*at(runs, VERBS[name], folder)).assert_refused("covariance.json", "not belong to the calibrated robot")
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_a_knowledge_that_is_not_of_the_robot_beside_it(runs, tmp_path):
         (lambda c: c["noise"][2].__setitem__(2, -1.0), "a variance below 0"),
         (lambda c: c["covariance"][2].__setitem__(2, -1.0), "a variance below 0"),
         (lambda c: c["covariance"].pop(), "wrong number"),
-        (lambda c: c["names"].__setitem__(1, c["names"][0]), "stands twice"),
+        (lambda c: c["names"].__setitem__(1, c["names"][0]), "given twice"),
         (lambda c: c["values"].__setitem__(0, float("nan")), "values"),
         (lambda c: c["expected"].__setitem__(0, -1.0), "below 0"),
         (lambda c: c.__setitem__("dof", 0.0), "degrees of freedom"),

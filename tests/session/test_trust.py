@@ -182,7 +182,7 @@ def test_what_cannot_be_compared_is_said(place, tmp_path):
     with pytest.raises(ModelError, match="different nominal models"):
         drift(place / "run-one", tmp_path / "again")
     (earlier(tmp_path / "run") / "covariance.json").unlink()
-    with pytest.raises(FileError, match="does not say how far"):
+    with pytest.raises(FileError, match="does not contain the uncertainty"):
         predict(tmp_path / "run", place / "poses.csv")
 
 

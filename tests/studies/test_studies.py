@@ -268,7 +268,7 @@ def test_poses_of_arms_that_cannot_be_meant_are_refused(arm, old, new, words):
         ("of: cable-calibration", "of: calibration", "of"),
         ("residual: [length", "residual: [lenth", "lenth"),
         ("sweep: {residual", "sweep: {residuals", "residuals"),
-        ("sweep: {residual", "sweep: {seed", "not to be varied"),
+        ("sweep: {residual", "sweep: {seed", "cannot be varied"),
         ("[length, squared]", "[]", "nothing to vary"),
         (", shift: 0.7 m", "", "shift"),
         ("count: 40", "count: 0", "count"),
@@ -427,7 +427,7 @@ def test_a_value_is_varied_once(study):
 @pytest.mark.parametrize("key", ["errors: {length: 1 mm}", "options: {loss: huber}", "gross: {share: 0.1}"])
 def test_what_another_kind_of_study_knows_is_refused(study, key):
     study.write_text(TEXT + key + "\n")
-    robocal("study", study).assert_refused(key.partition(":")[0], "nothing of this kind of study")
+    robocal("study", study).assert_refused(key.partition(":")[0], "not a key of this kind of study")
 
 
 @pytest.mark.parametrize("key", ["residual", "bias.length", "noise.length", "poses.shift"])
@@ -435,7 +435,7 @@ def test_also_where_it_is_varied(study, key):
     study.write_text("robocal: 1\nkind: study\nof: identification\nrobot: irb-120\ntrials: 2\nposes: {count: 30}\n")
     with study.open("a") as file:
         file.write(f"sweep: {{{key}: [{'length' if key == 'residual' else '1 mm'}]}}\n")
-    robocal("study", study).assert_refused("nothing of this kind of study", key.partition(".")[0])
+    robocal("study", study).assert_refused("not a key of this kind of study", key.partition(".")[0])
 
 
 def test_outputs_are_those_that_the_file_names(study):

@@ -55,7 +55,7 @@ def test_equal_columns_go_to_the_first(rng, order):
     assert found.dropped == (f"b{twins[1] + 1}",)
     (combination,) = found.combinations
     assert combination.partners == ((f"b{twins[0] + 1}", pytest.approx(1.0)),)
-    assert combination.remark.sentence == f"b{twins[1] + 1} cannot be told from b{twins[0] + 1}"
+    assert combination.remark.sentence == f"b{twins[1] + 1} cannot be separated from b{twins[0] + 1}"
 
 
 def preferring(a, preferences):

@@ -26,7 +26,7 @@ from robocal.verbs.registry import CABLE, VERBS, WORDS
 
 __all__ = ["Task", "build", "command"]
 
-HELP = """Find out what a robot really is: its true parameters from measurements, with honest uncertainty.
+HELP = """Identify the true parameters of a robot from measurements, with their uncertainty, and prove the gain.
 
 \b
   robocal demo                      calibrate three arms, read the reports
@@ -83,7 +83,7 @@ def _version(wanted: bool) -> None:
 
 def _root(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say which robocal this is.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks. Accepted anywhere.")] = False,
 ) -> None:

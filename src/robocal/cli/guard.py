@@ -22,6 +22,7 @@ from robocal.errors import CONTROL, MESSAGE_LIMIT, Cancelled, InputError, Missin
 __all__ = ["DONE", "FAULT", "INPUT", "STOPPED", "UNTRUSTED", "complain", "complete", "run", "stopped"]
 
 DONE, FAULT, INPUT, UNTRUSTED, STOPPED = 0, 1, 2, 3, 130
+IDENTIFY = (["calibrate"], ["cable", "calibrate"], ["cable", "identify"])  # no commands, but often typed for `identify`
 _received: list[int] = []
 
 
@@ -97,9 +98,16 @@ def _dispatch(words: list[str], build: Callable[[Sequence[str]], Any]) -> int:
         if type(error).__name__ == "NoArgsIsHelpError":
             sys.stdout.write(f"{error.format_message()}\n")
             return INPUT
-        complain(_plain(error), kind=path)
-        _document(words, _plain(error))
-        sys.stderr.write(f"Try: {path} --help\n")
+        typed = [w for w in words if not w.startswith("-")][:2]
+        wrong = next((w for w in IDENTIFY if typed[: len(w)] == w), None)
+        text = _plain(error)
+        if wrong:
+            text = (
+                f"no such command {wrong[-1]!r}. Did you mean 'robocal identify ROBOT DATA'? It serves cable robots too"
+            )
+        complain(text, kind=path)
+        _document(words, text)
+        sys.stderr.write(f"Try: {'robocal identify' if wrong else path} --help\n")
         return INPUT
     status = task() if callable(task) else task
     return status if isinstance(status, int) else DONE

@@ -62,7 +62,9 @@ def _held(folder: Path) -> int:
             pass
         except BlockingIOError:
             os.close(held)
-            raise FileError("another process is at work here", file=folder, expected="its end, or another -o") from None
+            raise FileError(
+                "another process writes here", file=folder, expected="the end of that process, or another -o"
+            ) from None
         except OSError as error:
             os.close(held)
             reason = (error.strerror or str(error)).lower()
@@ -70,4 +72,4 @@ def _held(folder: Path) -> int:
                 f"the folder cannot be locked: {reason}", file=folder, expected="-o on another disk"
             ) from None
         os.close(held)
-    raise FileError("the folder cannot be made: others do away with it", file=folder)
+    raise FileError("the folder cannot be made: another process removes it", file=folder)

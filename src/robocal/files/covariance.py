@@ -172,7 +172,7 @@ def _sound(path: Path, model: CovarianceModel, matrices: Mapping[str, Array]) ->
     is not the sum of its parts."""
     if len(set(model.names)) < len(model.names):
         twice = next(n for n in model.names if model.names.count(n) > 1)
-        raise FormatError("a name stands twice", file=path, key="names", found=twice)
+        raise FormatError("a name is given twice", file=path, key="names", found=twice)
     if model.dof is not None and not model.dof > 0:
         raise FormatError(
             "not a number of degrees of freedom", file=path, key="dof", found=model.dof, expected="above 0"

@@ -123,7 +123,7 @@ class CsvTable:
                 row=self.head,
                 column=column,
                 found=f"columns {', '.join(map(str, hits))}, counted from zero",
-                expected="a name of its own for every column that is read",
+                expected="a separate name for every column that is read",
             )
         if not hits:
             if not self.names:

@@ -178,7 +178,7 @@ def _first(table: CsvTable, options: Sequence[Sequence[str]], least: int = 1) ->
             absent = next(n for n in names if n not in table.names)
             free = [n for n in table.names if n and n not in names]
             raise FormatError(
-                "columns that belong together are not all there",
+                "some columns of a set are missing",
                 file=table.path,
                 row=table.head,
                 column=absent,

@@ -64,7 +64,7 @@ def guard(path: Path) -> None:
     """Raises FileError for a file whose folder was being written when the process ended."""
     if path.name in _named(path.parent):
         raise FileError(
-            "the command that was writing this did not end: old and new files may lie side by side",
+            "the command that was writing this did not finish: old and new files may be mixed",
             file=path,
             expected="that command, once more",
         )

@@ -148,7 +148,7 @@ def _from_table(source: Source, chain: Chain) -> tuple[dict[str, float], tuple[R
         row = int(table.lines[i])
         joint = _joint(chain, name, source.path, row)
         if name in out:
-            raise FormatError("this joint stands there twice", file=source.path, row=row, column="joint", found=name)
+            raise FormatError("this joint is given twice", file=source.path, row=row, column="joint", found=name)
         si = "m" if joint.type == "prismatic" else "rad"
         out[name] = float(parse_unit(units[i], si, file=source.path, row=row, column="unit").to_si(float(offsets[i])))
     return out, unread_remarks([left_over(table, ("unit", "sigma"), ("sigma",))])
@@ -190,6 +190,6 @@ def _from_xacro(source: Source, chain: Chain) -> dict[str, float]:
         if not math.isfinite(value):
             raise FormatError("not a finite number", file=source.path, row=node.row, key=name, found=text)
         if joint.name in out:
-            raise FormatError("this joint stands there twice", file=source.path, row=node.row, key=name)
+            raise FormatError("this joint is given twice", file=source.path, row=node.row, key=name)
         out[joint.name] = value
     return out

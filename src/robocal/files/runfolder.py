@@ -109,12 +109,14 @@ def _check(place: Path, recorded: str | None) -> None:
     there = place.is_file()
     if recorded is None:
         if there:
-            raise FileError("this file is not of the run beside it", file=place, expected=f"what its {RESULT} records")
+            raise FileError(
+                "this file does not belong to the run beside it", file=place, expected=f"what its {RESULT} records"
+            )
         return
     if not there:
         raise FileError("a file of this run is missing", file=place, expected=f"what its {RESULT} records")
     if hashlib.sha256(read_bytes(place)).hexdigest() != recorded:
         raise FileError(
-            "this file was changed, or is of another run", file=place,
+            "this file was changed, or belongs to another run", file=place,
             expected=f"what its {RESULT} records; a copy outside of the folder may be edited",
         )  # fmt: skip

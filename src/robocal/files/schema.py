@@ -149,7 +149,7 @@ def _explain(fault: ErrorDetails, document: Document, at: Path_) -> NoReturn:
 
 def _version(value: Any) -> Any:
     if value != 1 or isinstance(value, bool):
-        refuse("this file is of another schema", expected="robocal: 1")
+        refuse("this file has another schema", expected="robocal: 1")
     return value
 
 

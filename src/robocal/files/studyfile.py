@@ -190,7 +190,7 @@ def read_study(path: str | os.PathLike[str]) -> Study:
             _put(raw, names[i], chosen[i], document)
         points.append(Point(tuple(zip(names, map(_words, chosen), strict=True)), _settings(raw, document, source.path)))
     if plain.seed < 0:
-        document.fail("a seed is not negative", ("seed",), found=plain.seed, expected="0 or more")
+        document.fail("a seed must not be negative", ("seed",), found=plain.seed, expected="0 or more")
     chunk = plain.chunk or CHUNKS[plain.of]
     # What decides the numbers: the robots and lists as they are now, not only what they are called.
     named = [name for p in points for name in p.files]
@@ -227,7 +227,7 @@ def _put(raw: dict[str, Any], name: str, value: Any, document: Document) -> None
     *way, last = name.split(".")
     if name in ("sweep", "outputs", "seed", "trials", "chunk", "robocal", "kind", "of"):
         document.fail(
-            "this is not to be varied", ("sweep", name), expected="robot, poses.count, noise.length, residual, ..."
+            "this key cannot be varied", ("sweep", name), expected="robot, poses.count, noise.length, residual, ..."
         )
     for key in way:
         at = at.setdefault(key, {})
@@ -250,7 +250,7 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
         part, _, name = key.partition(".")
         if part in raw and (not name or name in (raw[part] or {})):
             place = (part, name) if name else (part,)
-            document.fail("nothing of this kind of study", place, found=key, expected=f"what `of: {model.of}` knows")
+            document.fail("not a key of this kind of study", place, found=key, expected=f"what `of: {model.of}` knows")
     robot = str(_robot(path, model.robot)) if _is_file(path, model.robot) else model.robot
     out: dict[str, Any] = {"robot": robot, "residual": model.residual}
     for part in ("poses", "noise", "bias", "errors", "options", "gross"):
@@ -263,7 +263,7 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
                     document.fail(error.message, (part, name), found=error.found, expected=error.expected)
             out[key] = value
     if (out["poses.file"] is None) == (out["poses.count"] is None):
-        document.fail("poses are a list or so many at random", ("poses",), expected="file, or count")
+        document.fail("poses are a list, or a number of random poses", ("poses",), expected="file, or count")
     if out["poses.count"] is not None and not 1 <= out["poses.count"] <= 1_000_000:
         document.fail("no such number of poses", ("poses", "count"), found=out["poses.count"], expected="1 or more")
     for key in ("poses.file", "poses.tests"):

@@ -76,7 +76,7 @@ def read_targets(path: str | os.PathLike[str], chain: Chain) -> TargetFile:
         document = load(place)
         if document.data.get("kind", "targets") != "targets":
             found = document.data["kind"]
-            document.fail("this is no file of targets", ("kind",), found=found, expected="targets")
+            document.fail("this is not a file of targets", ("kind",), found=found, expected="targets")
         model = validate(TargetsModel, document)
         options = {"separator": model.csv.separator, "decimal": model.csv.decimal, "header": model.csv.header}
         if len(model.file) != 1:

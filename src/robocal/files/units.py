@@ -235,7 +235,7 @@ def numbers_of(text: str, names: str, *, key: str) -> list[float]:
     except ValueError:
         values = []
     if len(values) != names.count(",") + 1 or not all(math.isfinite(v) for v in values):
-        raise ModelError("not what this option takes", key=key, found=text, expected=names)
+        raise ModelError("not a value of this option", key=key, found=text, expected=names)
     return values
 
 

@@ -74,7 +74,7 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
     while at != (base or start):
         if at not in into:
             raise FormatError(
-                "the tip does not hang on the base",
+                "the tip is not connected to the base",
                 file=source.path,
                 key="base",
                 found=base,
@@ -176,7 +176,7 @@ def _row(joint: UrdfJoint, path: Path) -> dict[str, object]:
     if joint.type not in (*MOVING, "fixed"):
         expected = "revolute, continuous, prismatic, fixed"
         raise FormatError(
-            "a chain cannot follow this joint",
+            "a chain cannot contain this joint",
             file=path,
             row=joint.node.row,
             key=f"joint {joint.name}",
@@ -230,7 +230,5 @@ def _floats(text: str, count: int, node: Node, key: str, path: Path) -> list[flo
         values = []
     if len(values) != count or not all(math.isfinite(v) for v in values):
         expected = "a finite number" if count == 1 else f"{count} finite numbers"
-        raise FormatError(
-            "not what an attribute must be", file=path, row=node.row, key=key, found=text, expected=expected
-        )
+        raise FormatError("not a valid attribute", file=path, row=node.row, key=key, found=text, expected=expected)
     return values

@@ -102,7 +102,7 @@ def _comparable(chain: Chain, urdf: Robot) -> tuple[Array, Array, Array, Array]:
         gap = float(np.linalg.norm(away - axes2[i] * (axes2[i] @ away)))
         if gap > OTHER[0] or angle > OTHER[1]:
             raise ModelError(
-                "this axis lies elsewhere in the URDF: another robot, another base, or joints that count from elsewhere",
+                "this axis lies elsewhere in the URDF: another robot, another base, or joints with another zero",
                 key=joint.name,
                 found=f"{1e3 * gap:.3g} mm and {np.degrees(angle):.3g} deg apart",
                 expected=f"at most {1e3 * OTHER[0]:g} mm and {np.degrees(OTHER[1]):.2g} deg",

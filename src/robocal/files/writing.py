@@ -194,4 +194,4 @@ def refuse_existing(folder: Path | None, names: Sequence[str], force: bool) -> N
     for place in [folder / name for name in names] or [folder]:
         if place.exists():
             expected = "--force to replace it, or another place"
-            raise FileError("this file exists and is left as it is", file=place, expected=expected)
+            raise FileError("this file exists and was not replaced", file=place, expected=expected)

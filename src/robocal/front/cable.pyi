@@ -30,14 +30,15 @@ def inverse(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_inverse_Array]:
-    """Lengths of the cables at poses of the platform, as the sensors show them.
+    """Sensor readings of the cable lengths at poses of the platform.
 
-    Where the robot's file says that cables stretch and no tension is given, the columns are called c1.geometric: nothing is stretched.
+    If the cables of the robot file stretch and no tension is given, the columns are called c1.geometric: lengths without
+    stretch.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
     poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
     tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
-    sag: Cables also hang by their weight.
+    sag: Include the sag of the cables by their weight.
     output: Write here, not to the terminal.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -58,19 +59,19 @@ def forward(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_forward_Poses]:
-    """Poses of the platform from lengths of its cables, with how sure they are and whether they are the only ones.
+    """Poses of the platform from lengths of its cables, with their uncertainty and the number of other solutions.
 
-    Of a run folder (ROBOT) the standard deviations hold what its calibration leaves as well.
+    With a run folder as ROBOT, the standard deviations include the uncertainty of its calibration.
 
     Exit status 3 when a pose was not found, is not the only one, or does not fit its lengths.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    lengths: CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths that nothing stretched.
+    lengths: CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths without stretch.
     sigma: Standard deviation of a length, in the robot file's unit of length, above 0.
-    starts: Further starts that look for other poses, 0 or more.
+    starts: Number of further starts, to find other poses, 0 or more.
     tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
-    sag: Cables also hang by their weight.
-    seed: For whatever is drawn at random, 0 or more.
+    sag: Include the sag of the cables by their weight.
+    seed: Seed of all random draws, 0 or more.
     output: Write here, not to the terminal.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -93,16 +94,16 @@ def tension(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_tension_Tensions]:
-    """Tensions that hold the platform at poses, their margins, and the wrench that is missing where none do.
+    """Tensions that hold the platform at poses, their margins, and the missing wrench where no tensions hold it.
 
-    Exit status 3 when a pose is not held. The list that it writes goes into cable inverse and cable forward as it is.
+    Exit status 3 when no tensions hold a pose. cable inverse and cable forward read the written list.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
     poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
     method: norm (least), mid, closed, barycentre (continuous), p-norm.
-    power: Of --method p-norm, from 2 on.  [default: 4]
-    mass: Of the platform, instead of the file's, in the robot file's unit of mass, 0 or more.
-    payload: Hung at the centre of mass, in the robot file's unit of mass, 0 or more.
+    power: Exponent of --method p-norm, from 2 on.  [default: 4]
+    mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
+    payload: Payload at the centre of mass, in the robot file's unit of mass, 0 or more.
     wrench: Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm.
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
     length: Divides moments to compare them with forces, in the robot file's unit of length, above 0.  [default: 1 m]
@@ -134,14 +135,14 @@ def workspace(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_workspace_Workspace]:
-    """Where the platform can be held: volume by a grid and by rays to the exact boundary, margins, dexterity, sections, a mesh.
+    """The workspace of the platform: volume by a grid and by rays to the exact boundary, margins, dexterity, sections, a mesh.
 
     Exit status 3 when it can be held nowhere.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    orientation: A rotation vector; repeat for several, all of which are to be held, in the robot file's unit of angle.  [default: upright]
+    orientation: A rotation vector; repeat for several, all of which must be held, in the robot file's unit of angle.  [default: upright]
     tilt: Hold tilts too: half the angle and all of it, about 8 horizontal axes, in the robot file's unit of angle.
-    payload: More mass at the centre of mass, one number or a range: say 0,20, in the robot file's unit of mass.
+    payload: Payload at the centre of mass, one number or a range, for example 0,20, in the robot file's unit of mass.
     mass: Of the platform, one number or a range, instead of the file's, in the robot file's unit of mass.
     wrench: Acts beside the weight at the platform's origin, base axes: the robot file's unit of force, and Nm; repeat for several, all of which are to be held, with 0,0,0,0,0,0 for none.
     acceleration: Of the centre of mass, in any direction [m/s2], 0 or more.
@@ -149,10 +150,10 @@ def workspace(
     closure: Any wrench, by tensions of any size (wrench closure): no mass, no limits, no weight.
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
     length: Divides moments to compare them with forces, in the robot file's unit of length, above 0.  [default: 1 m]
-    box: Where to look, in the robot file's unit of length.  [default: what the frame can reach]
-    cells: Of the grid, along each axis, 2 to 300.
-    rays: To the exact boundary, 20 to 200000.
-    start: Where rays start, in the robot file's unit of length.  [default: the mean of the frame anchors, or the middle of what is held]
+    box: Search box, in the robot file's unit of length.  [default: the reach of the frame]
+    cells: Cells of the grid along each axis, 2 to 300.
+    rays: Number of rays to the exact boundary, 20 to 200000.
+    start: Start of the rays, in the robot file's unit of length.  [default: the mean of the frame anchors, or the middle of the workspace]
     output: Write workspace.json, workspace.csv, outlines.csv, surface.ply, surface.stl and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -187,29 +188,29 @@ def poses(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_poses_Listed]:
-    """Poses that the platform can reach and leave again: held on all the way, and no cable touches anything.
+    """Poses that the platform can reach and leave again: with feasible tensions on the whole path, and without contact of a cable.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
     poses: Poses to list, 1 to 10000.
-    mu: How much of each free way is gone, above 0 and at most 1.
+    mu: Used fraction of each free path, above 0 and at most 1.
     start: X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units.
-    box: The box Z of random poses, in place of that in which the frame holds the platform, in the robot file's unit of length.
+    box: The box Z of random poses, in place of the box in which the frame can hold the platform, in the robot file's unit of length.
     scale: Z, as a multiple of the machine, 0 to 1000.
-    turn: Z, about each axis, in the robot file's unit of angle.  [default: 30 deg]
-    diameter: Of every cable, not that of the robot file, in the robot file's unit of length, 0 or more.
+    turn: Turns in Z, about each axis, in the robot file's unit of angle.  [default: 30 deg]
+    diameter: Diameter of every cable, in place of that in the robot file, in the robot file's unit of length, 0 or more.
     body: The platform: hull or box of its anchors, none, or LX,LY,LZ.
-    relief: A cable may touch its own eyelet so far from it, in the robot file's unit of length, above 0.  [default: 10 diameters]
-    payload: Hung at the centre of mass, in the robot file's unit of mass, 0 or more.
-    mass: Of the platform, instead of the file's, in the robot file's unit of mass, 0 or more.
+    relief: Distance from an anchor within which a cable may touch its own eyelet, in the robot file's unit of length, above 0.  [default: 10 diameters]
+    payload: Payload at the centre of mass, in the robot file's unit of mass, 0 or more.
+    mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
     method: norm (least), mid, closed, barycentre (continuous), p-norm.
-    steps: Waypoints on each way, 1 to 1000.
+    steps: Waypoints on each path, 1 to 1000.
     choose: Choose the N poses that are best for calibration.
     criterion: For --choose: A (least rms), D, I, G, E, O1 to O5.
     sigma: For --choose: standard deviation of a length, in the robot file's unit of length, above 0.  [default: 1 mm, converted]
     pose_noise: For --choose: standard deviation per axis of a measured pose, in the robot file's units.
     encoders_only: For --choose: no instrument measures poses.
-    seed: For whatever is drawn at random, 0 or more.
+    seed: Seed of all random draws, 0 or more.
     output: Write poses.csv, program.csv, list.json and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -232,19 +233,19 @@ def contact(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_contact_Motions]:
-    """Check a path: straight motions from each pose of a list to the next, for contacts of cables and platform and for tensions.
+    """Check a path for contacts of cables and platform and for tensions: straight motions from each pose of a list to the next.
 
-    Contacts are certain between the poses, not only at them. Exit status 3 where a motion cannot be gone to its end; how far it can is
-    its share, 0 to 1.
+    Contacts are certified between the poses too. Exit status 3 where a motion is not possible to its end; its share, 0 to 1, is the
+    possible part.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
     poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
-    from_first: Go to every pose from the first one, not from the one before: a list of targets.
-    diameter: Of every cable, not that of the robot file, in the robot file's unit of length, 0 or more.
+    from_first: Move to every pose from the first one, not from the one before: a list of targets.
+    diameter: Diameter of every cable, in place of that in the robot file, in the robot file's unit of length, 0 or more.
     body: The platform: hull or box of its anchors, none, or LX,LY,LZ.
-    relief: A cable may touch its own eyelet so far from it, in the robot file's unit of length, above 0.  [default: 10 diameters]
-    payload: Hung at the centre of mass, in the robot file's unit of mass, 0 or more.
-    mass: Of the platform, instead of the file's, in the robot file's unit of mass, 0 or more.
+    relief: Distance from an anchor within which a cable may touch its own eyelet, in the robot file's unit of length, above 0.  [default: 10 diameters]
+    payload: Payload at the centre of mass, in the robot file's unit of mass, 0 or more.
+    mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
     output: Write legs.csv, contact.json and report.html here.
     force: Replace files that exist.
@@ -267,8 +268,8 @@ def require(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_require_Required]:
-    """How good a calibration of frame anchors and zeros will be, before anything is measured; with --accuracy, which sensors and how
-    many poses it needs.
+    """Predict the accuracy of a calibration of frame anchors and zeros, before anything is measured. With --accuracy, compute which
+    sensors and how many poses it needs.
 
     Exit status 3 when the accuracy is not reached with these noises and poses.
 
@@ -277,8 +278,8 @@ def require(
     sigma: Standard deviation of a length.
     sigma_position: The same of a component of the measured position.  [default: known exactly]
     sigma_orientation: The same of a component of the measured rotation vector.  [default: known exactly]
-    accuracy: The error that is wanted, root mean square.
-    of: Of what: components of frame anchors, zeros, or afterwards the platform's position or orientation.
+    accuracy: The required error, root mean square.
+    of: Quantity of --accuracy: frame anchors (components), zeros, or the platform's position or orientation.
     estimator: Maximum likelihood with free poses, as identify does it, or every cable by itself: maximum-likelihood, per-cable.
     output: Write require.json, contours.csv and report.html here.
     force: Replace files that exist.
@@ -297,15 +298,16 @@ def drift(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_drift_Drifts]:
-    """Which frame anchor of a cable robot moved between calibrations, what is a change of zero, scale or base, and how calibrations
-    scatter.
+    """Find which frame anchor of a cable robot moved between calibrations, and how calibrations scatter.
 
-    Every later run is compared with the first. Towards the platform an anchor and the zero of its cable look alike: unless
-    --zeros-unchanged says that the sensors counted on, that direction is known worst, and it is said how well.
+    It also reports changes of zeros, scale and base.
 
-    runs: Run folders of one robot, the earliest first; robot files show how they scatter alone.
+    Every later run is compared with the first. Towards the platform, an anchor and the zero of its cable have the same effect. So
+    that direction has the largest uncertainty, unless --zeros-unchanged states that the sensors counted on.
+
+    runs: Run folders of one robot, the earliest first; robot files give only the scatter.
     zeros_unchanged: The sensors counted on between the runs: their zeros are the same.
-    base_moves: The coordinates may differ by a motion: another instrument, another place of it.
+    base_moves: The coordinates may differ by a motion: another instrument, or another place of it.
     history: Add the runs to this CSV, a row for each number; they are not added twice.
     output: Write drift.json and report.html here.
     force: Replace files that exist.

@@ -155,7 +155,7 @@ def _select(word: str, chain: Model, frames: Mapping[str, object], option: str) 
     owners = {n.rpartition(".")[0] for n in names}
     if word.rpartition(".")[0] in frames:
         raise ModelError(
-            "frames of data files are freed and held as a whole",
+            "frames of data files are free or fixed as a whole",
             key=option,
             found=word,
             expected=word.rpartition(".")[0],

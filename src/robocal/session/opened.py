@@ -132,7 +132,9 @@ class Opened(Generic[M]):
         for name in self.lacks:
             if choices.get(name) and not (name == "region" and choices[name] == "measured"):
                 expected = f"nothing, for a {self.noun}"
-                raise ModelError("this is for arms", key=f"--{name}", found=str(choices[name]), expected=expected)
+                raise ModelError(
+                    "this option is for arms", key=f"--{name}", found=str(choices[name]), expected=expected
+                )
 
     def with_table(self, table: Table) -> Self:
         """The same machine with another table of parameters."""

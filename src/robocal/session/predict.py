@@ -79,7 +79,7 @@ def known_of(folder: Path, arm: Robot) -> Knowledge:
     place = open_run(folder).part(COVARIANCE)
     if place is None:
         raise FileError(
-            "this run does not say how far its parameters may be off",
+            "this run does not contain the uncertainty of its parameters",
             file=folder,
             expected=f"{COVARIANCE}: identify once more with this version",
         )
@@ -87,7 +87,7 @@ def known_of(folder: Path, arm: Robot) -> Knowledge:
     for name, value in known.values.items():
         if name in arm.chain.table and abs(arm.chain.table[name].value - value) > SAME * max(1.0, abs(value)):
             raise FormatError(
-                "this is not of the calibrated robot beside it", file=place, key=name, found=value,
+                "this file does not belong to the calibrated robot beside it", file=place, key=name, found=value,
                 expected=arm.chain.table[name].value,
             )  # fmt: skip
     return known

@@ -30,9 +30,11 @@ class ModelDocument(CableDocument):
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Write a model of CASPR as robot.yaml: the robot that every verb reads from the model itself, with one of its cable sets.
+    """Write a model of CASPR as robot.yaml, with one of its cable sets.
 
-    What robot.yaml cannot hold is named.
+    It is the same robot that every verb reads from the model itself.
+
+    A remark names each value that robot.yaml cannot contain.
 
     \b
     robocal import CoGiRo_cables.xml -o robot.yaml
@@ -41,7 +43,7 @@ class Options(Told):
 
     model: str = arg(..., "MODEL", "CASPR's X_cables.xml, with X_bodies.xml beside it.")
     cables: str | None = opt(
-        None, "The cable set to take, by its id", metavar="SET", otherwise="the model's default set, or its only one"
+        None, "The cable set to read, by its id", metavar="SET", otherwise="the model's default set, or its only one"
     )
     output: w.OutputFile = None
     force: w.Force = False

@@ -142,7 +142,7 @@ class Told:
                 object.__setattr__(self, entry.name, _plain(getattr(self, entry.name)))
                 if getattr(self, entry.name) is None and not entry.optional:
                     raise ModelError(
-                        "this option has a value", key=entry.word, expected=KINDS.get(entry.kind, "a path")
+                        "this option needs a value", key=entry.word, expected=KINDS.get(entry.kind, "a path")
                     )
                 for value in _values(getattr(self, entry.name)):
                     _check(entry, entry.told, value)
@@ -217,7 +217,7 @@ def _check(entry: Entry, told: Opt, value: Any) -> None:
     right = {bool: flag, int: isinstance(value, int) and not flag, float: number and not flag}
     right[str] = isinstance(value, str | os.PathLike) or (entry.numeric and number and not flag)
     if not right.get(entry.kind, True):
-        raise ModelError("not what this option takes", key=entry.word, found=value, expected=KINDS[entry.kind])
+        raise ModelError("not a value of this option", key=entry.word, found=value, expected=KINDS[entry.kind])
     if told.choices and value not in told.choices:
         near = nearest(str(value), told.choices)
         raise ModelError(

@@ -24,10 +24,10 @@ BLIND = 30.0  # deg: from here on nothing was known of a turn
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Predict where the tool is at given joint values, with 95 % bands.
+    """Predict the pose of the tool at given joint values, with 95 % bands.
 
-    Two bands: of the model's prediction, and of a new measurement there (as fitted: it adds the noise and what the
-    model leaves). Bands are those of the arm's shape; --absolute adds what is not known of the base's place.
+    There are two bands: of the model's prediction, and of a new measurement there. The second adds the noise and the
+    residual of the fit. Bands are those of the arm's shape; --absolute adds the uncertainty of the base's place.
 
     \b
     robocal predict run poses.csv
@@ -36,7 +36,7 @@ class Options(Told):
 
     folder: Path = arg(..., "RUN", "A run folder, as identify -o writes it.")
     poses: Path = arg(..., "POSES", "A CSV of joint values with units in its headers: q1 [deg], ...")
-    absolute: bool = opt(False, "Include what is not known of where the base stands")
+    absolute: bool = opt(False, "Include the uncertainty of the base's place")
     output: w.OutputFile = None
     force: w.Force = False
 

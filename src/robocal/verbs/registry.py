@@ -8,18 +8,18 @@ from types import MappingProxyType
 __all__ = ["CABLE", "VERBS", "WORDS"]
 
 VERBS: Mapping[str, str] = MappingProxyType({
-    "demo": "Watch three arms being calibrated.",
+    "demo": "Calibrate three example arms.",
     "new": "Write files to start from.",
     "import_model": "Write a model of CASPR as robot.yaml.",
     "plan": "Choose which poses to measure, and how many.",
-    "check": "Say what files contain and what they can tell.",
+    "check": "Report what files contain and what is observable.",
     "identify": "Identify true parameters, and prove the gain.",
-    "predict": "Where the tool is, with 95 % bands.",
+    "predict": "Predict the tool pose, with 95 % bands.",
     "validate": "Measure a model's error on other data.",
-    "verify": "Compare poses with an external instrument's.",
+    "verify": "Compare poses with those of an external instrument.",
     "drift": "Has a robot changed between two calibrations?",
     "compensate": "Correct targets for a controller that keeps its model.",
-    "export": "Hand a model on: YAML, URDF, table, offsets.",
+    "export": "Write a model as YAML, URDF, table or offsets.",
     "simulate": "Simulate measurements of an imperfect robot.",
     "study": "Simulate a procedure a thousand times.",
     "report": "Write report.html again.",
@@ -30,9 +30,9 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "tension": "Tensions that hold poses.",
     "workspace": "Where the platform can be held.",
     "poses": "Poses that can be reached.",
-    "contact": "Whether a path of one's own can be gone.",
+    "contact": "Check a given path for contacts and tensions.",
     "require": "Sensors and poses that a calibration needs.",
-    "drift": "What moved between calibrations?",
+    "drift": "Which anchor moved between calibrations?",
 })  # fmt: skip
 # What the command line calls a verb whose word Python keeps for itself: module and function have another name.
 WORDS: Mapping[str, str] = MappingProxyType({"import_model": "import"})

@@ -37,7 +37,7 @@ class SimulatedDocument:
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Simulate measurements of a robot that is not quite its model: data, and the truth to compare with.
+    """Simulate measurements of a robot that differs from its model: data, and the true robot to compare with.
 
     \b
     robocal simulate irb-120 -n 80 --noise 0.05 -o sim
@@ -93,7 +93,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Si
         near = nearest(o.kind, RIGS)
         raise ModelError("unknown kind", key="--kind", found=o.kind, expected=", ".join(RIGS), suggestion=near)
     if o.at is not None and o.kind in CONTACTS:
-        raise ModelError("where the tool touches, the joint values follow", key="--at", found=o.at, expected="--poses")
+        raise ModelError(
+            "for a contact, the joint values follow from the contact", key="--at", found=o.at, expected="--poses"
+        )
     arm = s.written_whole(o.robot, o.base, o.tip)
     si = o.si(arm.units)
     instrument = s.instrument_of(arm, o.kind, si.noise, si.angle_noise, o.frame)

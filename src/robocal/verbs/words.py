@@ -25,7 +25,7 @@ Exclude = Annotated[
 ]
 Base = Annotated[str | None, Opt("First link of the chain in a URDF", metavar="LINK")]
 Tip = Annotated[str | None, Opt("Last link of the chain in a URDF", metavar="LINK")]
-Seed = Annotated[int, Opt("For whatever is drawn at random", metavar="N", least=0)]
+Seed = Annotated[int, Opt("Seed of all random draws", metavar="N", least=0)]
 Force = Annotated[bool, Opt("Replace files that exist")]
 OutputFile = Annotated[Path | None, Opt("Write here, not to the terminal", short="-o", metavar="FILE")]
 History = Annotated[
@@ -45,7 +45,10 @@ Noise = Annotated[
 ]
 Frame = Annotated[
     str,
-    Opt("The base seen from the instrument: x,y,z,rx,ry,rz; auto: somewhere; none: base coordinates", metavar="FRAME"),
+    Opt(
+        "Pose of the base in the instrument frame: x,y,z,rx,ry,rz; auto: chosen; none: base coordinates",
+        metavar="FRAME",
+    ),
 ]
 
 # cable robots
@@ -58,22 +61,28 @@ CableTension = Annotated[
 ]
 Diameter = Annotated[
     float | None,
-    Opt("Of every cable, not that of the robot file", metavar="D", unit="length", least=0, wrong="not a length"),
+    Opt(
+        "Diameter of every cable, in place of that in the robot file",
+        metavar="D",
+        unit="length",
+        least=0,
+        wrong="not a length",
+    ),
 ]
 PlatformBody = Annotated[str, Opt("The platform: hull or box of its anchors, none, or LX,LY,LZ", metavar="BODY")]
 Relief = Annotated[
     float | None,
     Opt(
-        "A cable may touch its own eyelet so far from it", metavar="R", unit="length", above=0, wrong="not a length",
+        "Distance from an anchor within which a cable may touch its own eyelet", metavar="R", unit="length", above=0, wrong="not a length",
         otherwise="10 diameters",
     ),
 ]  # fmt: skip
-Sag = Annotated[bool, Opt("Cables also hang by their weight")]
+Sag = Annotated[bool, Opt("Include the sag of the cables by their weight")]
 TensionMethod = Annotated[str, Opt("norm (least), mid, closed, barycentre (continuous), p-norm", metavar="METHOD")]
 PlatformMass = Annotated[
-    float | None, Opt("Of the platform, instead of the file's", metavar="MASS", unit="mass", least=0)
+    float | None, Opt("Mass of the platform, in place of that in the robot file", metavar="MASS", unit="mass", least=0)
 ]
-Payload = Annotated[float, Opt("Hung at the centre of mass", metavar="MASS", unit="mass", least=0)]
+Payload = Annotated[float, Opt("Payload at the centre of mass", metavar="MASS", unit="mass", least=0)]
 TensionLimits = Annotated[
     str | None,
     Opt(

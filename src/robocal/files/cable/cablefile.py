@@ -63,7 +63,7 @@ def checked(robot: CableRobot, document: Document, where: Mapping[str, Path_] | 
     for name in robot.cables:
         if name in COLUMNS or set(name) & set("[]"):
             document.fail(
-                "no name for a cable: lists have columns called so",
+                "not a usable name for a cable: lists have a column of this name",
                 place_of(f"{name}.name", robot, document, where or {}),
                 found=name,
                 expected="one that is no column of a list (id, x, rx, fx, margin, ...) and has no brackets",

@@ -82,11 +82,13 @@ def read_caspr(source: Source) -> CableFile:
 def open_caspr(source: Source, cable_set: str | None = None) -> Caspr:
     """The same with what its files say beside it, of any of its cable sets by name. Raises FileError or FormatError."""
     if not source.text.lstrip("\ufeff \t\r\n").startswith("<"):
-        raise FormatError("this is not XML, and a model of CASPR is", file=source.path, expected="a file X_cables.xml")
+        raise FormatError(
+            "this is not XML, but a model of CASPR must be", file=source.path, expected="a file X_cables.xml"
+        )
     top, cables = _open(source, "cables")
     name = source.path.name
     if not name.endswith(CABLES):
-        cables.fail("CASPR's bodies are looked for beside X_cables.xml", found=name, expected="a file X_cables.xml")
+        cables.fail("the bodies of CASPR must be beside X_cables.xml", found=name, expected="a file X_cables.xml")
     beside = bodies_of(source.path)
     if not beside.exists():
         raise FileError("the file of the bodies is not beside that of the cables", file=beside, found="nothing")
@@ -174,7 +176,7 @@ def _open(source: Source, expected: str) -> tuple[Node, Node]:
     if found.tag == "robot":
         found.fail("this is a URDF of an arm, and a cable robot is needed", expected="kind: cable, or CASPR's XML")
     if found.tag != expected:
-        found.fail("this is not that file of CASPR", expected=f"<{expected}>")
+        found.fail("this is not the expected file of CASPR", expected=f"<{expected}>")
     return top, found
 
 
@@ -259,9 +261,7 @@ def _cable(node: Node, com: np.ndarray) -> Cable:
         node.fail("a cable runs from the base (0) to the body (1)", found=shown, expected="links 0 and 1")
     reference = node.said("attachment_reference")
     if reference not in ("joint", "com") and (reference or com.any()):
-        node.fail(
-            "it is not said which point the attachments are measured from", found=reference, expected="joint, com"
-        )
+        node.fail("the reference point of the attachments is not specified", found=reference, expected="joint, com")
     a, pulley = _from(ends[0])
     b = np.array(ends[1].one("location").numbers(3)) + (com if reference == "com" else 0.0)
     made = node.one("properties")
@@ -270,7 +270,7 @@ def _cable(node: Node, com: np.ndarray) -> Cable:
     if node.tag == "cable_linear_spring":
         stiffness = made.one("K").numbers(1)[0]
         if not stiffness > 0:
-            made.one("K").fail("a cable has a stiffness", found=stiffness, expected="above 0 N")
+            made.one("K").fail("a cable needs a stiffness", found=stiffness, expected="above 0 N")
         elasticity = 1 / stiffness  # CASPR divides K by the length: it is EA
     diameter = made.one("diameter").numbers(1)[0] if made.all("diameter") else None
     return Cable(a, b, pulley, limits, elasticity, diameter)
@@ -283,7 +283,7 @@ def _from(end: Node) -> tuple[np.ndarray, tuple[float, np.ndarray]]:
     entry = end.one("cable_entry_vector")
     axis = np.array(entry.numbers(3))
     if not axis.any():
-        entry.fail("a direction is not zero", found=entry.text.strip())
+        entry.fail("a direction must not be zero", found=entry.text.strip())
     radius = end.one("pulley_radius").numbers(1)[0]
     if radius < 0:
         end.one("pulley_radius").fail("a negative radius", found=radius, expected="0 m or more")

@@ -108,7 +108,7 @@ def _joined(
     if rows is None:
         if len(frame) != len(platform):
             document.fail(
-                "not as many frame anchors as platform anchors, and no cables that say which join",
+                "the numbers of frame anchors and platform anchors differ, and no cables connect them",
                 ("frame_anchors",),
                 found=f"{len(frame)} frame anchors, {len(platform)} platform anchors",
                 expected="as many of one as of the other, or cables: [{frame: NAME, platform: NAME}, ...]",
@@ -285,7 +285,7 @@ def _materials(model: CableRobotModel, rows: list[CableModel], names: list[str],
 def _pulley(model: PulleyModel, at: Path_, values: Values) -> tuple[float, np.ndarray]:
     axis = values.vector(model.axis, (*at, "axis"), "1")
     if not axis.any():
-        values.document.fail("an axis has a direction", (*at, "axis"), found=model.axis, expected="not all zero")
+        values.document.fail("an axis needs a direction", (*at, "axis"), found=model.axis, expected="not all zero")
     return values.number(model.radius, (*at, "radius"), "m"), axis
 
 

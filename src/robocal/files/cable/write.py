@@ -61,7 +61,7 @@ def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tup
                 f"{first} and {name} are one anchor in the file and cannot be at two places",
                 file=file.path,
                 key=path_text(path),
-                expected="an anchor of its own for every cable",
+                expected="a separate anchor for every cable",
             )
         if name in changed:
             out[path] = unit.from_si(changed[name])

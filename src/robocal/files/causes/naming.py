@@ -71,7 +71,7 @@ def refuse_wrong(robot: Robot, reading: Reading, reread: Reread) -> tuple[Remark
     lines = list(dict.fromkeys(t.line for t in told))
     apart = " (these data cannot tell them apart)" if len(lines) > 1 else ""
     raise FormatError(
-        f"{words}{apart}: with that, what the nominal model leaves falls from {_mm(doubt.stated)} to {_mm(best)}",
+        f"{words}{apart}: with that, the residual of the nominal model falls from {_mm(doubt.stated)} to {_mm(best)}",
         file=told[0].file,
         key=told[0].key or None,
         expected=ToWrite(" or ".join(lines)),
@@ -282,7 +282,7 @@ def _reversed(change: Change, robot: Robot, speech: Spoken, reading: Reading) ->
 
 
 def _inverse(change: Change, robot: Robot, speech: Spoken, reading: Reading) -> Told:
-    words = "the poses are those of the instrument seen from the thing that it measures"
+    words = "the poses are those of the instrument in the frame of the measured object"
     obs = reading.dataset.observations
     mine = next((o for o in obs if o.kind == "pose" and (not change.sources or o.source in change.sources)), None)
     instrument, target = ("tool", "base")

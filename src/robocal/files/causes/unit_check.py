@@ -94,7 +94,7 @@ def refuse_still(data: DataSet) -> None:
             file=obs.source,
             key=kind_of(obs).name,
             found=f"{len(obs)} equal rows",
-            expected="another reading wherever the arm stands elsewhere",
+            expected="a different reading at each configuration",
         )
 
 

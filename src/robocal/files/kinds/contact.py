@@ -97,7 +97,7 @@ def read_plane(model: PlaneModel, table: CsvTable, document: Document) -> Values
     """Deviations (k, 1) in m, normally 0; normals (k, 3) and offsets (k,) where they differ by row."""
     value, sigma, unit = contact(model.contact, table, document, "contact", 1)
     if model.cube is not None and (model.normal is not None or model.offset is not None):
-        document.fail("planes are said twice", ("cube",), expected="cube, or normal and offset")
+        document.fail("planes are stated twice", ("cube",), expected="cube, or normal and offset")
     extra: dict[str, Array] = {}
     if model.normal is not None:
         given = model.normal
@@ -124,7 +124,12 @@ def _faces(cube: CubeModel, table: CsvTable) -> Array:
         if word not in FACES:
             label = table.label(table.find(cube.column))
             raise table.fail(
-                "no face of a cube", row, label, found=cell, expected=", ".join(FACES), suggestion=nearest(cell, FACES)
+                "not a face of a cube",
+                row,
+                label,
+                found=cell,
+                expected=", ".join(FACES),
+                suggestion=nearest(cell, FACES),
             )
         out[row] = FACES[word]
     return out

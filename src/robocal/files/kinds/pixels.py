@@ -83,7 +83,11 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: Document) -> Valu
         found = [model.camera.fx, model.camera.fy]
         document.fail("a focal length must be above 0", ("camera",), found=found, expected="fx and fy in pixels")
     if (model.points is None) == (model.corners is None):
-        document.fail("which points were seen?", ("points",), expected="points: {columns: [...], unit: mm}, or corners")
+        document.fail(
+            "the measured points are not specified",
+            ("points",),
+            expected="points: {columns: [...], unit: mm}, or corners",
+        )
     if model.points is not None:
         point, _, units = quantity(model.points, table, document, ("points",), ("m",) * 3, POINT)
         return Values(value, sigma, units[0], extra={"point": point})

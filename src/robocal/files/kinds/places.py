@@ -171,7 +171,7 @@ def between(
                 )  # fmt: skip
         a, b = given.places
         if a == b:
-            around.document.fail("a place and itself", (*at, "places"), found=a, expected="two places")
+            around.document.fail("the two places are the same", (*at, "places"), found=a, expected="two places")
         if given.distance <= 0:
             around.document.fail("not a distance", (*at, "distance"), found=given.distance, expected="above 0")
         unit = around.units.length

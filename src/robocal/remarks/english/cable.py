@@ -18,16 +18,16 @@ TABLE: dict[Code, Words] = {
         "Check the number of cables and the degrees of freedom.",
     ),
     Code.SAID_OF_SOME: Words(
-        "{file}: {what} is said of some cables only, and left out",
+        "{file}: {what} is stated for some cables only, and ignored",
         "State it for every cable.",
     ),
     Code.INERTIA_OF_NO_BODY: Words(
-        "{file}: its inertia (row {row} of {bodies}) is that of no body, and left out",
+        "{file}: the inertia (row {row} of {bodies}) is impossible for a rigid body, and ignored",
         "Correct the moments of inertia in that file where they matter.",
     ),
     Code.CABLE_SETS_ASIDE: Words(
-        "{file}: of its cable sets only {chosen} is taken, not {others}",
-        "--cables SET takes another one, into a robot.yaml of its own.",
+        "{file}: of its cable sets only {chosen} is read, not {others}",
+        "--cables SET reads another one, into a separate robot.yaml.",
     ),
     Code.COUNTED_FROM_ELSEWHERE: Words(
         "{file}: CASPR counts the platform's position from {x:.6g}, {y:.6g}, {z:.6g} m, robot.yaml from the base",
@@ -35,99 +35,108 @@ TABLE: dict[Code, Words] = {
     ),
     Code.NO_KEY_FOR: Words(
         "{file}: robot.yaml has no key for {names}",
-        "No length or tension depends on it; keep the model of CASPR where it is wanted.",
+        "No length or tension depends on it. Where you need it, keep the model of CASPR.",
     ),
     Code.ANCHORS_UNUSED: Words(
         "{file}: no cable uses {side} anchor {anchors}",
         "Spare anchors do no harm; check that no cable is missing.",
     ),
     Code.TENSIONS_ASIDE: Words(
-        "tensions of the list are left aside: the elasticity of {robot} is not known",
+        "the tensions of the list are ignored: the elasticity of {robot} is not known",
         "State the elasticity of the cables in the robot file.",
     ),
     Code.ANCHOR_MOVED: Words(
-        "{run}: the frame anchor of {cable} moved: {across:.3g} across its line of sight, {along:.3g~} ± {off:.2g} along it "
-        "({x:+.3g~}, {y:+.3g~}, {z:+.3g} in x, y, z)",
-        "Look at its pulley and what holds it; use the later calibration.",
+        "{run}: the frame anchor of {cable} moved: {across:.3g} across its line of sight, {along:.3g~} ± {off:.2g} along "
+        "it ({x:+.3g~}, {y:+.3g~}, {z:+.3g} in x, y, z)",
+        "Look at its pulley and the mounting of the pulley. Use the later calibration.",
     ),
     Code.ANCHOR_OR_ZERO: Words(
-        "{run}: anchor or zero of {cable} changed along its line of sight; the data do not say which (zero {zero:+.3g}, anchor "
-        "{along:+.3g})",
-        "--zeros-unchanged, where the sensors counted on in between, tells them apart.",
+        "{run}: anchor or zero of {cable} changed along its line of sight; the data do not show which (zero {zero:+.3g}, "
+        "anchor {along:+.3g})",
+        "If the sensors counted on between the runs, --zeros-unchanged separates the two.",
     ),
     Code.ZEROS_CHANGED: Words(
-        "{run}: the zeros of {cables} changed, as they do at a power-up; an anchor that moved along its line of sight looks the same",
-        "Compare runs of one power-up with --zeros-unchanged to see such a drift.",
+        "{run}: the zeros of {cables} changed, as they do at a power-up; an anchor that moved along its line of sight "
+        "looks the same",
+        "To detect such a drift, compare runs of one power-up with --zeros-unchanged.",
     ),
     Code.NOTHING_MOVED: Words("{run}: no frame anchor moved by more than these calibrations would show by chance"),
     Code.SMALLEST_DRIFT: Words(
-        "a drift of one anchor would be named with 95 % certainty from {along:.2g} along its line of sight and {across:.2g} across it"
+        "a drift of one anchor would be detected with 95 % certainty from {along:.2g} along its line of sight and "
+        "{across:.2g} across it"
     ),
     Code.SMALLEST_DRIFT_FREE: Words(
-        "zeros may have changed: a drift of one anchor would be named with 95 % certainty from {across:.2g} across its line of sight, "
-        "along it from {along:.2g}, where anchor and zero look alike",
-        "--zeros-unchanged, where the sensors counted on in between, sees much smaller ones along it.",
+        "zeros may have changed: a drift of one anchor would be detected with 95 % certainty from {across:.2g} across its "
+        "line of sight; along it from {along:.2g}, where anchor and zero look alike",
+        "If the sensors counted on between the runs, --zeros-unchanged detects much smaller drifts along it.",
     ),
     Code.NOTHING_KNOWN_OF_ERRORS: Words(
-        "{run}: how far its numbers may be off is not known: nothing is said of what moved, only how the calibrations scatter",
+        "{run}: the uncertainty of its parameters is not known; the report shows how the calibrations scatter, not what "
+        "moved",
         "Compare run folders of `identify` (-o).",
     ),
     Code.CALIBRATION_CARRIED: Words(
-        "standard deviations hold what the calibration of {run} leaves, beside the noise of these lengths"
+        "standard deviations include the uncertainty of the calibration of {run}, beside the noise of these lengths"
     ),
-    Code.STRETCH_TAKEN: Words("stretch is taken off the lengths, up to {most}, by {how} tensions"),
+    Code.STRETCH_TAKEN: Words("stretch is removed from the lengths, up to {most}, by {how} tensions"),
     Code.BASE_NOT_MEASURED: Words(
-        "{runs}: no instrument stood on the base, so that only the shape is known: the base may differ by a motion",
-        "Measure poses by a camera or a tracker on the base in both runs to see anchors that move together.",
+        "{runs}: no instrument stood on the base, so only the shape is known: the base may differ by a motion",
+        "To detect anchors that move together, measure poses by a camera or a tracker on the base in both runs.",
     ),
     Code.MEASUREMENTS_SHARED: Words(
-        "{run}: made of {files} as the first run was: their errors are the same, and what both owe to them is not seen",
+        "{run}: identified from {files}, as the first run was: both runs share these errors, and the comparison cannot "
+        "show them",
         "Compare runs that have no measurement in common.",
     ),
     Code.CABLE_FILE_LACKS: Words(
-        "calibrated.yaml cannot hold the fitted {names}, so by itself it is not the identified robot; the run folder is",
+        "calibrated.yaml cannot hold the fitted {names}: by itself it is not the identified robot; the run folder is",
         "Give the folder to `cable forward`: it reads lengths with them.",
     ),
-    Code.BEYOND_TAKEN: Words("lengths are read with the {names} that {run} found"),
+    Code.BEYOND_TAKEN: Words("lengths are read with the {names} that {run} identified"),
     Code.ZEROS_LEFT_ASIDE: Words(
-        "lengths are read with the robot's own zeros, not with the {names} that {run} found as well"
+        "lengths are read with the zeros of the robot file, not with the {names} that {run} identified as well"
     ),
     Code.TENSIONS_WEIGH: Words(
-        "the tensions hold {mass}, the robot's file states {stated}",
-        "Check their unit; a payload, too, is weighed: state it with the platform's mass.",
+        "the tensions carry a mass of {mass}, the robot file states {stated}",
+        "Check the unit of the tensions. They carry the payload too: state it with the mass of the platform.",
     ),
     Code.MIRROR_IMAGE: Words(
-        "the platform anchors of {cables} stay in {shape}: a frame anchor and its mirror image fit alike, and the errors foretold hold "
-        "only where the start is nearer to the right one",
+        "the platform anchors of {cables} stay in {shape}: a frame anchor and its mirror image fit equally well, and the "
+        "predicted errors hold only where the start is nearer to the right one",
         "Poses that turn the platform, or leave the plane, need no start.",
     ),
     Code.POSES_AWAY: Words(
         "the poses are {away} from the middle of the frame anchors, which scatter by {size}",
-        "Check the unit of the list and that it is of this robot.",
+        "Check the unit of the list, and that the list belongs to this robot.",
     ),
     Code.POSES_TAKEN_EXACT: Words(
         "poses are chosen as if an instrument measured them exactly",
-        "--pose-noise states how well it does; --encoders-only says that there is none.",
+        "--pose-noise states the noise of the instrument; --encoders-only states that there is no instrument.",
     ),
     Code.TENSIONS_NOT_ASKED: Words(
-        "only contacts were looked for: tension limits or mass of {robot} are not known",
-        "State them in the robot's file, or by --limits and --mass.",
+        "only contacts were checked: tension limits or mass of {robot} are not known",
+        "State them in the robot file, or by --limits and --mass.",
     ),
-    Code.SAG_TAKEN: Words("sag is taken off the lengths, up to {most}, by the density that the robot's file states"),
+    Code.SAG_TAKEN: Words("sag is removed from the lengths, up to {most}, by the density that the robot file states"),
     Code.STRETCH_LEFT: Words(
-        "stretch is left in the lengths: no tensions are stated, and within its limits a cable's length changes by up to {most}",
-        "`tension: {{columns: [...], unit: N}}` in the data file takes it off, or `tension: computed`: in the middle of the limits.",
+        "stretch is not removed from the lengths: no tensions are stated, and within its limits a cable's length changes "
+        "by up to {most}",
+        "`tension: {{columns: [...], unit: N}}` in the data file removes it. So does `tension: computed`, with tensions in "
+        "the middle of the limits.",
     ),
     Code.LENGTHS_GEOMETRIC: Words(
         "the cables of {robot} stretch and no tension is given: these lengths are geometric, not what the sensors show",
         "Give --tension, or columns of tensions (c1.tension).",
     ),
     Code.LENGTHS_TAKEN_GEOMETRIC: Words(
-        "the cables of {robot} stretch and no tension is given: the lengths are taken as geometric, and the poses err by the stretch",
-        "Give --tension, or columns of tensions (c1.tension); lengths that nothing stretched are called c1.geometric.",
+        "the cables of {robot} stretch and no tension is given: the lengths are taken as geometric, and the poses err by "
+        "the stretch",
+        "Give --tension, or columns of tensions (c1.tension). Lengths without stretch belong in columns called "
+        "c1.geometric.",
     ),
     Code.UNLIKE_UNKNOWN: Words(
-        "{source}: not the poses of {reference}: aligned as well as can be they differ by {left}, where the poses scatter by {spread}",
+        "{source}: these are not the poses of {reference}: after the best alignment they differ by {left}, and the poses "
+        "scatter by {spread}",
         "Check units, the order of the rows, axes and the convention of the orientations.",
     ),
     Code.UNLIKE_STILL: Words(
@@ -139,11 +148,13 @@ TABLE: dict[Code, Words] = {
         "Check the unit of its positions.",
     ),
     Code.UNLIKE_MIRRORED: Words(
-        "{source}: its positions are a mirror image of those of {reference}: mirrored, they fit; as they are {left} stay",
+        "{source}: its positions are a mirror image of those of {reference}: mirrored, they fit; as they stand, {left} "
+        "remain",
         "Two axes are exchanged, one has the wrong sign, or its frame is left-handed.",
     ),
     Code.UNLIKE_SHIFTED: Words(
-        "{source}: its rows are those of {reference} shifted by {factor:.0f}: so they fit, as they are {left} stay",
+        "{source}: its rows are those of {reference} shifted by {factor:.0f}: shifted back, they fit; as they stand, "
+        "{left} remain",
         "Check its ids.",
     ),
     Code.UNLIKE_TURN_UNIT: Words(
@@ -155,102 +166,104 @@ TABLE: dict[Code, Words] = {
         "Check the convention of its orientations: rows and columns, order and frame of angles, sign of the quaternion's vector.",
     ),
     Code.NO_DIAMETER: Words(
-        "no diameter is known: cables touch as lines do",
+        "no cable diameter is known: contacts are those of lines without thickness",
         "--diameter states it.",
     ),
     Code.POSE_OUT_OF_REACH: Words(
         "{pose}: a platform with {degrees} cannot be there: it is {off:.3g} away from {first} in {column}",
-        "Check the columns of the list, and the degrees of the robot; what is told is that of the pose as it stands.",
+        "Check the columns of the list, and the degrees of the robot. The result is for the pose as stated.",
     ),
     Code.WRENCH_UNBALANCED: Words(
-        "left out of the wrench: {components}, which a platform with {degrees} does not balance",
-        "Something else has to hold it; or state other degrees in the robot's file.",
+        "left out of the wrench: {components}; a platform with {degrees} does not balance them",
+        "Another support has to carry them. Or state other degrees in the robot file.",
     ),
     Code.MOTIONS_OPEN: Words(
-        "{count} motions end where the search for contacts gave up: free up to there, nothing is known beyond"
+        "{count} motions end where the search for contacts stopped: free up to there, unknown beyond"
     ),
     Code.LENGTH_NOISE_ASSUMED: Words(
         "no noise of a length is stated: 1 mm is assumed",
         "--sigma states it.",
     ),
     Code.NOISE_TEACHES_NOTHING: Words(
-        "--sigma {sigma:g} {unit} is more than is left where nobody measures ({expected:g}): nothing would be learned",
+        "--sigma {sigma:g} {unit} is larger than the residual without any measurement ({expected:g}): the measurement "
+        "would add nothing",
         "Check the unit of --sigma, or measure lengths better.",
     ),
     Code.NO_POSE: Words(
-        "{pose}: no pose was found at which cables can hang so",
+        "{pose}: no pose was found at which the cables can hang with these lengths",
         "Check the lengths of this row, their unit and the order of the cables.",
     ),
     Code.SEARCH_UNENDED: Words(
-        "{pose}: the search did not end at a minimum",
+        "{pose}: the search did not converge to a minimum",
         "Allow more starts (--starts), and check the lengths of this row.",
     ),
     Code.SINGULAR_POSE: Words(
-        "{pose}: near this pose the lengths do not say where the platform is: a singular pose",
+        "{pose}: near this pose the lengths do not determine where the platform is: a singular pose",
         "Measure another pose, or hold the platform with more cables.",
     ),
     Code.SEVERAL_POSES: Words(
         "{pose}: {count} poses explain these lengths equally well",
-        "Choose by what is known of the place; more cables settle it.",
+        "Choose by what you know of the position. More cables remove the ambiguity.",
     ),
     Code.LENGTHS_UNEXPLAINED: Words(
-        "{pose}: no pose explains these lengths: {left:.3g} are left, {expected:.3g} expected",
+        "{pose}: no pose explains these lengths: the residual is {left:.3g}, {expected:.3g} is expected",
         "Check the lengths of this row, the model of the cables (tension, sag) and --sigma.",
     ),
     Code.LENGTHS_LEFT: Words(
-        "{pose}: {left:.3g} are left of its lengths",
-        "--sigma says what may be; check the unit of the lengths.",
+        "{pose}: the residual of its lengths is {left:.3g}",
+        "--sigma states what residual is expected. Check the unit of the lengths.",
     ),
     Code.NOT_HELD: Words(
-        "{pose}: no tensions within the limits hold it; missing is {missing}",
+        "{pose}: no tensions within the limits hold it; {missing} is missing",
         "Choose another pose, load or limits.",
     ),
     Code.CLOSED_FORM_LEAVES: Words(
-        "{pose}: the closed form leaves the limits where other tensions do not",
+        "{pose}: the closed form violates the limits where other tensions do not",
         "--method mid finds them.",
     ),
     Code.AND_MORE: Words("... and {count} more"),
     Code.NO_MARGIN: Words(
-        "held, but with no margin: a singular pose, or one at a limit, gives way to some disturbance: {poses}[ and "
+        "held, but with no margin: at a singular pose, or at a limit, some disturbance moves the platform: {poses}[ and "
         "{more} more]",
         "Keep away from these poses, or widen the limits.",
     ),
     Code.LEANING: Words(
-        "{pose}: cable {cable} leaves the plane {plane} by {angle:.3g}; nothing balances what it pulls across",
+        "{pose}: cable {cable} leaves the plane {plane} by {angle:.3g}; nothing balances its force across the plane",
         "Check the anchors, or model the robot in space (3R3T).",
     ),
     Code.PARTS_APART: Words(
-        "{count} parts that do not touch ({sizes} {unit}): rays see the one around their start",
+        "{count} parts that do not touch ({sizes} {unit}): rays reach only the part around their start",
         "--start chooses another part.",
     ),
     Code.HOLES: Words("{count} holes ({size:.3g} {unit}) inside: rays end at the first they meet"),
     Code.START_SEES_PART: Words(
-        "the start does not see {share:.2g} % of the held cells: the {edge} leaves them out",
+        "rays from the start do not reach {share:.2g} % of the feasible cells: the {edge} leaves them out",
         "--start X,Y,Z chooses another.",
     ),
     Code.RAYS_DIFFER: Words(
         "rays and grid differ by {percent:+.1f} %",
-        "[More --cells or --rays bring them together (the start sees {seen:.0%} of the held cells).]",
+        "[More --cells or --rays reduce the difference (rays from the start reach {seen:.0%} of the feasible cells).]",
     ),
     Code.ONLY_SINGULAR: Words(
-        "every held cell is a singular pose: the cables balance what is demanded there and no disturbance beside it; "
-        "the volume by the grid says nothing",
+        "every feasible cell is a singular pose: there the cables balance the demanded wrench and no other disturbance; "
+        "the volume by the grid means nothing",
         "Demand a reserve or an acceleration, or give the robot other anchors or limits.",
     ),
     Code.NOTHING_HELD: Words(
-        "no cell of the grid can be held: the one that comes closest, at {at} {length}, lacks {lack:.3g} {force} or more",
+        "no cell of the grid can be held: the nearest to it, at {at} {length}, lacks {lack:.3g} {force} or more",
         "Demand less, or widen the limits.",
     ),
     Code.NOTHING_CLOSED: Words(
-        "no cell of the grid is wrench-closed: at none can cables, which only pull, balance every wrench, however strong they are",
+        "no cell of the grid is wrench-closed: cables only pull, and at no cell do they balance every wrench, however "
+        "strong they are",
         "A platform that hangs from above needs its weight: leave --closure out.",
     ),
     Code.ONLY_START_CLOSED: Words(
         "no cell of the grid is wrench-closed, but the start of the rays is", "Choose a smaller --box, or more --cells."
     ),
     Code.ONLY_START_HELD: Words(
-        "no cell of the grid can be held: the one that comes closest, at {at} {length}, lacks {lack:.3g} {force} or more; but the "
-        "start of the rays can",
+        "no cell of the grid can be held: the nearest to it, at {at} {length}, lacks {lack:.3g} {force} or more; but the "
+        "start of the rays can be held",
         "Choose a smaller --box, or more --cells.",
     ),
 }

@@ -15,49 +15,53 @@ TABLE: dict[Code, Words] = {
     Code.CHANGE_ABOVE: Words(
         "change of the robot {change:.2g}, 95 % interval {low:.2g~} to {high:.2g} (mean over the {region}): more than the "
         "{matters:.3g} that matter",
-        "Use the later run; look for what happened between the two.",
+        "Use the later run, and look for what happened between the two.",
     ),
     Code.CHANGE_OPEN: Words(
-        "change of the robot {change:.2g}, 95 % interval {low:.2g~} to {high:.2g} (mean over the {region}): on which side of the "
-        "{matters:.3g} that matter, these runs do not tell",
-        "Measure the same poses again: what the model cannot describe then falls out of the difference. Or measure more.",
+        "change of the robot {change:.2g}, 95 % interval {low:.2g~} to {high:.2g} (mean over the {region}): these runs do "
+        "not decide whether it is above or below the {matters:.3g} that matter",
+        "Measure the same poses again: errors that the model cannot describe then cancel in the difference. Or measure "
+        "more.",
     ),
     Code.CHANGE_SETTLED_BY: Words(
-        "if the change is what it seems, about {poses} poses in each run would settle it, where {first} and {second} were measured"
+        "if the change is as large as it seems, about {poses} poses in each run would decide; {first} and {second} were "
+        "measured"
     ),
     Code.PREDICTIONS_APART: Words(
-        "the two models' predictions differ by {rms:.3g} rms, at most {largest:.3g}; without a change they would by {expected:.3g}, "
-        "rarely by more than {limit:.3g} (chance {chance:.2g})"
+        "the predictions of the two models differ by {rms:.3g} rms, at most {largest:.3g}; without a change they would "
+        "differ by {expected:.3g}, rarely by more than {limit:.3g} (chance {chance:.2g})"
     ),
     Code.PARAMETERS_DIFFER: Words(
-        "without a change, parameters would differ as much with a chance of {chance:.2g} ({rank} combinations that both runs saw)"
+        "without a change, parameters would differ as much with a chance of {chance:.2g} ({rank} combinations are "
+        "observable in both runs)"
     ),
     Code.SHOWS_IN: Words("the change shows in {names}"),
     Code.SHOWS_IN_SUMS: Words("no parameter by itself changed significantly, only combinations of them"),
     Code.ONE_CAUSE: Words("a change of one parameter alone would explain it: {causes}"),
     Code.BELOW_SCATTER: Words("that is less than the {left:.3g} per axis by which single measurements scatter"),
     Code.ERRORS_SHARED: Words(
-        "errors that return with {by} are no noise: the variance is taken {factor:.2g} times as large as fitted",
-        "Measure the same poses in both runs: such errors then fall out of the difference.",
+        "errors that repeat with {by} are no noise: the variance used is {factor:.2g} times as large as fitted",
+        "Measure the same poses in both runs: such errors then cancel in the difference.",
     ),
     Code.ERRORS_CANCEL: Words(
-        "{same:.0%} of the poses were measured in both runs, so errors of the model fall out of the difference: the variance is "
-        "{factor:.2g} of that of independent runs"
+        "{same:.0%} of the poses were measured in both runs, so errors of the model cancel in the difference; the variance "
+        "is {factor:.2g} of that of independent runs"
     ),
     Code.SAME_MEASUREMENTS: Words(
         "both runs were fitted to the same measurements ({files}): that shows no change, whatever happened",
         "Identify the second run from new measurements.",
     ),
     Code.RUN_REFUSED: Words(
-        "{run}: the verdict of this run was refused, so its parameters mean nothing", "Mend that run first."
+        "{run}: the verdict of this run was refused, so its parameters mean nothing",
+        "Correct that run first.",
     ),
     Code.RUN_NOT_IMPROVED: Words(
         "{run}: the verdict of this run was not improved",
-        "Identify it from more or better measurements: what it found may be no property of the robot.",
+        "Identify it from more or better measurements: its parameters may not describe the robot.",
     ),
-    Code.FREE_IN_ONE: Words("free in one run only: {names}; held at the nominal value in the other"),
+    Code.FREE_IN_ONE: Words("free in one run only: {names}; fixed at the nominal value in the other"),
     Code.ROWS_NOT_KEPT: Words(
-        "{run} does not keep the rows of its fit, so errors that return with a place count as noise",
+        "{run} does not contain the rows of its fit, so errors that repeat with a place count as noise",
         "Identify it once more with this version, from positions or poses at known joint values.",
     ),
     Code.TRUTH_MET: Words(

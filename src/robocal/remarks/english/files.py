@@ -13,7 +13,7 @@ TABLE: dict[Code, Words] = {
         "Check units.length: {unit}.",
     ),
     Code.OVER_A_TURN: Words(
-        "{file}: {parameter} is {value:.6g} {unit}, over a whole turn",
+        "{file}: {parameter} is {value:.6g} {unit}, more than a whole turn",
         "Check units.angle: {unit}.",
     ),
     Code.TIP_CHOSEN: Words(
@@ -25,8 +25,8 @@ TABLE: dict[Code, Words] = {
         "Give the run folder instead of the file.",
     ),
     Code.RUN_UNRECORDED: Words(
-        "{run}: this run was written by an earlier version, so nobody can tell whether its files belong together",
-        "Identify once more to have that checked.",
+        "{run}: this run was written by an earlier version, so it cannot be checked whether its files belong together",
+        "Identify once more, and robocal can check it.",
     ),
     Code.RESULT_MISSING: Words(
         "{folder}: there is no result.json, so what a URDF cannot hold (tool, gains, offsets) is unknown",
@@ -34,7 +34,7 @@ TABLE: dict[Code, Words] = {
     ),
     Code.NOTHING_FREE: Words(
         "nothing of the robot is free: there is nothing to identify",
-        "Name what is to be identified: calibrate: free in the robot file, or --free.",
+        "Name the parameters to identify: calibrate: free in the robot file, or --free.",
     ),
     Code.OUTSIDE_LIMITS: Words(
         "{file}: {rows} rows have a joint outside its limits ({joints}), first row {row}",
@@ -45,8 +45,8 @@ TABLE: dict[Code, Words] = {
         "Look at these rows: a target may have moved, or the stated sigma is too small.",
     ),
     Code.COPIED: Words(
-        "{file}: {count} measurements equal another to the last digit: copied, they count twice or more often, first rows {first} "
-        "and {second}",
+        "{file}: {count} measurements equal another to the last digit: copies count twice or more often, first rows "
+        "{first} and {second}",
         "Look at these rows, and leave copies out.",
     ),
     Code.OTHER_UNIT: Words(
@@ -56,13 +56,16 @@ TABLE: dict[Code, Words] = {
     Code.LARGEST_ANGLE: Words("the largest is {largest:.4g} {unit}"),
     Code.SPREAD_UNLIKE: Words("they spread over {spread:.3g} m, the arm measures {reach:.3g} m"),
     Code.AS_STATED_UNFIT: Words("the model does not fit the values as they are stated"),
-    Code.ROW_ZERO: Words("row {row}: every number is 0, as where a beam was lost", "Leave it out (--exclude)."),
+    Code.ROW_ZERO: Words(
+        "row {row}: every number is 0, as after a lost beam",
+        "Leave it out (--exclude).",
+    ),
     Code.ROW_COPY: Words(
-        "row {row} reads what row {partner} reads, to the last digit, as where an instrument got stuck",
+        "row {row} equals row {partner} to the last digit, as if the instrument got stuck",
         "Leave it out (--exclude).",
     ),
     Code.ROW_TARGET: Words(
-        "row {row} is where target {target} should be: two labels swapped",
+        "row {row} is where target {target} should be: two labels are swapped",
         "Correct the names in the column of targets.",
     ),
     Code.ROW_SWAPPED: Words(
@@ -73,39 +76,43 @@ TABLE: dict[Code, Words] = {
         "Check how joint values and readings were paired.",
     ),
     Code.ROW_SHIFTED: Words(
-        "row {row}, number {column} of what was measured is that of row {partner}: a column shifted against the others",
+        "row {row}: number {column} of the reading is that of row {partner}: a column is shifted against the others",
         "Check how the columns were put together.",
     ),
     Code.ROW_SIGN: Words(
-        "row {row}, number {column} of what was measured fits with the other sign", "Check the sign there."
+        "row {row}: number {column} of the reading fits with the other sign",
+        "Check the sign there.",
     ),
-    Code.ROW_COLUMN: Words("of row {row} only number {column} of the reading is off", "Check how it was written down."),
+    Code.ROW_COLUMN: Words(
+        "row {row}: only number {column} of the reading is off",
+        "Check how it was written down.",
+    ),
     Code.ROWS_EXCLUDED: Words(
-        "{file}: {count} rows were left out by hand ({rows})",
-        "The figures are those of the other rows.",
+        "{file}: {count} rows were left out by the user ({rows})",
+        "The results are those of the other rows.",
     ),
     Code.ROWS_MISSING: Words(
-        "{file}: {count} rows were left out because something in them is missing ({rows})",
-        "The figures are those of the other rows.",
+        "{file}: {count} rows were left out because a value is missing ({rows})",
+        "The results are those of the other rows.",
     ),
     Code.COLUMNS_UNREAD: Words(
         "{file}: columns that are not read: {names}[ and {more} more][; did you mean {near} by {misspelt}?]",
         "Correct the header, or name the column in the data file, where it is to be read.",
     ),
     Code.COLUMN_CARRIED: Words(
-        "{file}, row {row}: configuration.{name} has no meaning and is only carried along; did you mean {near}?",
+        "{file}, row {row}: configuration.{name} has no meaning and is only copied; did you mean {near}?",
         "Correct the name where it is misspelt.",
     ),
     Code.KEYS_UNSTATED: Words(
         "{file}[, row {row}]: {joint} does not state {keys}[, as {others} do]: it is taken with {values}",
-        "State {keys} there, if only that it is so.",
+        "State {keys} there, even if these values are right.",
     ),
     Code.PLACES_UNTOUCHED: Words(
-        "{file}: described, but never touched or seen: {names}",
-        "Check the names in the column that says which; a distance to such a place is left out while the place is free.",
+        "{file}: described, but never measured: {names}",
+        "Check the names in the column of places. A distance to such a place is left out while the place is free.",
     ),
     Code.ELEMENTS_UNREAD: Words(
-        "{file}: what is not read: {names}[ and {more} more][; did you mean {near} by {misspelt}?]",
+        "{file}: elements that are not read: {names}[ and {more} more][; did you mean {near} by {misspelt}?]",
         "Correct the name where it is misspelt.",
     ),
 }

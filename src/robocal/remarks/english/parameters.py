@@ -9,20 +9,20 @@ __all__ = ["TABLE"]
 
 TABLE: dict[Code, Words] = {
     Code.ONLY_COMBINATION: Words(
-        "only a combination with {partners} is seen",
-        "Measure where these differ, or hold all but one of them (--fix).",
+        "only a combination with {partners} is observable",
+        "Measure where these differ, or fix all but one of them (--fix).",
     ),
     Code.LITTLE_SAID: Words(
-        "the data say little beyond what was expected",
-        "Measure more, or where this parameter shows.",
+        "the data add little to the expected value",
+        "Measure more, or measure where this parameter has an effect.",
     ),
     Code.HIDDEN_PARTNERS: Words(
-        "cannot be told from {partners}: the sigma says by how much",
-        "Measure where these differ, or hold all but one of them (--fix).",
+        "cannot be separated from {partners}: the sigma shows how far",
+        "Measure where these differ, or fix all but one of them (--fix).",
     ),
-    Code.FOLLOWS_TURN: Words("its turn was held; the number follows the others of its rotation"),
+    Code.FOLLOWS_TURN: Words("the turn about this axis was fixed; the number follows the others of its rotation"),
     Code.BELOW_THE_REST: Words(
-        "not seen above what joint offsets alone leave",
+        "not significant above the residual of joint offsets alone",
         "Move the joint through more of its range, or measure more configurations.",
     ),
     Code.AT_BOUND: Words(
@@ -30,10 +30,10 @@ TABLE: dict[Code, Words] = {
         "Widen the bound, or look for what pushes the parameter against it.",
     ),
     Code.NO_EFFECT: Words("{parameter} has no effect on these measurements"),
-    Code.CANNOT_BE_TOLD: Words("{parameter} cannot be told from {partners}[ and {more} more]"),
+    Code.CANNOT_BE_TOLD: Words("{parameter} cannot be separated from {partners}[ and {more} more]"),
     Code.NO_RIPPLE: Words("no order of ripple stands out of the noise"),
     Code.GROUP_UNSEEN: Words(
-        "nothing of it is seen above the noise[: no column {column} was recorded, or it never changes]",
+        "no effect of it is observable above the noise[: no column {column} was recorded, or it never changes]",
         "Record what it depends on, and let it vary.",
     ),
     Code.GROUP_FEW: Words(
@@ -43,7 +43,7 @@ TABLE: dict[Code, Words] = {
     Code.BLOCKS_FALL: Words("the mean error on unseen blocks of rows falls"),
     Code.BLOCKS_DO_NOT_FALL: Words("the mean error on unseen blocks of rows does not fall significantly"),
     Code.LAYER_NEEDS: Words(
-        "a layer needs positions or poses of the tool, seen from the base",
+        "a residual layer needs positions or poses of the tool, measured from the base",
         "Measure positions or poses with an instrument that stands still.",
     ),
 }

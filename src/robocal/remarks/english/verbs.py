@@ -10,13 +10,13 @@ __all__ = ["TABLE"]
 TABLE: dict[Code, Words] = {
     Code.FITTED_TO_THESE: Words(
         "the robot was fitted to {files}: that proves nothing",
-        "Validate on measurements that the identification has not seen.",
+        "Validate on measurements that the identification did not use.",
     ),
     Code.SEEN_LEFT_OUT: Words(
         "the robot was fitted to {count} of the {total} measurements in {files}: it is judged on the other {left} configurations"
     ),
     Code.FEW_UNSEEN_HERE: Words(
-        "only {left} configurations were not used to fit the robot, and it takes {fewest} to judge it",
+        "only {left} configurations were not used to fit the robot, and {fewest} are needed to judge it",
         "Measure some more configurations for validation.",
     ),
     Code.FEW_AFTER_FRAMES: Words(
@@ -26,7 +26,7 @@ TABLE: dict[Code, Words] = {
     ),
     Code.POSES_NOT_IN_ALL: Words(
         "{count} poses are not in all files and are left out: {both} are compared",
-        "Check the ids where that was not meant.",
+        "Check the ids if this was not intended.",
     ),
     Code.NO_LENGTHS: Words(
         "no lengths were measured, and a model is validated in lengths",
@@ -49,24 +49,25 @@ TABLE: dict[Code, Words] = {
         "the residual layer of the run folder is left out: {what} are those of the calibrated model alone"
     ),
     Code.OUTSIDE_MEASURED: Words(
-        "{poses} of {total} poses lie outside the measured range of {joints}: there the bars rest on the model alone",
+        "{poses} of {total} poses lie outside the measured range of {joints}: there the error bars follow from the model "
+        "alone",
         "Measure there too before relying on it.",
     ),
     Code.CONDITIONS_ASSUMED: Words(
-        "the poses do not say {columns}: what it was on average while measuring is taken",
+        "the poses do not state {columns}: the mean during the measurements is assumed",
         "Add these columns to the list of poses.",
     ),
     Code.ACCURACY_NOT_REACHED: Words(
-        "the accuracy asked for is not reached: {best:.3g} after {poses} poses",
+        "the required accuracy is not reached: {best:.3g} after {poses} poses",
         "Plan more poses, or measure with less noise.",
     ),
     Code.SIGMA_ASSUMED: Words(
-        "no sigma is stated: 0.1 mm and 0.1 mrad per axis were assumed",
-        "State the sigma of the instrument: every bar scales with it.",
+        "no sigma is stated: 0.1 mm and 0.1 mrad per axis are assumed",
+        "State the sigma of the instrument: every error bar scales with it.",
     ),
     Code.NO_DATA_FILE: Words(
         "no data file was written: {reason}",
-        "Write the measurements into a data file of your own (robocal new shows one).",
+        "Write the measurements into a new data file (robocal new writes an example).",
     ),
     Code.CALIBRATION_UNPROVEN: Words(
         "the calibration's verdict is {verdict}: compensating with it is not known to help",
@@ -77,21 +78,20 @@ TABLE: dict[Code, Words] = {
         "See the note of each target in the table.",
     ),
     Code.MODELS_APART: Words(
-        "the two models stand {gap:.3g} apart at the targets",
+        "the two models differ by {gap:.3g} at the targets",
         "Check that the nominal model is that of this robot.",
     ),
     Code.BRANCH_UNKNOWN: Words(
-        "the targets do not say where the controller's joints would be: another branch (elbow, wrist) has other "
-        "corrections",
-        "Add joint columns to settle it.",
+        "the targets do not say where the controller's joints would be: another branch (elbow, wrist) has other corrections",
+        "Add joint columns to decide.",
     ),
     Code.TOOL_CHANGED: Words(
         "the calibration changed the tool",
         "--tool says which tool both models carry (calibrated by default).",
     ),
     Code.NEEDS_JOINTS: Words("needs {joints}"),
-    Code.BY_WAY_OF_LIMITS: Words("reached only by way of joints outside their limits"),
-    Code.NEAREST_REACHED: Words("the nearest that the arm comes is {gap:.3g}[, {angle:.3g}]"),
+    Code.BY_WAY_OF_LIMITS: Words("reached only with joints outside their limits on the way"),
+    Code.NEAREST_REACHED: Words("the nearest pose that the arm reaches is {gap:.3g}[, {angle:.3g}] away"),
     Code.CORRECTION_LEAPS: Words("the correction moves {joint}"),
     Code.LOW_DEXTERITY: Words("dexterity {dexterity:.2g}, below {least:g}"),
     Code.ORIENTATION_RELAXED: Words("position exact, orientation off by {angle:.3g}"),
@@ -100,20 +100,20 @@ TABLE: dict[Code, Words] = {
         "--format yaml holds them.",
     ),
     Code.BEYOND_LEFT_OUT: Words(
-        "left out is what lies beyond geometry: {groups}",
-        "--format yaml holds it.",
+        "non-geometric effects are left out: {groups}",
+        "--format yaml holds them.",
     ),
     Code.WORTH_ALONE: Words(
         "{what}: {nominal:.3g~} to {alone:.3g}, the whole model {whole:.3g} (mean error on {data} from the nominal robot, "
         "frames and tool fitted)"
     ),
     Code.WORTH_UNKNOWN: Words(
-        "{what}: what that is worth could not be computed: {why}",
+        "{what}: its gain could not be computed: {why}",
         "robocal validate judges it on data.",
     ),
     Code.OFFSETS_MISSING: Words(
-        "{file} says nothing of {joints}: taken as 0",
-        "Add a row for each, or make sure that 0 is meant.",
+        "{file} has no row for {joints}: 0 is assumed",
+        "Add a row for each, or make sure that 0 is right.",
     ),
     Code.URDF_PLACEHOLDERS: Words(
         "effort and velocity limits are placeholders (0): a URDF must have them, a kinematic model has none",
@@ -126,20 +126,20 @@ TABLE: dict[Code, Words] = {
     ),
     Code.NO_TRIAL_ENDED: Words(
         "{output}: at {points} of {total} points no trial has a number",
-        "Look at one of them: too few poses, too much noise, or nothing that was held out.",
+        "Look at one of these points: too few poses, too much noise, or nothing was held out.",
     ),
     Code.TRIALS_LOST: Words(
-        "{output}: at {points} of {total} points trials are lost, at most {most} of {trials}; rms, mean and scatter are of "
-        "the others",
-        "Take such a point for worse than it looks: what is lost is seldom the best.",
+        "{output}: at {points} of {total} points trials are lost, at most {most} of {trials}; rms, mean and scatter are "
+        "those of the other trials",
+        "Such a point is worse than it looks: the lost trials are seldom the best ones.",
     ),
     Code.REPEATABILITY_UNCHANGED: Words(
-        "repeatability (RP, RD, vAP) compares measurements with each other: no model enters, so calibration does not "
+        "repeatability (RP, RD, vAP) compares measurements with each other: it needs no model, so calibration does not "
         "change it"
     ),
     Code.FEW_VISITS: Words(
         "the standard asks for {asked} visits; here some places have {visits}",
-        "Visit every place that often.",
+        "Visit every place as often as the standard asks.",
     ),
     Code.NO_STANDING_POSITIONS: Words("the data hold no positions of the tool by an instrument that stands still"),
     Code.VISITED_ONCE: Words("every place was visited once[; {what}]"),

@@ -68,7 +68,7 @@ def _judged(file: CableFile, obs: Observations, found: Balance) -> list[Remark]:
         )  # fmt: skip
     if found.left > found.allowed * (1.0 if load else TENSION_FARTHER):
         raise FormatError(
-            "no platform at rest hangs by these tensions", file=obs.source, key=key, found=left,
+            "these tensions cannot hold a platform at rest", file=obs.source, key=key, found=left,
             expected="the order of the columns as that of the cables, one unit, the platform at rest",
         )  # fmt: skip
     mass = file.robot.mass
@@ -78,7 +78,7 @@ def _judged(file: CableFile, obs: Observations, found: Balance) -> list[Remark]:
         factor = mass / found.mass if found.mass > 0 else np.inf
         unit = next((w for f, w in KNOWN.items() if abs(factor / f - 1) < CELL_UNIT_NEAR), "another unit, or no tare")
         raise FormatError(
-            "the load cells weigh another platform", file=obs.source, key="load.unit",
+            "the load cells measure another mass than that of the platform", file=obs.source, key="load.unit",
             found=f"{found.mass:.3g} kg where the robot's file states {mass:.3g} kg ({unit}?)",
             expected="the unit of the cells, or the platform's mass in the robot's file",
         )  # fmt: skip

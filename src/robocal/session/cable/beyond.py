@@ -67,7 +67,7 @@ def beyond(robot: CableRobot, found: dict[str, float], zeros_found: bool, run: s
     gains = [n for n in names if n.endswith(f".{GAIN}")]
     owners = {n.partition(".")[0] for n in gains}
     if len(owners) > 1:
-        raise ModelError("this run knows several drums", key="ROBOT", found=", ".join(sorted(owners)), expected="one")
+        raise ModelError("this run has several drums", key="ROBOT", found=", ".join(sorted(owners)), expected="one")
     out = Beyond()
     if gains:
         owner = owners.pop()
@@ -78,7 +78,7 @@ def beyond(robot: CableRobot, found: dict[str, float], zeros_found: bool, run: s
         return out
     if len(powers) > 1:
         raise ModelError(
-            f"{run} found the zeros of several power-ups, and none that are the robot's", key="ROBOT", found=", ".join(sorted(powers)),
+            f"{run} identified zeros of several power-ups, but not those of the robot", key="ROBOT", found=", ".join(sorted(powers)),
             expected="a run whose lengths count from one zero",
         )  # fmt: skip
     power = powers.pop()

@@ -82,7 +82,7 @@ class OpenedCable(Opened[CableRobot]):
         if "load" in kinds and not kinds & {"lengths", "swivel"}:
             source = next(o.source for o in joined.observations if o.kind == "load")
             raise FormatError(
-                "load cells without lengths tell nothing of anchors", file=source, key="kind", found=", ".join(sorted(kinds)),
+                "load cells without lengths do not determine anchors", file=source, key="kind", found=", ".join(sorted(kinds)),
                 expected="the lengths of the cables beside them",
             )  # fmt: skip
         _copied(joined)
@@ -154,7 +154,7 @@ def _one_size(data: DataSet, file: CableFile) -> None:
             frame = float(np.linalg.norm(file.robot.a.std(axis=0)))
             wrong = obs if abs(np.log(seen / frame)) > abs(np.log(said / frame)) else lengths
             raise FormatError(
-                "positions and lengths speak of two sizes", file=wrong.source,
+                "positions and lengths disagree on the size of the robot", file=wrong.source,
                 key="position.unit" if wrong is obs else "lengths.unit",
                 found=f"positions that scatter by {seen:.3g} m, by the lengths {said:.3g} m",
                 expected=f"the same; the robot's frame anchors scatter by {frame:.3g} m",

@@ -37,9 +37,7 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
     if said == "best":
         pose = propose(robot, clearance)
         if pose is None:
-            raise ModelError(
-                _none(), key="--start", found=said, expected="other tension limits, or a start of your own"
-            )
+            raise ModelError(_none(), key="--start", found=said, expected="other tension limits, or another start")
     else:
         pose = robot.home if said == "mean" else _pose(file, robot, said)
     _whole(file, robot, pose)
@@ -54,7 +52,7 @@ def started(file: CableFile, robot: CableRobot, clearance: Clearance, said: str)
         why = "the start X_0 is a singular pose: the cables balance the weight there, and no disturbance beside it"
     else:
         lacking = missing_text(robot, found.missing)
-        why = f"the start X_0 cannot be held within the tension limits; missing is {lacking}"
+        why = f"the start X_0 cannot be held within the tension limits; {lacking} is missing"
     other = propose(robot, clearance)
     instead = (
         f"another; {_none()}" if other is None else f"another, such as --start {_shown(file, other)} (or --start best)"
@@ -140,9 +138,7 @@ def box_of(robot: CableRobot, start: Array, said: Any, si: Any) -> PoseBox:
             "this robot does not turn", key="--turn", found=said.turn, expected=f"no turn: it is {robot.degrees}"
         )
     if said.box is not None and said.departs("scale"):
-        raise ModelError(
-            "a box of one's own is taken as it is", key="--scale", found=said.scale, expected="--box or --scale"
-        )
+        raise ModelError("a given box is not scaled", key="--scale", found=said.scale, expected="--box or --scale")
     if not 0 <= angle <= math.pi:
         raise ModelError("out of range", key="--turn", found=said.turn, expected="0 to half a turn about each axis")
     if si.box is None:

@@ -28,7 +28,7 @@ def weighed(file: CableFile, obs: Observations) -> Observations:
     d, m = len(robot.axes), len(robot.cables)
     if m < d:
         raise FormatError(
-            "load cells of fewer cables than freedoms tell nothing of a platform that they do not hold", file=obs.source, key="kind",
+            "fewer cables than degrees of freedom do not hold the platform, so load cells do not determine it", file=obs.source, key="kind",
             found=f"{m} cables for {d}", expected="lengths, swivel, inclination",
         )  # fmt: skip
     at, where = np.unique(obs.configuration, return_inverse=True)

@@ -30,9 +30,10 @@ class LengthsDocument(CableDocument):
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Lengths of the cables at poses of the platform, as the sensors show them.
+    """Sensor readings of the cable lengths at poses of the platform.
 
-    Where the robot's file says that cables stretch and no tension is given, the columns are called c1.geometric: nothing is stretched.
+    If the cables of the robot file stretch and no tension is given, the columns are called c1.geometric: lengths without
+    stretch.
 
     \b
     robocal cable inverse robot.yaml poses.csv -o lengths.csv

@@ -21,10 +21,10 @@ NAMES = 30  # of free parameters, where there are no data
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Say what robot and data files contain and what they can tell, without fitting.
+    """Report what robot and data files contain and which parameters are observable, without fitting.
 
-    Joints, rows, where sigma comes from, what is free, and what will not be told apart and why; of a cable robot what is known of its
-    cables, of CASPR's models too.
+    The report has joints, rows, the source of sigma, free parameters, and parameters that cannot be
+    separated, with the reason. For a cable robot, also a model of CASPR, it has the data of the cables.
 
     \b
     robocal check robot.yaml data.yaml

@@ -24,9 +24,9 @@ FILES = ("compensated.csv", "compensation.json")
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Correct targets for a controller that keeps its nominal model: joint angles, and Cartesian poses.
+    """Correct targets for a controller that keeps its nominal model: joint values and Cartesian poses.
 
-    Every correction is checked by driving the calibrated model with it. Targets that cannot be reached are listed, not
+    Every correction is checked with the calibrated model. Targets that cannot be reached are listed, not
     dropped.
 
     \b
@@ -38,10 +38,10 @@ class Options(Told):
     targets: str = arg(
         ..., "TARGETS", "A CSV whose headers carry units (poses, positions, joints), or a YAML beside it."
     )
-    nominal: str | None = opt(None, "The model that the controller keeps; a run folder knows it", metavar="ROBOT")
+    nominal: str | None = opt(None, "The model of the controller; a run folder contains it", metavar="ROBOT")
     tool: str = opt(
         "calibrated",
-        "What both models carry: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; or own, each its own",
+        "Tool of both models: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; own: each model has its own",
         metavar="TOOL",
     )
     output: Path | None = opt(None, f"Write {FILES[0]} and {FILES[1]} here", short="-o", metavar="DIR")

@@ -18,14 +18,14 @@ __all__ = ["Options", "run", "sections"]
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Calibrate three arms, two simulated and one really measured, and write their reports.
+    """Calibrate three arms, two simulated and one measured, and write their reports.
 
     \b
     rv-2aj   the Mitsubishi RV-2AJ of a published calibration (simulated)
     camera   ten real camera readings that support no calibration: refused
     tracker  a six-axis arm with typical factory errors (simulated)
 
-    Exit status 0 when every case came out as it should.
+    Exit status 0 when every case has the expected result.
     """
 
     name: str | None = arg(None, "NAME", "rv-2aj, camera or tracker; all of them by default.")

@@ -27,9 +27,9 @@ STYLES: dict[str, Style] = {"unchanged": "good", "possible": "doubtful", "drifte
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Compare two calibrations of one robot: has it changed, by how many millimetres, and where does it show?
+    """Compare two calibrations of one robot: has it changed, by how many millimetres, and in which parameters?
 
-    Both runs must start from the same robot file. The instrument may stand elsewhere; with --new-tool the tool too.
+    Both runs must start from the same robot file. The instrument may stand elsewhere; with --new-tool, the tool may differ too.
 
     \b
     robocal drift march/run june/run
@@ -37,19 +37,19 @@ class Options(Told):
     robocal drift march/run june/run --new-tool --json
     robocal drift run sim/truth.yaml
 
-    unchanged: the 95 % interval of the change lies below what matters; drifted: it lies above; possible: the runs do not tell.
+    unchanged: the 95 % interval of the change lies below what matters; drifted: it lies above; possible: the runs do not decide.
     Runs of a cable robot are compared as `robocal cable drift` does. Beside the truth of a simulation, the errors of the
     identified parameters are listed by group, in mm, deg and their standard deviations.
-    Exit status 0 when they could be compared, whatever came of it; 3 when nothing follows from these runs.
+    Exit status 0 when the runs could be compared, with any result; 3 when nothing follows from these runs.
     """
 
     first: Path = arg(..., "RUN1", "The earlier run folder.")
     second: Path = arg(
         ..., "RUN2", "The later run folder, identified from the same robot file; or truth.yaml of a simulation."
     )
-    new_tool: bool = opt(False, "The tool was mounted anew and may differ")
+    new_tool: bool = opt(False, "The tool was mounted again and may differ")
     matters: str = opt(
-        "0.1mm", "The change worth an alarm, with its unit: mean over the poses measured", metavar="LENGTH"
+        "0.1mm", "The change that matters, with its unit: mean over the measured poses", metavar="LENGTH"
     )
     history: w.History = None
     output: Path | None = opt(
@@ -72,7 +72,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[An
     if o.second.is_file():
         return _beside_truth(o, command)
     if machine_kind(o.first / ROBOTS[0]) == "cable":
-        _refuse(o, ("new_tool", "matters"), "this is for arms", "nothing, for a cable robot")
+        _refuse(o, ("new_tool", "matters"), "this option is for arms", "nothing, for a cable robot")
         both = cables.Options((str(o.first), str(o.second)), history=o.history, output=o.output, force=o.force)
         return cables.run(both, watch, command)
     refuse_existing(o.output, (FILE,), o.force)

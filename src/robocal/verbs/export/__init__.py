@@ -21,7 +21,7 @@ FORMATS = ("yaml", "urdf", "dh", "csv", "markdown", "offsets", "ros", "xacro")
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Hand a robot model on: robot.yaml, URDF, a table of its parameters, or joint offsets for a controller.
+    """Write a robot model as robot.yaml, URDF, a table of its parameters, or joint offsets for a controller.
 
     \b
     robocal export run --format offsets
@@ -40,9 +40,9 @@ class Options(Told):
         metavar="FORMAT",
         choices=FORMATS,
     )
-    nominal: str | None = opt(None, "What offsets are counted from; a run folder knows it", metavar="ROBOT")
+    nominal: str | None = opt(None, "The robot to which offsets are added; a run folder contains it", metavar="ROBOT")
     into: str | None = opt(
-        None, "With --format urdf: this URDF with calibrated origins, else byte for byte", metavar="URDF"
+        None, "With --format urdf: this URDF with calibrated origins; every other byte stays", metavar="URDF"
     )
     force: w.Force = False
     base: w.Base = None

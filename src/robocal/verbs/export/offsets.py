@@ -170,7 +170,7 @@ def _still_there(folder: Path, file: str, sha256: str) -> Path:
     for place in (Path(file), folder.parent / file, folder / file):
         if place.is_file() and hashlib.sha256(place.read_bytes()).hexdigest() == sha256:
             return place
-    raise FileError("an input of the run is not there any more, or has changed", file=file)
+    raise FileError("an input of the run is missing, or has changed", file=file)
 
 
 def _mean(errors: Errors) -> float:

@@ -40,22 +40,23 @@ class Options(Told):
     robocal identify robot.yaml data.yaml --compare
     robocal identify robot.yaml data.yaml --groups eccentricity,ripple,compliance --layer
 
-    Exit status 0 when the verdict is improved, 3 when it is not, or only where it was measured (see --region).
+    Exit status 0 when the verdict is improved; 3 when it is not, or when it holds only where it was
+    measured (see --region).
     """
 
     robot: w.Robot
     data: w.Data
     output: Path | None = opt(None, "Write a run folder here", short="-o", metavar="DIR")
-    force: bool = opt(False, "Write the run into a folder that holds something else; files of other names stay")
+    force: bool = opt(False, "Write the run into a folder with other content; files of other names stay")
     free: tuple[str, ...] = opt(
         (),
-        "Free exactly these, not what the robot file says: j2.alpha, alpha, j2, tool. Repeat, or separate by commas",
+        "Free exactly these parameters, in place of those of the robot file: j2.alpha, alpha, j2, tool. Repeat, or separate by commas",
         metavar="NAME",
     )
-    fix: tuple[str, ...] = opt((), "Hold these; also frames of data files", metavar="NAME")
+    fix: tuple[str, ...] = opt((), "Fix these parameters; also frames of data files", metavar="NAME")
     prior: tuple[str, ...] = opt(
         (),
-        "Standard deviation expected beforehand, in the robot file's units; length=... and angle=... for all",
+        "Standard deviation before the measurements, in the robot file's units; length=... and angle=... for all",
         metavar="NAME=SIGMA",
     )
     exclude: w.Exclude = ()
@@ -68,9 +69,9 @@ class Options(Told):
     layer: bool = opt(False, "Try a residual layer on top; used only if unseen blocks of rows get better")
     region: str | None = opt(
         None,
-        "Where the robot works: a list of poses, or ranges of joints; measured: where it was measured will do",
+        "Where the robot works: a list of poses, or ranges of joints; measured: the measured range is enough",
         metavar="FILE",
-        otherwise="joint limits that you wrote (a catalogue's are the maker's), else where it was measured",
+        otherwise="joint limits that you wrote (not those of a catalogue robot), else where it was measured",
     )
     method: str = opt(
         USUAL.method,
@@ -82,28 +83,30 @@ class Options(Told):
         "Try several estimators on the same split, side by side: say lm,ekf,lse; alone: all that are worth it",
         metavar="[METHODS]",
     )
-    loss: str = opt(USUAL.loss, f"{', '.join(LOSSES)}: what outliers may weigh", metavar="LOSS", choices=LOSSES)
+    loss: str = opt(USUAL.loss, f"{', '.join(LOSSES)}: reduces the weight of outliers", metavar="LOSS", choices=LOSSES)
     hold_out: str | float | None = opt(
         None,
-        "Share of configurations kept for judging, 0 to 0.5; blocks of rows in time order; or group, whole groups",
+        "Share of configurations held out, 0 to 0.5; blocks: rows in time order; group: whole groups",
         metavar="SHARE",
         otherwise="0.2 from 25 configurations on",
     )
-    group: str | None = opt(None, "The column that says what is held out together", name="--group-by", metavar="COLUMN")
+    group: str | None = opt(None, "The column whose groups are held out together", name="--group-by", metavar="COLUMN")
     folds: int | None = opt(None, "Hold out everything once, in K rounds, and fit the model to everything", metavar="K")
-    blocks: int = opt(USUAL.blocks, "How many, with --hold-out blocks", metavar="N", least=2)
-    reselect: bool = opt(False, "With --folds: find noise and what is seen anew in every round")
+    blocks: int = opt(USUAL.blocks, "Number of blocks, with --hold-out blocks", metavar="N", least=2)
+    reselect: bool = opt(False, "With --folds: estimate noise and select observable parameters again in every round")
     leave_one_out: bool | None = opt(
         None,
         "Predict every configuration from all the others",
         negative="--no-leave-one-out",
         otherwise="up to 400 configurations",
     )
-    keep_all: bool = opt(False, "Fit also what the data cannot tell apart")
-    iterations: int = opt(USUAL.max_iterations, "At most this many", metavar="N", least=1)
-    particles: int = opt(USUAL.particles, "For --method particle", metavar="N", least=50, most=100_000)
+    keep_all: bool = opt(False, "Fit also parameters that the data cannot separate")
+    iterations: int = opt(USUAL.max_iterations, "Maximum number of iterations", metavar="N", least=1)
+    particles: int = opt(
+        USUAL.particles, "Number of particles, for --method particle", metavar="N", least=50, most=100_000
+    )
     bootstrap: int | None = opt(
-        None, "Draw the configurations N times again: intervals that trust no model of the noise", metavar="N"
+        None, "Draw the configurations N times again: intervals without a model of the noise", metavar="N"
     )
     seed: w.Seed = 0
     base: w.Base = None
@@ -122,7 +125,7 @@ class Options(Told):
             expected = "blocks, group, or nothing"
             raise ModelError("with folds everything is held out once", key="--hold-out", found=held, expected=expected)
         if self.reselect and self.folds is None:
-            raise ModelError("nothing is selected anew without folds", key="--reselect", expected="--folds K as well")
+            raise ModelError("without folds nothing is selected again", key="--reselect", expected="--folds K as well")
         return Solver(
             method=self.method,
             # The seeds' way uses everything that was measured, unless somebody asks for proof.

@@ -21,9 +21,9 @@ __all__ = ["Options", "run", "sections"]
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Write a robot file, a data file and a table to fill in; of a cable robot its file and a list of poses.
+    """Write a robot file, a data file and a table to fill in; for a cable robot, its file and a list of poses.
 
-    A robot that has a file, such as a URDF, keeps it: its data file and table are written.
+    For a robot that has a file, such as a URDF, only the data file and the table are written.
 
     \b
     robocal new --list
@@ -61,7 +61,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ne
         for name in ("joints", "kind", "base", "tip"):
             if o.departs(name):
                 found = getattr(o, name)
-                raise ModelError("a cable robot has no such thing", key=f"--{name}", found=found, expected="an arm")
+                raise ModelError(
+                    "a cable robot does not have this option", key=f"--{name}", found=found, expected="an arm"
+                )
         made = new_cable(o.output, o.force)
     else:
         made = new(o.robot, o.output, o.joints, o.kind, o.force, o.base, o.tip)

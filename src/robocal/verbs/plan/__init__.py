@@ -25,9 +25,9 @@ BOX = "x0,y0,z0,x1,y1,z1"
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Choose which poses to measure, and say how many are enough.
+    """Choose which poses to measure, and how many are enough.
 
-    Writes a joint program in an order that is short to travel, and the data file to be filled in.
+    Writes a joint program with short motions between poses, and the data file to fill in.
 
     \b
     robocal plan ur10 -n 25 -o plan
@@ -39,7 +39,7 @@ class Options(Told):
     data: str | None = arg(
         None,
         "DATA",
-        "A data file that says which instrument will measure; its measurements do not count (see --after).",
+        "A data file that describes the instrument; its measurements do not count (see --after).",
     )
     output: Path | None = opt(
         None, "Write poses.csv, data.yaml, plan.json and plan.html here", short="-o", metavar="DIR"
@@ -48,10 +48,8 @@ class Options(Told):
         None, "How many poses", name="--poses", short="-n", metavar="N", least=1, most=500, otherwise="enough"
     )
     criterion: str = opt("I", "I: mean error at test poses; G: the largest; D, A, E, O1 to O5", metavar="NAME")
-    accuracy: float | None = opt(
-        None, "Mean error at test poses that is enough", metavar="LENGTH", unit="length", above=0
-    )
-    after: tuple[str, ...] = opt((), "Continue from these measurements: what they know counts", metavar="DATA")
+    accuracy: float | None = opt(None, "Required mean error at test poses", metavar="LENGTH", unit="length", above=0)
+    after: tuple[str, ...] = opt((), "Continue from these measurements: their information counts", metavar="DATA")
     kind: w.Kind = "position"
     noise: w.Noise = None
     frame: w.Frame = "auto"
@@ -64,7 +62,7 @@ class Options(Told):
     tests: str | None = opt(None, "Predict at these poses, not at a sample", metavar="FILE")
     task: str | None = opt(
         None,
-        f"Predict inside {BOX} of the tool point, while measuring anywhere allowed",
+        f"Predict for the tool point inside {BOX}; measure at any allowed pose",
         metavar="BOX",
         unit="length",
         numbers=BOX,
@@ -76,16 +74,20 @@ class Options(Told):
         None, "Keep tool point and flange above this height over the base", metavar="Z", unit="length"
     )
     pedestal: str | None = opt(
-        None, "Keep both out of a cylinder of radius R up to height H around the base", numbers="R,H", unit="length"
+        None, "Keep both outside a cylinder of radius R up to height H around the base", numbers="R,H", unit="length"
     )
     distance: str | None = opt(
         None, "Keep the target this far from the instrument", name="--range", numbers="MIN,MAX", unit="length"
     )
     cone: float | None = opt(
-        None, "Keep it within this angle of the instrument's z axis", metavar="ANGLE", unit="angle", above=0
+        None, "Keep the target within this angle of the instrument's z axis", metavar="ANGLE", unit="angle", above=0
     )
     facing: float | None = opt(
-        None, "Let its z axis point at the instrument within this angle", metavar="ANGLE", unit="angle", above=0
+        None,
+        "Let the target's z axis point at the instrument within this angle",
+        metavar="ANGLE",
+        unit="angle",
+        above=0,
     )
     seed: w.Seed = 0
     force: w.Force = False

@@ -168,8 +168,8 @@ def planned(o: Any, watch: Watch | None = None, command: str = "") -> tuple[Plan
         at_work, measured, values = known(arm, stated, done, given, watch)
     if region.needs_instrument and done is None and given is None and o.frame == "auto":
         raise ModelError(
-            "it is not known where the instrument stands", key="--frame", found=o.frame,
-            expected="x,y,z,rx,ry,rz of the base seen from it, or measurements",
+            "the place of the instrument is not specified", key="--frame", found=o.frame,
+            expected="x,y,z,rx,ry,rz of the base in its frame, or measurements",
         )  # fmt: skip
     choices, there = None, None
     if o.listed is not None:

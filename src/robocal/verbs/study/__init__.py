@@ -23,10 +23,10 @@ __all__ = ["Options", "details", "run", "sections"]
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Simulate a study: so many trials of a calibration at every point of a sweep, over all cores.
+    """Simulate a study: many trials of a calibration at every point of a sweep, on all cores.
 
-    The same numbers for the same seed, however many workers there are; a page with pictures of the sweep is written beside them. What
-    is done is kept beside the result until all is: after any interruption --resume goes on.
+    The same seed gives the same numbers with any number of workers. A page with pictures of the sweep is written beside
+    them. Finished parts are stored beside the result until all are there: after an interruption, --resume continues.
 
     \b
     robocal study examples/studies/figure-3.8.yaml
@@ -34,21 +34,21 @@ class Options(Told):
     robocal study study.yaml --resume
     """
 
-    study: str = arg(..., "STUDY", "study.yaml: robot, poses, noise, trials and what is varied.")
+    study: str = arg(..., "STUDY", "study.yaml: robot, poses, noise, trials and the varied keys.")
     workers: int | None = opt(
         None, "Processes on this machine", metavar="N", least=1, most=1024, otherwise="as many as cores"
     )
     cluster: str | None = opt(
         None,
-        "A Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT: workers read the robot where it is here",
+        "A Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT; workers read the robot file under the same path",
         metavar="ADDRESS",
     )
     tls_ca: Path | None = opt(None, "For --cluster: certificate of the authority", metavar="FILE")
-    tls_cert: Path | None = opt(None, "For --cluster: our certificate", metavar="FILE")
-    tls_key: Path | None = opt(None, "For --cluster: its key", metavar="FILE")
-    resume: bool = opt(False, "Go on with a study that was interrupted")
+    tls_cert: Path | None = opt(None, "For --cluster: certificate of this machine", metavar="FILE")
+    tls_key: Path | None = opt(None, "For --cluster: key of that certificate", metavar="FILE")
+    resume: bool = opt(False, "Continue a study that was interrupted")
     output: Path | None = opt(
-        None, "Every trial as .npz, or as .csv", short="-o", metavar="FILE", otherwise="beside the study, as .npz"
+        None, "File for every trial, .npz or .csv", short="-o", metavar="FILE", otherwise="beside the study, as .npz"
     )
     force: w.Force = False
 
@@ -108,7 +108,9 @@ def _far(o: Options) -> Cluster | None:
                 raise FileError("there is no such file", file=file, key=name)
         return Cluster(o.cluster, *(None if v is None else str(v) for v in tls.values()))
     for name, file in said.items():
-        raise ModelError("this is about a cluster", key=name, found=str(file), expected="--cluster tls://HOST:PORT")
+        raise ModelError(
+            "this option is for a cluster", key=name, found=str(file), expected="--cluster tls://HOST:PORT"
+        )
     return None
 
 

@@ -48,10 +48,9 @@ TOOL = ("tool.x", "tool.y", "tool.z")
 class Options(Told):
     """Measure the error of a robot model on data that it was not fitted to.
 
-    With repeated visits also pose accuracy and repeatability, and distance accuracy, as ISO 9283 defines them.
+    With repeated visits, the result also has pose accuracy and repeatability, and distance accuracy, as defined in ISO 9283.
 
-    The robot stays as it is. Frames of instruments that the data leave free are fitted again; the figures are then
-    labelled profiled.
+    The robot is not changed. Free frames of instruments are fitted again; the errors are then labelled profiled.
 
     \b
     robocal validate run other.yaml --against robot.yaml
@@ -60,11 +59,13 @@ class Options(Told):
 
     robot: w.Robot
     data: w.Data
-    against: str | None = opt(None, "Compare with this robot, say the nominal", metavar="ROBOT")
-    offsets: str | None = opt(None, "Judge these joint offsets (CSV, ROS, xacro) on the nominal robot", metavar="FILE")
+    against: str | None = opt(None, "Compare with this robot, for example the nominal one", metavar="ROBOT")
+    offsets: str | None = opt(
+        None, "Validate these joint offsets (CSV, ROS, xacro) on the nominal robot", metavar="FILE"
+    )
     distances: str = opt(
         "consecutive",
-        "Between which places: consecutive, all, group, or a column of the configurations",
+        "Pairs of places: consecutive, all, group, or a column of the configurations",
         metavar="PAIRS",
     )
     exclude: w.Exclude = ()

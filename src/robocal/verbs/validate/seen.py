@@ -67,6 +67,10 @@ def _mark(cell: str, place: Path | None) -> int:
     """A fingerprint as residuals.csv holds it. Raises FormatError where it is none."""
     if not cell or len(cell) > 16 or set(cell.lower()) - set("0123456789abcdef"):
         raise FormatError(
-            "no fingerprint of a row", file=place, column="fingerprint", found=cell, expected="16 digits from 0 to f"
+            "not the fingerprint of a row",
+            file=place,
+            column="fingerprint",
+            found=cell,
+            expected="16 digits from 0 to f",
         )
     return int(cell, 16)

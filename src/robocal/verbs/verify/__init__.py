@@ -20,28 +20,30 @@ if TYPE_CHECKING:
 __all__ = ["Options", "run", "sections"]
 
 FILE, PAGE = "verify.json", "report.html"
-SOURCES = Arg("SOURCES...", "The poses that are judged: of the robot, of its camera, ...; the same ids.")
+SOURCES = Arg("SOURCES...", "The poses to compare: of the robot, of its camera, ...; the same ids.")
 LEVEL = 0.05
 
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Compare poses with those that an external instrument saw: as measured, relative to the first one, and after the best alignment.
+    """Compare poses with those of an external instrument: as measured, relative to the first one, and
+    after the best alignment.
 
-    Files of poses are CSV whose headers carry units (id, x [mm], ..., rx [deg], ...) or data.yaml with kind: pose, whatever the form of
-    their orientations. Of two sources and a reference it is said who agrees with whom, and whether means of errors differ (one-way
-    analysis of variance).
+    Files of poses are CSV whose headers carry units (id, x [mm], ..., rx [deg], ...), or data.yaml with kind: pose and any
+    form of orientation. For two sources and a reference, the report shows which of them agree. It also tests whether
+    means of errors differ (one-way analysis of variance).
 
     \b
     robocal verify tracker.csv robot.csv
     robocal verify tracker.csv robot.csv camera.csv -o verified
     robocal verify groups.csv --summary
 
-    With --summary the one file holds means and standard deviations: group, n, NAME_mean, NAME_sd. Exit status 3 when a source cannot be
-    of the reference's poses: another unit, mirrored, other rows.
+    With --summary the one file holds means and standard deviations: group, n, NAME_mean, NAME_sd.
+
+    Exit status 3 when a source cannot have the poses of the reference: another unit, mirrored, other rows.
     """
 
-    reference: str = arg(..., "REFERENCE", "What the external instrument saw; with --summary a table of groups.")
+    reference: str = arg(..., "REFERENCE", "The poses of the external instrument; with --summary a table of groups.")
     sources: Annotated[tuple[str, ...], SOURCES] = ()
     summary: bool = opt(False, "Analysis of variance from means and standard deviations")
     output: Path | None = opt(None, f"Write {FILE} and {PAGE} here", short="-o", metavar="DIR")

@@ -193,14 +193,18 @@ def _read(place: str) -> tuple[Source, tuple[InputFile, ...], tuple[Remark, ...]
     if len(seen) != 1 or seen[0].kind != "pose":
         kinds = ", ".join(dict.fromkeys(o.kind for o in seen))
         raise FormatError(
-            "poses are compared, and these are others", file=place, key="kind", found=kinds, expected="pose"
+            "only poses are compared, and this file has another kind",
+            file=place,
+            key="kind",
+            found=kinds,
+            expected="pose",
         )
     obs = seen[0]
     ids = tuple(reading.dataset.configurations.ids[c] for c in obs.configuration)
     if len(set(ids)) < len(ids):
         again = next(i for i in ids if ids.count(i) > 1)
         raise FormatError(
-            "an id stands for two poses",
+            "two poses have the same id",
             file=place,
             key="configuration.id",
             found=again,
@@ -210,7 +214,7 @@ def _read(place: str) -> tuple[Source, tuple[InputFile, ...], tuple[Remark, ...]
     if far.any():
         at = int(np.argmax(far))
         raise FormatError(
-            "a position beyond any machine", file=place, key=ids[at], found=f"{np.abs(obs.value[at, :3]).max():.3g} m",
+            "a position too far away for any machine", file=place, key=ids[at], found=f"{np.abs(obs.value[at, :3]).max():.3g} m",
             expected=f"below {FARTHEST:.0e} m",
         )  # fmt: skip
     return Source(Path(place).stem, ids, se3.from_vector(obs.value)), reading.files, reading.warnings
@@ -219,7 +223,7 @@ def _read(place: str) -> tuple[Source, tuple[InputFile, ...], tuple[Remark, ...]
 def verified(reference: str, places: Sequence[str], command: str = "") -> Verified:
     """Poses of sources against those of a reference, row by row of the same id. Raises InputError."""
     if not places:
-        raise ModelError("a reference has nothing to be compared with", key="SOURCES", expected="files with poses")
+        raise ModelError("there are no poses to compare with the reference", key="SOURCES", expected="files with poses")
     read = [_read(p) for p in (reference, *places)]
     every = [r[0] for r in read]
     names = [s.name for s in every]
@@ -298,9 +302,7 @@ def summarised(place: str, command: str = "") -> Summary:
         if name in groups[:i]:
             raise table.fail("a group is named twice", i, "group", found=name, expected="one row for each group")
     if len(groups) < 2:
-        raise table.fail(
-            "one group has nothing to be compared with", None, "group", found=len(groups), expected="2 or more"
-        )
+        raise table.fail("one group alone cannot be compared", None, "group", found=len(groups), expected="2 or more")
     found = {}
     for q in quantities:
         both = [f"{q}_mean", f"{q}_sd"]

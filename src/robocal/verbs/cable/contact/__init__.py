@@ -23,10 +23,10 @@ SHOWN = 20  # motions that cannot be gone
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Check a path: straight motions from each pose of a list to the next, for contacts of cables and platform and for tensions.
+    """Check a path for contacts of cables and platform and for tensions: straight motions from each pose of a list to the next.
 
-    Contacts are certain between the poses, not only at them. Exit status 3 where a motion cannot be gone to its end; how far it can is
-    its share, 0 to 1.
+    Contacts are certified between the poses too. Exit status 3 where a motion is not possible to its end; its share, 0 to 1, is the
+    possible part.
 
     \b
     robocal cable contact robot.yaml path.csv
@@ -36,7 +36,7 @@ class Options(Told):
 
     robot: w.CableRobot
     poses: w.PlatformPoses
-    from_first: bool = opt(False, "Go to every pose from the first one, not from the one before: a list of targets")
+    from_first: bool = opt(False, "Move to every pose from the first one, not from the one before: a list of targets")
     diameter: w.Diameter = None
     body: w.PlatformBody = "hull"
     relief: w.Relief = None

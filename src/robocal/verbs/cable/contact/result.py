@@ -84,7 +84,7 @@ def path_of(o: Any, command: str = "") -> Motions:
     si = o.si(file.units)
     rows = read_platform_poses(o.poses, file.robot)
     if len(rows.names) < 2:
-        raise FormatError("a path has two poses or more", file=o.poses, found=f"{len(rows.names)} rows")
+        raise FormatError("a path needs two poses or more", file=o.poses, found=f"{len(rows.names)} rows")
     clearance, said = clearance_of(file, file.robot, si.diameter, o.body, si.relief)
     robot, demand = file.robot, None
     if (robot.limits is None and si.limits is None) or (robot.mass is None and si.mass is None):

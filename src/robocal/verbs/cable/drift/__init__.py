@@ -20,16 +20,17 @@ if TYPE_CHECKING:
 __all__ = ["Options", "run", "sections"]
 
 FILE, PAGE = "drift.json", "report.html"
-RUNS = Arg("RUNS...", "Run folders of one robot, the earliest first; robot files show how they scatter alone.")
+RUNS = Arg("RUNS...", "Run folders of one robot, the earliest first; robot files give only the scatter.")
 
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Which frame anchor of a cable robot moved between calibrations, what is a change of zero, scale or base, and how calibrations
-    scatter.
+    """Find which frame anchor of a cable robot moved between calibrations, and how calibrations scatter.
 
-    Every later run is compared with the first. Towards the platform an anchor and the zero of its cable look alike: unless
-    --zeros-unchanged says that the sensors counted on, that direction is known worst, and it is said how well.
+    It also reports changes of zeros, scale and base.
+
+    Every later run is compared with the first. Towards the platform, an anchor and the zero of its cable have the same effect. So
+    that direction has the largest uncertainty, unless --zeros-unchanged states that the sensors counted on.
 
     \b
     robocal cable drift march/run june/run
@@ -41,7 +42,7 @@ class Options(Told):
 
     runs: Annotated[tuple[str, ...], RUNS]
     zeros_unchanged: bool = opt(False, "The sensors counted on between the runs: their zeros are the same")
-    base_moves: bool = opt(False, "The coordinates may differ by a motion: another instrument, another place of it")
+    base_moves: bool = opt(False, "The coordinates may differ by a motion: another instrument, or another place of it")
     history: w.History = None
     output: Path | None = opt(None, f"Write {FILE} and {PAGE} here", short="-o", metavar="DIR")
     force: w.Force = False

@@ -127,7 +127,7 @@ def drifts(places: Sequence[str], zeros_unchanged: bool, base_moves: bool, comma
     """Compares calibrations of one robot. Raises InputError where they cannot be compared."""
     if len(places) < FEWEST:
         raise ModelError(
-            "one calibration has nothing to be compared with", key="RUNS", found=len(places), expected="2 or more"
+            "one calibration alone cannot be compared", key="RUNS", found=len(places), expected="2 or more"
         )
     every = tuple(calibrated(p) for p in places)
     first = every[0]

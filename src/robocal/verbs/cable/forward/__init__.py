@@ -20,9 +20,9 @@ __all__ = ["Options", "run", "sections"]
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Poses of the platform from lengths of its cables, with how sure they are and whether they are the only ones.
+    """Poses of the platform from lengths of its cables, with their uncertainty and the number of other solutions.
 
-    Of a run folder (ROBOT) the standard deviations hold what its calibration leaves as well.
+    With a run folder as ROBOT, the standard deviations include the uncertainty of its calibration.
 
     Exit status 3 when a pose was not found, is not the only one, or does not fit its lengths.
 
@@ -34,12 +34,12 @@ class Options(Told):
     lengths: str = arg(
         ...,
         "LENGTHS",
-        "CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths that nothing stretched.",
+        "CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths without stretch.",
     )
     sigma: float | None = opt(
         None, "Standard deviation of a length", metavar="SIGMA", unit="length", above=0, wrong=w.NOISE
     )
-    starts: int = opt(24, "Further starts that look for other poses", metavar="N", least=0)
+    starts: int = opt(24, "Number of further starts, to find other poses", metavar="N", least=0)
     tension: w.CableTension = None
     sag: w.Sag = False
     seed: w.Seed = 0

@@ -23,7 +23,7 @@ FILES = ("poses.csv", "program.csv", "chosen.csv", "list.json", "report.html")
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Poses that the platform can reach and leave again: held on all the way, and no cable touches anything.
+    """Poses that the platform can reach and leave again: with feasible tensions on the whole path, and without contact of a cable.
 
     \b
     robocal cable poses robot.yaml -n 500 --choose 20 -o list
@@ -32,7 +32,7 @@ class Options(Told):
 
     robot: w.CableRobot
     count: int = opt(200, "Poses to list", name="--poses", short="-n", metavar="N", least=1, most=10_000)
-    margin: float = opt(0.95, "How much of each free way is gone", name="--mu", metavar="MU", above=0, most=1)
+    margin: float = opt(0.95, "Used fraction of each free path", name="--mu", metavar="MU", above=0, most=1)
     start: str = opt(
         "mean",
         "X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units",
@@ -40,12 +40,12 @@ class Options(Told):
     )
     box: str | None = opt(
         None,
-        "The box Z of random poses, in place of that in which the frame holds the platform",
+        "The box Z of random poses, in place of the box in which the frame can hold the platform",
         numbers="X0,Y0,Z0,X1,Y1,Z1",
         unit="length",
     )
     scale: float = opt(1.1, "Z, as a multiple of the machine", metavar="S", least=0, most=1000)
-    turn: float | None = opt(None, "Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")
+    turn: float | None = opt(None, "Turns in Z, about each axis", metavar="ANGLE", unit="angle", otherwise="30 deg")
     diameter: w.Diameter = None
     body: w.PlatformBody = "hull"
     relief: w.Relief = None
@@ -53,7 +53,7 @@ class Options(Told):
     mass: w.PlatformMass = None
     limits: w.TensionLimits = None
     method: w.TensionMethod = METHOD
-    steps: int = opt(10, "Waypoints on each way", metavar="K", least=1, most=1000)
+    steps: int = opt(10, "Waypoints on each path", metavar="K", least=1, most=1000)
     wanted: int | None = opt(None, "Choose the N poses that are best for calibration", name="--choose", metavar="N")
     criterion: str = opt("A", "For --choose: A (least rms), D, I, G, E, O1 to O5", metavar="C")
     sigma: float | None = opt(

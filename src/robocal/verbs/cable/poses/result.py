@@ -119,7 +119,9 @@ def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool
     """Of a length in m, and of a measured pose (2,) in the file's units, or of encoders alone. Raises ModelError."""
     length = UNSTATED if sigma is None else sigma
     if alone and pose is not None:
-        raise ModelError("nobody measures poses", key="--pose-noise", found="--encoders-only", expected="one of them")
+        raise ModelError(
+            "no instrument measures poses", key="--pose-noise", found="--encoders-only", expected="one of them"
+        )
     if alone:
         return Noise(length, measured=False)
     if pose is None:

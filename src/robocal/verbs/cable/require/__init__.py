@@ -22,8 +22,8 @@ FILES = ("require.json", "contours.csv", "report.html")
 
 @dataclass(frozen=True)
 class Options(Told):
-    """How good a calibration of frame anchors and zeros will be, before anything is measured; with --accuracy, which sensors and how
-    many poses it needs.
+    """Predict the accuracy of a calibration of frame anchors and zeros, before anything is measured. With --accuracy, compute which
+    sensors and how many poses it needs.
 
     Exit status 3 when the accuracy is not reached with these noises and poses.
 
@@ -41,9 +41,9 @@ class Options(Told):
     sigma_orientation: str | None = opt(
         None, "The same of a component of the measured rotation vector", metavar="SIGMA", otherwise="known exactly"
     )
-    accuracy: str | None = opt(None, "The error that is wanted, root mean square", metavar="ERROR")
+    accuracy: str | None = opt(None, "The required error, root mean square", metavar="ERROR")
     of: str = opt(
-        "anchors", "Of what: components of frame anchors, zeros, or afterwards the platform's position or orientation", metavar="WHAT",
+        "anchors", "Quantity of --accuracy: frame anchors (components), zeros, or the platform's position or orientation", metavar="WHAT",
         choices=("anchors", "zeros", "position", "orientation"),
     )  # fmt: skip
     estimator: str = opt(

@@ -23,9 +23,9 @@ FILES = ("tensions.csv", "tension.json", "report.html")
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Tensions that hold the platform at poses, their margins, and the wrench that is missing where none do.
+    """Tensions that hold the platform at poses, their margins, and the missing wrench where no tensions hold it.
 
-    Exit status 3 when a pose is not held. The list that it writes goes into cable inverse and cable forward as it is.
+    Exit status 3 when no tensions hold a pose. cable inverse and cable forward read the written list.
 
     \b
     robocal cable tension robot.yaml poses.csv -o held
@@ -35,7 +35,7 @@ class Options(Told):
     robot: w.CableRobot
     poses: w.PlatformPoses
     method: w.TensionMethod = METHOD
-    power: float | None = opt(None, "Of --method p-norm, from 2 on", metavar="P", otherwise=f"{POWER:g}")
+    power: float | None = opt(None, "Exponent of --method p-norm, from 2 on", metavar="P", otherwise=f"{POWER:g}")
     mass: w.PlatformMass = None
     payload: w.Payload = 0.0
     wrench: str | None = opt(

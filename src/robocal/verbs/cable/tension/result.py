@@ -54,7 +54,7 @@ def held(o: Any, power: float, command: str = "") -> Tensions:
     with said_of({"method": "--method", "power": "--power"}):
         spread = distribute(structure, load, able.need("limits"), o.method, power)
         if o.power is not None and o.method != "p-norm":
-            raise ModelError("a power is of the p-norm alone", key="power", found=o.power, expected="--method p-norm")
+            raise ModelError("a power is only for the p-norm", key="power", found=o.power, expected="--method p-norm")
     margin = capacity_margin(structure, load, able.need("limits"), able.lengths_of_rows(lever))
     missing = spread.missing(able.lengths_of_rows(lever))
     return Tensions(

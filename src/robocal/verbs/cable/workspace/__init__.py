@@ -25,7 +25,7 @@ MESHES = ("surface.ply", "surface.stl")  # of a spatial robot
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Where the platform can be held: volume by a grid and by rays to the exact boundary, margins, dexterity, sections, a mesh.
+    """The workspace of the platform: volume by a grid and by rays to the exact boundary, margins, dexterity, sections, a mesh.
 
     Exit status 3 when it can be held nowhere.
 
@@ -37,7 +37,7 @@ class Options(Told):
     robot: w.CableRobot
     orientation: tuple[str, ...] = opt(
         (),
-        "A rotation vector; repeat for several, all of which are to be held",
+        "A rotation vector; repeat for several, all of which must be held",
         numbers="RX,RY,RZ",
         unit="angle",
         otherwise="upright",
@@ -46,7 +46,7 @@ class Options(Told):
         None, "Hold tilts too: half the angle and all of it, about 8 horizontal axes", metavar="ANGLE", unit="angle"
     )
     payload: str | None = opt(
-        None, "More mass at the centre of mass, one number or a range: say 0,20", metavar="LO,HI", unit="mass"
+        None, "Payload at the centre of mass, one number or a range, for example 0,20", metavar="LO,HI", unit="mass"
     )
     mass: str | None = opt(
         None, "Of the platform, one number or a range, instead of the file's", metavar="LO,HI", unit="mass"
@@ -63,16 +63,16 @@ class Options(Told):
     limits: w.TensionLimits = None
     length: w.MomentLength = None
     box: str | None = opt(
-        None, "Where to look", numbers="X0,Y0,Z0,X1,Y1,Z1", unit="length", otherwise="what the frame can reach"
+        None, "Search box", numbers="X0,Y0,Z0,X1,Y1,Z1", unit="length", otherwise="the reach of the frame"
     )
-    cells: int = opt(41, "Of the grid, along each axis", metavar="N", least=2, most=300)
-    rays: int = opt(4000, "To the exact boundary", metavar="N", least=20, most=200_000)
+    cells: int = opt(41, "Cells of the grid along each axis", metavar="N", least=2, most=300)
+    rays: int = opt(4000, "Number of rays to the exact boundary", metavar="N", least=20, most=200_000)
     start: str | None = opt(
         None,
-        "Where rays start",
+        "Start of the rays",
         numbers="X,Y,Z",
         unit="length",
-        otherwise="the mean of the frame anchors, or the middle of what is held",
+        otherwise="the mean of the frame anchors, or the middle of the workspace",
     )
     output: Path | None = opt(
         None, f"Write {', '.join((*FILES[:-1], *MESHES))} and {FILES[-1]} here", short="-o", metavar="DIR"

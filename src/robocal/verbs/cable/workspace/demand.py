@@ -35,7 +35,7 @@ def demand_of(file: CableFile, said: Any, si: Any) -> Demand:
         for name in ("mass", "payload", "wrench", "acceleration", "reserve", "limits"):
             if getattr(said, name):
                 raise ModelError(
-                    "where any wrench is held, by tensions of any size, this says nothing",
+                    "with wrench closure, tensions have any size and hold any wrench, so this option has no effect",
                     key=f"--{name}", found=getattr(said, name), expected="--closure alone, or without it",
                 )  # fmt: skip
         return Demand(np.zeros(1), turns, length=si.length or 1.0, closure=True)
