@@ -16,7 +16,6 @@ from robocal.front.arrays import table as table
 from robocal.front.found import Found as Found
 from robocal.front.found import Identified as Identified
 from robocal.session.predict import Prediction as _predict_Prediction
-from robocal.session.simulate import Simulated as _simulate_Simulated
 from robocal.studies.run import Found as _study_Found
 from robocal.verbs.check.result import Checked as _check_Checked
 from robocal.verbs.compensate.result import Compensated as _compensate_Compensated
@@ -379,32 +378,36 @@ def simulate(
     output: _Path,
     poses: int = 80,
     at: str | None = None,
-    kind: str = 'position',
+    kind: str | None = None,
     noise: float | None = None,
     angle_noise: float | None = None,
+    cable_noise: float | None = None,
     length_error: float | None = None,
     angle_error: float | None = None,
     settings: str | Sequence[str] = (),
     frame: str = 'auto',
+    fresh: int = 0,
     seed: int = 0,
     force: bool = False,
     base: str | None = None,
     tip: str | None = None,
     watch: _Watch | None = None,
-) -> Found[_simulate_Simulated]:
+) -> Found[Simulated]:
     """Simulate measurements of a robot that differs from its model: data, and the true robot to compare with.
 
     robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list).
     output: Folder for robot, data and truth.
-    poses: Configurations drawn within the joint limits, 1 to 1000000.
-    at: Take the joint values of this data file or list of poses instead of drawing them.
-    kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels.
+    poses: Configurations drawn within the joint limits, or within the frame, 1 to 1000000.
+    at: Take the joint values of this data file or list of poses, or the platform's poses.
+    kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels; of a cable robot position or pose, beside its lengths.  [default: position; pose of a platform that turns]
     noise: Standard deviation per axis, in the robot file's unit of length, 0 or more.  [default: 0.05 mm, converted]
     angle_noise: The same for orientations, in the robot file's unit of angle, 0 or more.  [default: 0.1 mrad, converted]
-    length_error: Standard deviation of true lengths around nominal ones, in the robot file's unit of length, 0 or more.  [default: 0.3 mm, converted]
+    cable_noise: Of the lengths of cables, in the robot file's unit of length, 0 or more.  [default: 0.5 mm, converted]
+    length_error: Standard deviation of true lengths around nominal ones, in the robot file's unit of length, 0 or more.  [default: 0.3 mm, converted; 10 mm of a cable robot's anchors and zeros]
     angle_error: The same for angles, in the robot file's unit of angle, 0 or more.  [default: 1 mrad, converted]
     settings: A true value, in the robot file's units; may be repeated.
     frame: Pose of the base in the instrument frame: x,y,z,rx,ry,rz; auto: chosen; none: base coordinates.
+    fresh: As many more configurations of the same robot, to validate with, 0 to 1000000.
     seed: Seed of all random draws, 0 or more.
     force: Replace files that exist.
     base: First link of the chain in a URDF.

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from robocal.estimate.choosing.choice import choose
 from robocal.fit.baseline import baseline, frame_names
 from robocal.fit.misfit import errors
+from robocal.fit.poses import own_poses
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 
@@ -32,6 +33,7 @@ class Errors:
     fitted: tuple[str, ...]
     rows: int
     values: Mapping[str, float] = field(default_factory=dict)  # of every parameter of the problem
+    posed: bool = False  # whether the poses of configurations were fitted too
 
     @property
     def factor(self) -> float:
@@ -42,16 +44,19 @@ class Errors:
 
 
 def model_errors(model: Model, data: DataSet, watch: Watch | None = None, *, tool: bool = False) -> Errors:
-    """Errors of a model with its own parameters held, frames of instruments fitted; `tool`: what is free of its tool
-    too."""
+    """Errors of a model with its own parameters fixed, frames of instruments fitted, and the poses that configurations have of their
+    own, each to its rows; `tool`: what is free of its tool too."""
     free = tuple(n for n in model.table.free if tool and n.startswith("tool."))
-    held = model.with_table(model.table.with_free(free))
-    problem, x = baseline(held, data, np.arange(len(data.configurations)), watch)
-    frames = frame_names(held, problem)
-    kept = choose(problem.with_free(frames), x).kept if frames else ()
-    left = problem.residuals(x)
-    position, position_at = errors(left, "m")
-    angle, _ = errors(left, "rad")
-    rows = sum(r.value.size for r in left)
+    fixed = model.with_table(model.table.with_free(free))
+    problem, x = baseline(fixed, data, np.arange(len(data.configurations)), watch)
+    frames = frame_names(fixed, problem)
+    fitted = choose(problem.with_free(frames), x).kept if frames else ()
+    taken = np.ones((1, problem.configurations))
+    if problem.blocks:
+        x, taken, _ = own_poses(problem, x, np.ones((1, problem.configurations), dtype=bool))
+    residuals = problem.residuals(x)
+    (position, position_at), (angle, angle_at) = errors(residuals, "m"), errors(residuals, "rad")
+    position, angle = position * taken[0, position_at], angle * taken[0, angle_at]
+    rows = sum(r.value.size for r in residuals)
     values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
-    return Errors(position, position_at, angle, kept, rows, values)
+    return Errors(position, position_at, angle, fitted, rows, values, bool(problem.blocks))

@@ -21,6 +21,7 @@ from robocal.prove.identification import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.opened import Data, Inputs, Opened, Rendered, one_frame_per_name
+from robocal.session.simulator import Request, Simulator
 from robocal.session.watching import Watch, computable
 
 __all__ = ["OpenedArm", "open_arm", "robot_files"]
@@ -42,7 +43,7 @@ class OpenedArm(Opened[Chain]):
     @property
     def inputs(self) -> tuple[InputFile, ...]:
         """Its file, and of a run folder the numbers too."""
-        return robot_files(self.file, self.name)
+        return robot_files(self.file, self.given)
 
     def read(
         self, data: Data, *, group: str | None = None, exclude: Sequence[str] = (), watch: Watch | None = None
@@ -55,12 +56,18 @@ class OpenedArm(Opened[Chain]):
         arm = self.file
         reading = reading_for(arm.chain)
         one_frame_per_name(reading)
-        with computable(self.name, *data):
+        with computable(self.given, *data):
             refuse_still(reading.dataset)
             forgotten = tuple(w for w in arm.warnings if w.code == Code.KEYS_UNSTATED)
             doubts = doubt_units(arm.chain, reading, watch, forgotten)
             doubts += refuse_wrong(arm, reading, lambda chain: reading_for(chain).dataset)
         return self.inputs_of(reading, *doubts)
+
+    def simulator(self, request: Request) -> Simulator[Chain]:
+        """An arm before an instrument."""
+        from robocal.session.simulate import ArmSimulator
+
+        return ArmSimulator(self.file, request)
 
     def render(self, found: Identification[Chain]) -> Rendered:
         """Its file with what was identified."""

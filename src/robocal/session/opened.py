@@ -25,6 +25,7 @@ from robocal.prove.identification import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
+from robocal.session.simulator import Request, Simulator
 from robocal.session.watching import Watch
 
 __all__ = ["Inputs", "Opened", "Rendered", "every_frame"]
@@ -52,7 +53,7 @@ class Inputs:
         """The arm. Raises ModelError for another machine."""
         return self.opened.need_arm()
 
-    def without_rows(self, data: DataSet) -> Inputs:
+    def with_data(self, data: DataSet) -> Inputs:
         """The same with another data set."""
         return replace(self, reading=replace(self.reading, dataset=data))
 
@@ -68,14 +69,19 @@ class Rendered:
 
 @dataclass(frozen=True)
 class Opened(Generic[M]):
-    """A machine with its file, opened by `name`, a path or a name of the catalogue."""
+    """A machine with its file; `given` is the path or the name of the catalogue that it was opened by."""
 
     file: MachineFile[M]
-    name: str = ""
+    given: str = ""
 
     noun: ClassVar[str] = "machine"
     # Choices of one identification that only an arm has: its joints are driven, bend and ripple.
     lacks: ClassVar[tuple[str, ...]] = ("groups", "layer", "compare", "region", "base", "tip")
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        return self.file.machine.name
 
     @property
     def machine(self) -> M:
@@ -157,6 +163,12 @@ class Opened(Generic[M]):
     def inputs_of(self, reading: Reading, *remarks: Remark) -> Inputs:
         """The machine with what was read of it, and remarks."""
         return Inputs(self, reading, (*self.inputs, *reading.files), (*self.warnings, *reading.warnings, *remarks))
+
+    def simulator(self, request: Request) -> Simulator[M]:
+        """Who simulates what such a machine records. Raises ModelError where nobody does."""
+        raise ModelError(
+            f"nothing says what is measured of a {self.noun}", found=self.name, expected="an arm or a cable robot"
+        )
 
     def render(self, found: Identification[M]) -> Rendered:
         """The text of the machine's file with what was identified."""

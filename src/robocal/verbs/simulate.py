@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from robocal.files.parts import SCHEMA
 from robocal.quantities import UnitValue
@@ -16,9 +16,11 @@ from robocal.verbs.option import Told, opt
 from robocal.verbs.outcome import Outcome, Watch
 
 if TYPE_CHECKING:
-    from robocal.session.simulate import Simulated
+    from robocal.measure.data import DataSet
+    from robocal.measure.machine import Model
+    from robocal.session.opened import Opened
 
-__all__ = ["Options", "run", "sections"]
+__all__ = ["Options", "Simulated", "run", "sections"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,20 +45,37 @@ class Options(Told):
     robocal simulate irb-120 -n 80 --noise 0.05 -o sim
     robocal identify sim/robot.yaml sim/data.yaml
     robocal simulate rv-2aj --set j2.r=1.0 --length-error 0 --angle-error 0 -o sim
+    robocal simulate cables.yaml -n 60 --fresh 30 -o sim
     """
 
     robot: w.Robot
     output: Path = opt(..., "Folder for robot, data and truth", short="-o", metavar="DIR")
     poses: int = opt(
-        80, "Configurations drawn within the joint limits", short="-n", metavar="N", least=1, most=1_000_000
+        80,
+        "Configurations drawn within the joint limits, or within the frame",
+        short="-n",
+        metavar="N",
+        least=1,
+        most=1_000_000,
     )
     at: str | None = opt(
-        None, "Take the joint values of this data file or list of poses instead of drawing them", metavar="FILE"
+        None,
+        "Take the joint values of this data file or list of poses, or the platform's poses",
+        metavar="FILE",
     )
-    kind: w.Kind = "position"
+    kind: str | None = opt(
+        None,
+        "What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, "
+        "pixels; of a cable robot position or pose, beside its lengths",
+        metavar="KIND",
+        otherwise="position; pose of a platform that turns",
+    )
     noise: w.Noise = None
     angle_noise: float | None = opt(
         None, "The same for orientations", metavar="SIGMA", unit="angle", least=0, otherwise="0.1 mrad, converted"
+    )
+    cable_noise: float | None = opt(
+        None, "Of the lengths of cables", metavar="SIGMA", unit="length", least=0, otherwise="0.5 mm, converted"
     )
     length_error: float | None = opt(
         None,
@@ -64,7 +83,7 @@ class Options(Told):
         metavar="SIGMA",
         unit="length",
         least=0,
-        otherwise="0.3 mm, converted",
+        otherwise="0.3 mm, converted; 10 mm of a cable robot's anchors and zeros",
     )
     angle_error: float | None = opt(
         None, "The same for angles", metavar="SIGMA", unit="angle", least=0, otherwise="1 mrad, converted"
@@ -73,59 +92,76 @@ class Options(Told):
         (), "A true value, in the robot file's units; may be repeated", name="--set", metavar="NAME=VALUE"
     )
     frame: w.Frame = "auto"
+    fresh: int = opt(
+        0, "As many more configurations of the same robot, to validate with", metavar="N", least=0, most=1_000_000
+    )
     seed: w.Seed = 0
     force: w.Force = False
     base: w.Base = None
     tip: w.Tip = None
 
 
+@dataclass(frozen=True)
+class Simulated:
+    """The nominal and the true machine, the data in SI, the files that were written, and how far the model is off, in m."""
+
+    opened: Opened[Any]
+    truth: Model
+    data: DataSet
+    seed: int
+    largest_error: float
+    written: tuple[Path, ...] = ()
+
+
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Simulated]:
     """Simulates and writes robot, truth and data into a folder; everything that it writes says simulated. Raises InputError."""
     import numpy as np
 
-    from robocal.errors import ModelError, nearest
-    from robocal.files.poses import read_poses
     from robocal.files.writing import refuse_existing, write_files
-    from robocal.session import simulate as s
-    from robocal.simulation.rigs import CONTACTS, RIGS, measure
+    from robocal.session.inputs import open_machine
+    from robocal.session.simulator import LABEL, Request, errors_of, true_model
 
-    if o.kind not in RIGS:
-        near = nearest(o.kind, RIGS)
-        raise ModelError("unknown kind", key="--kind", found=o.kind, expected=", ".join(RIGS), suggestion=near)
-    if o.at is not None and o.kind in CONTACTS:
-        raise ModelError(
-            "for a contact, the joint values follow from the contact", key="--at", found=o.at, expected="--poses"
-        )
-    arm = s.written_whole(o.robot, o.base, o.tip)
-    si = o.si(arm.units)
-    instrument = s.instrument_of(arm, o.kind, si.noise, si.angle_noise, o.frame)
-    wrong = s.errors_of(arm, si.length_error, si.angle_error, o.settings)
-    streams = [np.random.default_rng(seed) for seed in np.random.SeedSequence(o.seed).spawn(3)]
-    truth = s.true_chain(arm.chain, wrong, streams[0])
-    q = s.sample_joints(arm.chain, o.poses, streams[1]) if o.at is None else read_poses(o.at, arm.chain)[1]
+    opened = open_machine(o.robot, base=o.base, tip=o.tip)
+    si = o.si(opened.units)
+    asked = Request(o.poses, o.at, o.kind, si.noise, si.angle_noise, si.cable_noise, o.frame)
+    simulator = opened.simulator(asked)
+    machine, length = simulator.machine, opened.units.of("m")
+    wrong = errors_of(machine, opened.units, simulator.usual, si.length_error, si.angle_error, o.settings)
+    streams = [np.random.default_rng(seed) for seed in np.random.SeedSequence(o.seed).spawn(5)]
+    truth = true_model(machine, simulator.imperfect, wrong, streams[0])
+    where = simulator.draw(o.poses, streams[1])
     if watch:
         watch({"stage": "simulating"})
-    data, length = measure(truth, q, instrument, streams[2]), arm.units.length
-    about = f"{len(q)} configurations, seed {o.seed}, noise {length.from_si(instrument.noise):.6g} {length.name}"
-    texts = s.simulated_files(arm, truth, data, about)
+    data = simulator.measure(truth, where, streams[2])
+    count = len(where)
+    label = f"{LABEL}{count} configurations, seed {o.seed}, noise {length.from_si(simulator.noise):.6g} {length.name}\n"
+    texts = {**simulator.robot_files(truth, label), **simulator.data_files(data, label)}
+    if o.fresh:
+        again = simulator.measure(truth, simulator.draw(o.fresh, streams[3]), streams[4])
+        texts |= simulator.data_files(again, label, "fresh")
     refuse_existing(o.output, list(texts), o.force)
-    largest = float(np.linalg.norm(truth.pose(q)[:, :3, 3] - arm.chain.pose(q)[:, :3, 3], axis=1).max())
-    made = s.Simulated(arm, truth, data, wrong, instrument, o.seed, largest, write_files(o.output, texts))
+    largest = simulator.largest_error(truth, where)
+    made = Simulated(opened, truth, data, o.seed, largest, write_files(o.output, texts))
     document = SimulatedDocument(
-        robot=arm.name, kind=o.kind, configurations=len(data.configurations), seed=o.seed, largest_error=UnitValue(largest * 1e3, "mm"),
-        written=[str(p) for p in made.written],
+        robot=opened.name, kind=simulator.kind, configurations=len(data.configurations), seed=o.seed,
+        largest_error=UnitValue(largest * 1e3, "mm"), written=[str(p) for p in made.written],
     )  # fmt: skip
     return Outcome(made, lambda: document, written=made.written)
 
 
 def sections(made: Outcome[Simulated]) -> Iterator[Section]:
-    """How wrong the model is, the files, and the next command."""
+    """How wrong the model is, the files, and the next commands."""
     found = made.result
-    names = {p.stem: p for p in made.written if p.suffix != ".csv"}
+    names = [p for p in made.written if p.suffix != ".csv" and p.stem != "truth"]
+    robot, data = names[0], [p for p in names[1:] if not p.stem.startswith("fresh")]
+    fresh = [p for p in names[1:] if p.stem.startswith("fresh")]
     wrong = f"{len(found.data.configurations)} configurations, the model is wrong by up to {found.largest_error * 1e3:.3g} mm."
+    run = robot.parent / "run"
+    following = [["identify", robot, *data, *(["-o", run] if fresh else [])]]
+    following += [["validate", run, *fresh, "--against", robot]] if fresh else []
     yield Section.of(
         "",
-        Text.of(f"Simulated {found.robot.name}: {wrong}"),
+        Text.of(f"Simulated {found.opened.name}: {wrong}"),
         *(Text.of(str(path), indent=2) for path in made.written),
-        Text.of(f"next: robocal identify {quote(str(names['robot']))} {quote(str(names['data']))}"),
+        *(Text.of(f"next: robocal {' '.join(quote(str(w)) for w in words)}") for words in following),
     )

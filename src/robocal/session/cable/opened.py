@@ -35,6 +35,7 @@ from robocal.session.cable.stretch import stretched
 from robocal.session.cable.summed import facts, summary
 from robocal.session.cable.weighed import weighed
 from robocal.session.opened import Data, Inputs, Opened, Rendered
+from robocal.session.simulator import Request, Simulator
 from robocal.session.watching import Watch, computable
 
 __all__ = ["OpenedCable", "open_cable"]
@@ -51,7 +52,7 @@ class OpenedCable(Opened[CableRobot]):
     @property
     def inputs(self) -> tuple[InputFile, ...]:
         """The robot's files."""
-        return robot_inputs(self.file, self.name)
+        return robot_inputs(self.file, self.given)
 
     @property
     def facts(self) -> Mapping[str, Any]:
@@ -86,13 +87,19 @@ class OpenedCable(Opened[CableRobot]):
                 expected="the lengths of the cables beside them",
             )  # fmt: skip
         _copied(joined)
-        with computable(self.name, *data):
+        with computable(self.given, *data):
             _one_size(joined, file)
             _own_columns(joined, file)
             told = at_rest(file, joined)
             joined, said = stretched(file, joined)
             joined = placed(file.robot, joined)
         return self.inputs_of(replace(reading, dataset=joined), *told, *said)
+
+    def simulator(self, request: Request) -> Simulator[CableRobot]:
+        """Its sensors, and an instrument that sees the platform."""
+        from robocal.session.cable.simulate import CableSimulator
+
+        return CableSimulator(self.file, request)
 
     def render(self, found: Identification[CableRobot]) -> Rendered:
         """Its file with what was identified, the platform's weight too."""

@@ -6,13 +6,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from robocal.arms.chain import Chain
 from robocal.errors import FileError
 from robocal.files.text import read_bytes
 from robocal.files.writing import write_files
+from robocal.measure.machine import Model
 from robocal.session.outcome import Outcome
 from robocal.session.watching import Watch
 
-__all__ = ["Case", "Finding", "copy_example", "example_folder"]
+__all__ = ["Case", "Finding", "chain_of", "copy_example", "example_folder"]
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,13 @@ class Case:
     story: str
     simulated: bool
     run: Callable[[Path, int, Watch | None], Iterator[Finding]] = field(repr=False)
+
+
+def chain_of(model: Model) -> Chain:
+    """The arm of a demo."""
+    chain = model.part(Chain)
+    assert chain is not None
+    return chain
 
 
 def example_folder(name: str) -> Path:

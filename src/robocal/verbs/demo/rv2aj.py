@@ -6,17 +6,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robocal.arms.chain import Chain
-from robocal.prove.identification import Identification
 from robocal.session.outcome import Outcome
 from robocal.session.watching import Watch
 from robocal.verbs import identify
-from robocal.verbs.demo.case import Case, Finding, copy_example
+from robocal.verbs.demo.case import Case, Finding, chain_of, copy_example
 
 __all__ = ["RV2AJ", "TABLE_1", "true_arm"]
 
@@ -37,11 +35,11 @@ def true_arm(nominal: Chain) -> Chain:
 
 def errors_elsewhere(outcome: Outcome) -> Array:
     """Position errors of a corrected model anywhere within the joint limits, in mm."""
-    found = cast(Identification[Chain], outcome.identification)
-    truth = true_arm(found.nominal)
+    found = outcome.identification
+    truth, corrected = true_arm(chain_of(found.nominal)), chain_of(found.corrected)
     low, high = truth.limits.T
     q = np.random.default_rng(2).uniform(low, high, (VERIFY, len(low)))
-    return np.asarray(np.linalg.norm(found.corrected.pose(q)[:, :3, 3] - truth.pose(q)[:, :3, 3], axis=1) * 1e3)
+    return np.asarray(np.linalg.norm(corrected.pose(q)[:, :3, 3] - truth.pose(q)[:, :3, 3], axis=1) * 1e3)
 
 
 def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[Finding]:

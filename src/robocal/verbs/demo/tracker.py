@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
-from robocal.prove.identification import Identification
 from robocal.session.outcome import Outcome
-from robocal.session.simulate import Simulated, sample_joints
+from robocal.session.simulate import sample_joints
 from robocal.session.watching import Watch
 from robocal.verbs import identify, simulate
-from robocal.verbs.demo.case import Case, Finding
+from robocal.verbs.demo.case import Case, Finding, chain_of
 
 __all__ = ["TRACKER"]
 
@@ -25,7 +22,7 @@ Array = NDArray[np.float64]
 def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[Finding]:
     """80 poses, 0.05 mm of noise, 0.3 mm and 1 mrad of geometric errors; nobody says where the tracker stands."""
     noise = simulate.Options("irb-120", folder, noise=0.05, length_error=0.3, angle_error=0.0573, seed=seed, force=True)
-    made: Simulated = simulate.run(noise, watch).result
+    made: simulate.Simulated = simulate.run(noise, watch).result
     files = str(folder / "robot.yaml"), str(folder / "data.yaml")
     command = f"robocal identify {files[0]} {files[1]}"
     asked = identify.Options(files[0], (files[1],), output=folder / "run", force=True, seed=seed)
@@ -36,10 +33,10 @@ def run(folder: Path, seed: int, watch: Watch | None = None) -> Iterator[Finding
         facts.append(
             f"on 16 poses that were not used for fitting the error falls from {before.mean:.2f} to {held.mean:.3f} mm"
         )
-    found = cast(Identification[Chain], outcome.identification)
-    q = sample_joints(made.truth, 1000, np.random.default_rng(3))
+    corrected, truth = chain_of(outcome.identification.corrected), chain_of(made.truth)
+    q = sample_joints(truth, 1000, np.random.default_rng(3))
     # Seen from the tracker, as everything is: a shift of the whole robot is nobody's error.
-    gap = _aligned(found.corrected.pose(q)[:, :3, 3], made.truth.pose(q)[:, :3, 3])
+    gap = _aligned(corrected.pose(q)[:, :3, 3], truth.pose(q)[:, :3, 3])
     facts.append(
         f"all over the workspace the corrected model is {gap.mean() * 1e3:.3f} mm from the truth (1000 configurations that nobody measured)"
     )

@@ -149,7 +149,7 @@ def _told(found: Validation) -> Iterator[Block]:
         yield from quiet(
             f"profiled: {len(found.frames)} parameters of frames were fitted to these data; the errors are enlarged by what that took away"
         )
-    own = found.robot.chain.table
+    own = found.robot.machine.table
     if all(n in own.free and own[n].value == 0 and n not in found.frames for n in TOOL):
         # A file that says nothing of the tool: its whole length stands in the errors, and nothing else would say so.
         yield from quiet(

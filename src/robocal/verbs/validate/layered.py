@@ -29,7 +29,7 @@ def layer_beside(
     Raises FormatError for a broken layer.json, or one of another robot.
     """
     place = Path(robot) / LAYER
-    if not Path(robot).is_dir() or not place.is_file():
+    if inputs.opened.arm is None or not Path(robot).is_dir() or not place.is_file():
         return None
     layer = read_layer(place)
     if layer.joints != inputs.robot.chain.joint_names:

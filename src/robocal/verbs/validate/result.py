@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from robocal.apply.iso9283 import Standard, standard
 from robocal.files.parts import Document, Made, made_by
-from robocal.files.robot import Robot
 from robocal.files.text import InputFile
 from robocal.measure.data import DataSet
 from robocal.prove.evidence import bootstrap_gain, constant_errors
@@ -28,7 +27,8 @@ from robocal.quantities import Column, Listing, UnitValue, unit_value
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, documents, sentences
 from robocal.session.arm import OpenedArm
-from robocal.session.inputs import Inputs, open_arm, read_inputs, robot_files
+from robocal.session.inputs import Inputs, open_machine, read_inputs
+from robocal.session.opened import Opened
 from robocal.session.reference import OffsetRobot, offset_robot
 from robocal.session.watching import Watch, computable
 from robocal.verbs.validate.layered import layer_beside, layer_words
@@ -38,6 +38,7 @@ __all__ = ["Validation", "validated"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+OFFSETS = "no --offsets: a length sensor counts from its zero, c1.l0, which `identify` finds"
 
 
 @dataclass(frozen=True)
@@ -84,8 +85,8 @@ class ValidationDocument(Document):
 class Validation:
     """Errors (mm, deg) of a model, and of another one to compare with; `reasons` why they are not to be trusted."""
 
-    robot: Robot
-    against: Robot | None
+    robot: Opened[Any]
+    against: Opened[Any] | None
     statistic: Statistic | None
     statistic_against: Statistic | None
     angle: Statistic | None
@@ -137,18 +138,18 @@ def validated(o: Any, command: str = "", watch: Watch | None = None) -> Validati
     """Validates a robot on data files, by the options of the verb: compared with another robot when one is given; offsets are
     judged on the nominal robot, and compared with it where nothing else is named. Raises InputError."""
     inputs = read_inputs(o.robot, o.data, base=o.base, tip=o.tip, exclude=o.exclude, watch=watch)
-    other = None if o.against is None else open_arm(o.against, base=o.base, tip=o.tip)
-    places = (inputs.robot.path, None if o.offsets is None else Path(o.offsets))
+    other = None if o.against is None else open_machine(o.against, base=o.base, tip=o.tip)
+    places = (inputs.opened.file.path, None if o.offsets is None else Path(o.offsets))
     inputs, used, left_out = unseen(inputs, places)
-    shifted = None if o.offsets is None else offset_robot(o.robot, inputs.robot, o.offsets)
+    shifted = None if o.offsets is None else offset_robot(o.robot, inputs.opened.need_arm(OFFSETS), o.offsets)
     if shifted is not None:
-        inputs, other = _shifted(inputs, shifted), other or shifted.nominal
+        inputs, other = _shifted(inputs, shifted), other or OpenedArm(shifted.nominal)
+    machine = inputs.opened.machine
     with computable(o.robot, *o.data):
         # A nominal robot says as little of its tool with offsets as without.
-        mine = model_errors(inputs.robot.chain, inputs.data, watch, tool=shifted is not None)
-        theirs = None if other is None else model_errors(other.chain, inputs.data, watch, tool=True)
-        second = None if other is None or theirs is None else (other.chain, theirs.values)
-        iso = standard(inputs.data, (inputs.robot.chain, mine.values), second, o.distances)
+        mine = model_errors(machine, inputs.data, watch, tool=shifted is not None)
+        theirs = None if other is None else model_errors(other.machine, inputs.data, watch, tool=True)
+        iso = _standing(inputs, other, mine, theirs, o.distances)
     reasons = list(used)
     if mine.rows < 2 * len(mine.fitted):
         reasons.append(Remark.of(Code.FEW_AFTER_FRAMES, numbers=mine.rows, fitted=len(mine.fitted)))
@@ -171,13 +172,26 @@ def validated(o: Any, command: str = "", watch: Watch | None = None) -> Validati
         *layer_words(layer),
         *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
     )
-    files = (*inputs.files, *(() if other is None or o.against is None else robot_files(other, o.against)))
+    files = (*inputs.files, *(() if other is None or o.against is None else other.inputs))
     return Validation(
-        inputs.robot, other, _statistic(mine, "m"), _statistic(theirs, "m"), _statistic(mine, "rad"), _statistic(theirs, "rad"),
+        inputs.opened, other, _statistic(mine, "m"), _statistic(theirs, "m"), _statistic(mine, "rad"), _statistic(theirs, "rad"),
         gain, None if constant is None else constant * 1e3, mine.fitted, () if theirs is None else theirs.fitted,
         _poses(inputs.data, mine, theirs), tuple(reasons), warnings, files, command, layer, iso,
         None if shifted is None else shifted.file.path,
     )  # fmt: skip
+
+
+def _standing(
+    inputs: Inputs, other: Opened[Any] | None, mine: Errors, theirs: Errors | None, distances: str
+) -> Standard:
+    """Accuracy and repeatability by ISO 9283, of an arm that is compared with none or with another arm; nothing of a machine whose joint
+    values do not command a pose."""
+    arm, second = inputs.opened.arm, None
+    if arm is None:
+        return {}
+    if other is not None and theirs is not None:
+        second = (other.need_arm().chain, theirs.values)
+    return standard(inputs.data, (arm.chain, mine.values), second, distances)
 
 
 def _shifted(inputs: Inputs, shifted: OffsetRobot) -> Inputs:
@@ -185,7 +199,7 @@ def _shifted(inputs: Inputs, shifted: OffsetRobot) -> Inputs:
     file = InputFile(shifted.file.path, shifted.file.sha256)
     said = (*inputs.warnings, *shifted.warnings)
     return replace(
-        inputs, opened=OpenedArm(shifted.robot, inputs.opened.name), files=(*inputs.files, file), warnings=said
+        inputs, opened=OpenedArm(shifted.robot, inputs.opened.given), files=(*inputs.files, file), warnings=said
     )
 
 
@@ -194,7 +208,7 @@ def _statistic(e: Errors | None, unit: str) -> Statistic | None:
         return None
     values = e.position * 1e3 if unit == "m" else np.degrees(e.angle)
     values = values * e.factor if np.isfinite(e.factor) else values
-    return Statistic.of(values, profiled=bool(e.fitted))
+    return Statistic.of(values, profiled=bool(e.fitted) or e.posed)
 
 
 def _constant(data: DataSet) -> float | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -43,8 +42,7 @@ def unseen(inputs: Inputs, places: Iterable[Path | None]) -> tuple[Inputs, tuple
     total = sum(len(o) for o in data.observations)
     told = Remark.of(Code.SEEN_LEFT_OUT, count=count, total=total, files=files, left=len(left))
     few = (Remark.of(Code.FEW_UNSEEN_HERE, left=len(left), fewest=FEWEST),) if len(left) < FEWEST else ()
-    kept = replace(inputs, reading=replace(inputs.reading, dataset=data.take(left)))
-    return kept, few, (told,)
+    return inputs.with_data(data.take(left)), few, (told,)
 
 
 def _rows(inputs: Inputs, runs: Sequence[Run]) -> list[NDArray[np.bool_]]:

@@ -1,0 +1,192 @@
+"""A cable robot whose anchors and zeros are not quite where its file says: its sensors, and an instrument that sees the platform.
+
+Cables are taken as straight and stiff. Poses lie in the middle of the frame; where the file knows the mass and the tension limits, only
+those at which the cables hold the platform. Everything that it writes says simulated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.geometry import CableRobot
+from robocal.cables.room import frame_box
+from robocal.cables.statics import gravity_wrench, structure_of
+from robocal.cables.tension import distribute
+from robocal.errors import ModelError, nearest
+from robocal.files.cable.cablefile import CableFile
+from robocal.files.cable.lists import length_columns, read_platform_poses
+from robocal.files.cable.show import describe_cable
+from robocal.files.cable.write import render_cable
+from robocal.files.csvtable import csv_text
+from robocal.files.listing import listing_text
+from robocal.files.units import number, numbers_of
+from robocal.geometry import se3
+from robocal.measure.base import synthesise
+from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.parameters import FRAME_SYMBOLS
+from robocal.quantities import Column, Listing
+from robocal.session.simulator import Errors, Request, Simulator
+from robocal.simulation.rigs import STANDS
+
+__all__ = ["CableSimulator"]
+
+Array = NDArray[np.float64]
+MIDDLE = 0.6  # of the frame's box, along each axis
+TURNED = 0.1  # rad, standard deviation about each axis
+TRIES = 50  # times as many poses as are wanted, before it is said that the cables hold too few
+LENGTH, PLACE, TURN = 5e-4, 5e-5, 1e-4  # noise where nobody states one: m of a length, m and rad of a pose
+USUAL = ("ax", "ay", "az", "l0")  # what is off where the file frees nothing
+KINDS = {"position": 3, "pose": 6}
+
+
+class CableSimulator(Simulator[CableRobot]):
+    """A cable robot with the sensors of its cables, before an instrument that stands somewhere. Raises ModelError for a kind that no
+    platform is measured by, or a frame that is none."""
+
+    usual: ClassVar[Errors] = Errors(length=0.01)
+
+    def __init__(self, file: CableFile, request: Request) -> None:
+        super().__init__(file.robot, file.units, request)
+        self.file = file
+        self._kind = request.kind or ("pose" if max(file.robot.axes) > 2 else "position")
+        if self._kind not in KINDS:
+            near, known = nearest(self._kind, KINDS), ", ".join(KINDS)
+            raise ModelError("unknown kind", key="--kind", found=self._kind, expected=known, suggestion=near)
+        place = PLACE if request.noise is None else request.noise
+        turn = TURN if request.angle_noise is None else request.angle_noise
+        length = LENGTH if request.length_noise is None else request.length_noise
+        self._noise = length, np.repeat([place, turn], 3)[: KINDS[self._kind]]
+
+    @property
+    def kind(self) -> str:
+        """What an instrument measures beside the lengths."""
+        return self._kind
+
+    @property
+    def noise(self) -> float:
+        """Of a length, in m."""
+        return self._noise[0]
+
+    @property
+    def imperfect(self) -> Sequence[str]:
+        """What the file frees; where it frees nothing, frame anchors and zeros."""
+        names = self.machine.table
+        return names.free or tuple(n for n in names.names if n.rpartition(".")[2] in USUAL)
+
+    def draw(self, count: int, rng: np.random.Generator) -> Array:
+        """Poses (k, 4, 4) of the platform. Raises ModelError where the cables hold it at too few."""
+        if self.request.at is not None:
+            return read_platform_poses(self.request.at, self.machine).values
+        held = np.empty((0, 4, 4))
+        for _ in range(TRIES):
+            poses = self._anywhere(count, rng)
+            held = np.concatenate([held, poses[_held(self.machine, poses)]])[:count]
+            if len(held) == count:
+                return held
+        raise ModelError(
+            "the cables hold the platform at few poses in the middle of the frame", found=f"{len(held)} of {count}",
+            expected="--at FILE with poses of your own, or other tension limits in the robot's file",
+        )  # fmt: skip
+
+    def _anywhere(self, count: int, rng: np.random.Generator) -> Array:
+        """Poses in the middle of the frame, turned a little."""
+        robot = self.machine
+        box, free = frame_box(robot)[0], list(robot.axes)
+        vector = np.tile(se3.to_vector(robot.home[None])[0], (count, 1))
+        place = box.mean(axis=1) + MIDDLE * (rng.uniform(size=(count, 3)) - 0.5) * np.ptp(box, axis=1)
+        drawn = np.concatenate([place, rng.normal(0.0, TURNED, (count, 3))], axis=1)
+        vector[:, free] = drawn[:, free]
+        return se3.from_vector(vector)
+
+    def measure(self, truth: CableRobot, where: Array, rng: np.random.Generator) -> DataSet:
+        """Lengths, and what the instrument reads, at poses (k, 4, 4)."""
+        k, m = len(where), len(truth.cables)
+        ids = tuple(f"p{i + 1:0{len(str(k))}d}" for i in range(k))
+        length, spread = self._noise
+        exact = not (length > 0 and (spread > 0).all())
+        lengths = Observations(
+            "lengths", np.repeat(np.arange(k), m), np.zeros((k * m, 1)), None if exact else np.full((k * m, 1), length),
+            extra={"cable": np.tile(np.arange(m, dtype=float), k)}, options={"cables": truth.cables},
+        )  # fmt: skip
+        seen = Observations(
+            self._kind,
+            np.arange(k),
+            np.zeros((k, len(spread))),
+            None if exact else np.tile(spread, (k, 1)),
+            self._frame(),
+        )
+        blank = DataSet(Configurations(ids, start=se3.to_vector(where)), (lengths, seen))
+        return synthesise(truth, blank, None if exact else rng)
+
+    def _frame(self) -> Frame | None:
+        """Where the base is, seen from the instrument; None: the instrument reads in base coordinates."""
+        text, units = self.request.frame, self.file.units
+        if text in ("auto", "none"):
+            value: tuple[float, ...] | None = STANDS if text == "auto" else None
+        else:
+            given = numbers_of(text, "x,y,z,rx,ry,rz or none", key="--frame")
+            value = (*map(units.length.to_si, given[:3]), *map(units.angle.to_si, given[3:]))
+        return None if value is None else Frame("tracker", value, (True,) * 6, expected=(10.0, 3.0))
+
+    def largest_error(self, truth: CableRobot, where: Array) -> float:
+        """How far a length of the model is off, in m."""
+        from robocal.cables.inverse import inverse
+
+        return float(np.abs(inverse(truth, where, None)[0] - inverse(self.machine, where, None)[0]).max())
+
+    def robot_files(self, truth: CableRobot, label: str) -> Mapping[str, str]:
+        """The nominal and the true robot. Raises ModelError where the file cannot hold the truth."""
+        true_text, left_out = render_cable(self.file, {p.name: p.value for p in truth.table.rows})
+        if left_out:
+            raise ModelError(
+                "this file cannot hold these true values", found=", ".join(left_out), expected="zeros in it"
+            )
+        native = self.file.format == "yaml"
+        return {
+            "robot.yaml": self.file.text if native else describe_cable(self.machine, self.file.units),
+            "truth.yaml": label + (true_text.partition("\n")[2] if native else true_text),
+        }
+
+    def data_files(self, data: DataSet, label: str, stem: str = "") -> Mapping[str, str]:
+        """The lengths, and what the instrument read from a place that is to be found."""
+        before, units = f"{stem}-" if stem else "", self.file.units
+        lengths, seen = data.observations
+        ids, names = data.configurations.ids, FRAME_SYMBOLS[: KINDS[seen.kind]]
+        shown = [units.length if s in "xyz" else units.angle for s in names]
+        table = Listing((Column("id", "", ids), *length_columns(self.machine, lengths.value.reshape(len(ids), -1))))
+        cells = [[number(u.from_si(float(v))) for u, v in zip(shown, row, strict=True)] for row in seen.value]
+        rows = ([i, *own] for i, own in zip(ids, cells, strict=True))
+        header = ["id", *(f"{s} [{u.name}]" for s, u in zip(names, shown, strict=True))]
+        what = [f"lengths: {{columns: [{', '.join(self.machine.cables)}]{_sigma(lengths, 0, units.length.factor)}}}"]
+        place = [f"position: {{columns: [x, y, z]{_sigma(seen, 0, units.length.factor)}}}"]
+        if seen.kind == "pose":
+            turn = _sigma(seen, 3, units.angle.factor)
+            place.append(f"orientation: {{columns: [rx, ry, rz], form: rotation_vector{turn}}}")
+        place.append(f"frame: {{name: {'world, free: false' if seen.frame is None else 'tracker, free: true'}}}")
+        return {
+            f"{before}lengths.csv": label + listing_text(table, units),
+            f"{before}lengths.yaml": label + _described("lengths", f"{before}lengths.csv", what),
+            f"{before}{seen.kind}.csv": label + csv_text(header, rows),
+            f"{before}{seen.kind}.yaml": label + _described(seen.kind, f"{before}{seen.kind}.csv", place),
+        }
+
+
+def _sigma(obs: Observations, column: int, factor: float) -> str:
+    """The key of a standard deviation, in the unit of the columns."""
+    return "" if obs.sigma is None else f", sigma: {number(float(obs.sigma[0, column]) / factor)}"
+
+
+def _described(kind: str, file: str, lines: Sequence[str]) -> str:
+    return "\n".join(["robocal: 1", f"kind: {kind}", f"file: {file}", *lines, "configuration: {id: id}"]) + "\n"
+
+
+def _held(robot: CableRobot, poses: Array) -> NDArray[np.bool_]:
+    """At which poses (k, 4, 4) the cables hold the platform's weight; everywhere, where that is not known."""
+    if robot.mass is None or robot.limits is None or len(robot.cables) < len(robot.axes):
+        return np.ones(len(poses), dtype=bool)
+    weight = gravity_wrench(poses, float(robot.mass), robot.com)[:, list(robot.axes)]
+    return np.asarray(distribute(structure_of(robot, poses), weight, robot.limits).feasible)
