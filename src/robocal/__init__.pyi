@@ -119,11 +119,11 @@ def drift(
     Both runs must start from the same robot file. The instrument may stand elsewhere; with --new-tool the tool too.
 
     first: The earlier run folder.
-    second: The later run folder, identified from the same robot file.
+    second: The later run folder, identified from the same robot file; or truth.yaml of a simulation.
     new_tool: The tool was mounted anew and may differ.
     matters: The change worth an alarm, with its unit: mean over the poses measured.
     history: Add the runs to this CSV, a row for each number; they are not added twice.
-    output: Write drift.json here.
+    output: Write drift.json here; of a cable robot or beside a truth, a page too.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
@@ -181,6 +181,7 @@ def identify(
     leave_one_out: bool | None = None,
     keep_all: bool = False,
     iterations: int = 100,
+    tolerance: float | None = None,
     particles: int = 1000,
     bootstrap: int | None = None,
     seed: int = 0,
@@ -212,6 +213,7 @@ def identify(
     leave_one_out: Predict every configuration from all the others.  [default: up to 400 configurations]
     keep_all: Fit also what the data cannot tell apart.
     iterations: At most this many, 1 or more.
+    tolerance: Stop where the greatest error of any measurement is no larger, in the robot file's unit of length, above 0.  [default: go to the minimum]
     particles: For --method particle, 50 to 100000.
     bootstrap: Draw the configurations N times again: intervals that trust no model of the noise.
     seed: For whatever is drawn at random, 0 or more.

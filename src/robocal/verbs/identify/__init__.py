@@ -26,7 +26,7 @@ HELD = ("blocks", "group")
 GROUPS = "gain, eccentricity, ripple, backlash, compliance, sag, bending, expansion"
 USUAL = Solver()  # what is taken where nobody says
 UNRECORDED = ("robot", "data", "output", "force")  # the recipe names files by themselves
-IF_GIVEN = ("base", "tip", "compare", "region")
+IF_GIVEN = ("base", "tip", "compare", "region", "tolerance")
 
 
 @dataclass(frozen=True)
@@ -102,6 +102,14 @@ class Options(Told):
     )
     keep_all: bool = opt(False, "Fit also what the data cannot tell apart")
     iterations: int = opt(USUAL.max_iterations, "At most this many", metavar="N", least=1)
+    tolerance: float | None = opt(
+        None,
+        "Stop where the greatest error of any measurement is no larger",
+        metavar="ERROR",
+        unit="length",
+        above=0,
+        otherwise="go to the minimum",
+    )
     particles: int = opt(USUAL.particles, "For --method particle", metavar="N", least=50, most=100_000)
     bootstrap: int | None = opt(
         None, "Draw the configurations N times again: intervals that trust no model of the noise", metavar="N"
@@ -114,7 +122,7 @@ class Options(Told):
     def solver(self) -> Solver:
         """The same for the solver. Raises ModelError for words that it does not know, and for those that contradict."""
         from robocal.errors import ModelError
-        from robocal.fit.estimators import estimator
+        from robocal.fit.estimators import ESTIMATORS, estimator
         from robocal.verbs.identify.result import MEASURED, methods_of
 
         methods_of(self.compare, self.method)
@@ -122,6 +130,9 @@ class Options(Told):
         if self.folds is not None and isinstance(held, float):
             expected = "blocks, group, or nothing"
             raise ModelError("with folds everything is held out once", key="--hold-out", found=held, expected=expected)
+        if self.tolerance is not None and not method.iterates:
+            some = ", ".join(name for name, e in ESTIMATORS.items() if e.iterates)
+            raise ModelError("this method does not iterate", key="--tolerance", found=self.method, expected=some)
         if self.reselect and self.folds is None:
             raise ModelError("nothing is selected anew without folds", key="--reselect", expected="--folds K as well")
         return Solver(
@@ -202,7 +213,8 @@ def _arm(o: Options, solver: Solver, watch: Watch | None, command: str) -> Ident
     timed = Timed()
     robot, data = choose(inputs.robot, inputs.data, free=o.free, fix=o.fix, prior=o.prior)
     region, read = working_range(robot, data, o.region)
-    options, every = replace(solver, region=region), (*inputs.files, *read)
+    solver = replace(solver, region=region, tolerance=o.si(robot.units).tolerance)
+    options, every = solver, (*inputs.files, *read)
     more: dict[str, Any] = {}
     layer = None
     with computable(*(i.file for i in every)):
@@ -233,6 +245,7 @@ def _cables(o: Options, file: CableFile, solver: Solver, watch: Watch | None, co
     from robocal.verbs.identify.result import Timed, recipe_of
 
     timed = Timed()
+    solver = replace(solver, tolerance=o.si(file.units).tolerance)
     made = identify_cable(file, o.robot, o.data, solver, o.given, watch, o.exclude)
     measured = made.measured
     recipe = recipe_of(made.found, o.record, command, measured.files, timed, measured.reading.left_out)
