@@ -50,16 +50,21 @@ def stub(path: str) -> str:
 def _result(path: str) -> tuple[str, list[str]]:
     """What `run(...) -> Outcome[T]` says of its result, and the imports that it takes: every name under one that only this verb has."""
     module = import_module(f"robocal.verbs.{path}")
-    told = module.run.__annotations__["return"].removeprefix("Outcome[").removesuffix("]")
+    result = module.run.__annotations__["return"].removeprefix("Outcome[").removesuffix("]")
     verb = path.rpartition(".")[2]
-    imports = []
+    known: list[tuple[str, str, str]] = []  # name in this module, module that defines it, name there
     for node in ast.walk(ast.parse(inspect.getsource(module))):
-        for alias in node.names if isinstance(node, ast.ImportFrom) and node.col_offset in (0, 4) else ():
-            name, own = alias.asname or alias.name, f"_{verb}_{alias.asname or alias.name}"
-            if re.search(rf"\b{name}\b", told) and node.module != "typing" and f" as {own}" not in "".join(imports):
-                told = re.sub(rf"\b{name}\b", own, told)
-                imports.append(f"from {node.module} import {alias.name} as {own}")
-    return told, imports
+        if isinstance(node, ast.ImportFrom) and node.col_offset in (0, 4) and node.module:
+            known += [(alias.asname or alias.name, node.module, alias.name) for alias in node.names]
+        elif isinstance(node, ast.ClassDef):
+            known.append((node.name, module.__name__, node.name))
+    imports: dict[str, str] = {}
+    for name, home, there in known:
+        own = f"_{verb}_{name}"
+        if re.search(rf"\b{name}\b", result) and home != "typing" and own not in imports:
+            result = re.sub(rf"\b{name}\b", own, result)
+            imports[own] = f"from {home} import {there} as {own}"
+    return result, list(imports.values())
 
 
 def _parameter(entry: Entry) -> str:

@@ -23,6 +23,7 @@ from robocal.verbs.export.result import Exported as _export_Exported
 from robocal.verbs.new.result import Catalogue as _new_Catalogue
 from robocal.verbs.new.result import New as _new_New
 from robocal.verbs.plan.result import Planned as _plan_Planned
+from robocal.verbs.simulate import Simulated as _simulate_Simulated
 from robocal.verbs.validate.result import Validation as _validate_Validation
 from robocal.verbs.verify.result import Summary as _verify_Summary
 from robocal.verbs.verify.result import Verified as _verify_Verified
@@ -194,6 +195,7 @@ def identify(
     leave_one_out: bool | None = None,
     keep_all: bool = False,
     iterations: int = 100,
+    tolerance: float | None = None,
     particles: int = 1000,
     bootstrap: int | None = None,
     seed: int = 0,
@@ -225,6 +227,7 @@ def identify(
     leave_one_out: Predict every configuration from all the others.  [default: up to 400 configurations]
     keep_all: Fit also parameters that the data cannot separate.
     iterations: Maximum number of iterations, 1 or more.
+    tolerance: Stop where the greatest error of any measurement is no larger, in the robot file's unit of length, above 0.  [default: go to the minimum]
     particles: Number of particles, for --method particle, 50 to 100000.
     bootstrap: Draw the configurations N times again: intervals without a model of the noise.
     seed: Seed of all random draws, 0 or more.
@@ -392,7 +395,7 @@ def simulate(
     base: str | None = None,
     tip: str | None = None,
     watch: _Watch | None = None,
-) -> Found[Simulated]:
+) -> Found[_simulate_Simulated]:
     """Simulate measurements of a robot that differs from its model: data, and the true robot to compare with.
 
     robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list).

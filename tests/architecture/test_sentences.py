@@ -60,7 +60,7 @@ FACTS = {
         Code.BELOW_SCATTER,
         Code.ERRORS_CANCEL,
     ),
-    Code.FREE_IN_ONE,
+    *(Code.FREE_IN_ONE, Code.TRUTH_MET, Code.NOT_COMPARED),
 }
 
 

@@ -198,3 +198,34 @@ def test_a_history_is_completed_and_never_doubled(cell, tmp_path):
         history.write_text("\n".join([lines[0], ",".join([*cells[:6], wrong, cells[7]])]) + "\n")
         ran = robocal(*call)
         assert ran.status == 2 and words in ran.remarks and "row 2" in ran.remarks
+
+
+def test_drift_compares_runs_of_a_cable_robot_as_cable_drift_does(cell, tmp_path):
+    runs = run(cell, "first", "moved")
+    found = [json.loads(robocal(*verb, *runs, "--json").out) for verb in (("drift",), ("cable", "drift"))]
+    for each in found:
+        del each["provenance"]["command"]
+    assert found[0] == found[1] and found[0]["compared"]
+    words = [robocal(*verb, *runs).out for verb in (("drift",), ("cable", "drift"))]
+    assert words[0] == words[1]
+    out = tmp_path / "out"
+    assert robocal("drift", *runs, "-o", out, "--history", tmp_path / "h.csv").status == 0
+    assert {p.name for p in out.iterdir()} == {"drift.json", "report.html"} and (tmp_path / "h.csv").is_file()
+    for option in (("--new-tool",), ("--matters", "1mm")):
+        ran = robocal("drift", *runs, *option)
+        assert ran.status == 2 and "for arms" in ran.remarks
+
+
+def test_a_run_beside_the_truth_has_errors_as_large_as_its_sigmas_say(cell):
+    """Cable robots too: anchors and zeros, cable by cable."""
+    truth = cell / "truth.yaml"
+    truth.write_text(describe_cable(published("laval")))
+    ran = robocal("drift", cell / "same" / "run", truth, "--json")
+    found = json.loads(ran.out)
+    assert ran.status == 0 and found["verdict"]["consistent"] and not found["far"]
+    groups = {g["group"]: g for g in found["groups"]}
+    assert set(groups) == {"all", *(f"c{i}" for i in range(1, 9))} and groups["all"]["n"] == 32
+    moved = json.loads(robocal("drift", cell / "moved" / "run", truth, "--json").out)
+    assert max(moved["groups"][1:], key=lambda g: g["chi2"])["group"] == "c6"
+    bare = robocal("drift", cell / "first" / "run", cell / "first" / "run" / "calibrated.yaml")
+    assert bare.status == 2 and "no truth" in bare.remarks

@@ -113,14 +113,14 @@ def compare_truth(identified: Table, truth: Table, total: Total, names: Sequence
 
 def _groups(table: Table, names: Sequence[str]) -> Mapping[str, list[int]]:
     """All, by unit, and by owner; what would be all once more is left out."""
-    units: dict[str, list[int]] = {}
+    units: dict[str, list[int]] = {kind: [] for kind in KINDS.values()}
     owners: dict[str, list[int]] = {}
     for i, name in enumerate(names):
         unit = table[name].unit
         units.setdefault(KINDS.get(unit, unit), []).append(i)
         owners.setdefault(name.rpartition(".")[0] or name, []).append(i)
     parts = {**units, **owners}
-    return {ALL: list(range(len(names))), **{k: v for k, v in parts.items() if len(v) < len(names)}}
+    return {ALL: list(range(len(names))), **{k: v for k, v in parts.items() if 0 < len(v) < len(names)}}
 
 
 def _group(name: str, error: Difference, table: Table) -> GroupErrors:

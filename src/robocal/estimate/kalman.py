@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from robocal.errors import ModelError
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Linear
+from robocal.estimate.tolerance import greatest_error
 
 __all__ = ["Filtered", "kalman", "stacked"]
 
@@ -35,11 +36,12 @@ Watch = Callable[[dict[str, object]], None]
 @dataclass(frozen=True)
 class Filtered:
     """Where the filter ended: x (1, P), covariance of the free columns (n, n); `history` are the costs (half the sum of
-    squares) that the passes of `stacked` began with, and the last."""
+    squares) that the passes of `stacked` began with, and the last; `within` whether it stopped at a greatest error."""
 
     x: Array
     covariance: Array
     history: Array = field(default_factory=lambda: np.zeros(0))
+    within: bool = False
 
 
 def kalman(
@@ -118,6 +120,7 @@ def stacked(
     process: Array,
     noise: Array | float = 1.0,
     passes: int = 100,
+    tolerance: float | None = None,
     watch: Watch | None = None,
 ) -> Filtered:
     """The recursion of the seed: every pass takes all rows at once, linearised where the last one ended.
@@ -125,8 +128,8 @@ def stacked(
         P <- P + Q,  K = P J^T (J P J^T + R)^-1,  x <- x (+) K (-r(x)),  P <- (I - K J) P
 
     The innovation is y - h(x): with J relinearised, equation 4.8 as printed would subtract J X a second time. `noise`
-    is the variance of each whitened row, () or (N,): R / sigma^2. Raises ModelError for local blocks, a robust loss, or
-    bounds.
+    is the variance of each whitened row, () or (N,): R / sigma^2. It stops where the greatest error is within a `tolerance` (m).
+    Raises ModelError for local blocks, a robust loss, or bounds.
     """
     if problem.blocks or problem.loss != "none" or problem.bounded:
         raise ModelError(
@@ -134,13 +137,14 @@ def stacked(
         )
     x = problem.start if x is None else np.atleast_2d(np.asarray(x, float))
     p: Array = np.array(covariance, dtype=np.float64)
-    history = []
+    history, within = [], False
     for count in range(passes + 1):
         lin = problem.linearize(x)
         history.append(0.5 * float(lin.r @ lin.r))
         if watch:
             watch({"stage": "iterate", "iteration": count, "cost": history[-1], "active": 1})
-        if count == passes or not np.isfinite(history[-1]):
+        within = tolerance is not None and bool(greatest_error(problem, x)[0] <= tolerance)
+        if within or count == passes or not np.isfinite(history[-1]):
             break
         j = lin.j / np.sqrt(noise)[..., None] if np.ndim(noise) else lin.j / np.sqrt(noise)
         r = lin.r / np.sqrt(noise)
@@ -148,7 +152,7 @@ def stacked(
         p = np.asarray(np.linalg.inv(np.linalg.inv(p + process) + j.T @ j), dtype=np.float64)
         p = 0.5 * (p + p.T)
         x = problem.retract(x, -(p @ (j.T @ r))[None])
-    return Filtered(x, p, np.array(history))
+    return Filtered(x, p, np.array(history), within)
 
 
 def _root(covariance: Array) -> Array:

@@ -29,6 +29,7 @@ from robocal.errors import ModelError, nearest
 from robocal.estimate.damping.steps import Steps
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Normal
+from robocal.estimate.tolerance import greatest_error
 
 __all__ = ["METHODS", "Reason", "Solution", "least_squares"]
 
@@ -55,11 +56,12 @@ class Reason(IntEnum):
     NOT_FINITE = 6  # the cost at the start is not a number
     STALLED = 7  # no step lowers the cost
     FILTERED = 8  # no iteration was asked for: every configuration was taken in
+    TOLERANCE = 9  # the greatest error is within the tolerance that was asked for
 
     @property
     def converged(self) -> bool:
         """Whether the result is a minimum, or all that was asked for."""
-        return self in (Reason.COST, Reason.GRADIENT, Reason.STEP, Reason.FILTERED)
+        return self in (Reason.COST, Reason.GRADIENT, Reason.STEP, Reason.FILTERED, Reason.TOLERANCE)
 
     @property
     def text(self) -> str:
@@ -77,6 +79,7 @@ _WORDS = {
     Reason.NOT_FINITE: "stopped: the residuals are not finite",
     Reason.STALLED: "stopped: no step lowers the cost",
     Reason.FILTERED: "every configuration was taken in",
+    Reason.TOLERANCE: "stopped: the greatest error is within the tolerance",
 }
 
 
@@ -125,12 +128,13 @@ def least_squares(
     gradient_tolerance: float = 1e-13,
     step_tolerance: float = 1e-15,
     damping: float = 1e-6,
+    tolerance: float | None = None,
     watch: Watch | None = None,
 ) -> Solution:
     """Minimises the cost from x (B, P) or (P,), the table's values by default.
 
     Tolerances are relative: decrease promised to cost, largest cosine between the residual and a column, step to
-    expected error.
+    expected error. `tolerance`, in m, stops where the greatest error is no larger, at the start too.
     """
     if x is None and problem.loss == "tukey":
         # What lies far off counts for nothing by Tukey's loss, and before the first iteration that may be everything.
@@ -139,14 +143,16 @@ def least_squares(
         ).x
     start = problem.start if x is None else np.array(np.atleast_2d(x), dtype=float, order="C")  # parts of it are moved
     if method in ("pinv", "lse"):
-        return _pseudo_inverse(problem, start, 1 if method == "lse" else max_iterations, watch)
+        return _pseudo_inverse(problem, start, 1 if method == "lse" else max_iterations, tolerance, watch)
     if method not in METHODS:
         raise ModelError(
             "unknown method", found=method, expected=", ".join(METHODS), suggestion=nearest(method, METHODS)
         )
     many, tolerances = _at_once(problem, len(start)), (cost_tolerance, gradient_tolerance, step_tolerance)
     parts = [
-        _damped(problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, watch)
+        _damped(
+            problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch
+        )
         for lo in range(0, max(len(start), 1), many)
     ]  # fmt: skip
     return parts[0] if len(parts) == 1 else _joined(parts)
@@ -180,6 +186,7 @@ def _damped(
     most: int,
     tolerances: tuple[float, float, float],
     damping: float,
+    tolerance: float | None,
     watch: Watch | None,
 ) -> Solution:
     """From x (B, P), which are the problems base, base + 1, ... of the batch."""
@@ -200,6 +207,8 @@ def _damped(
     bent = np.zeros(batch, dtype=np.bool_)  # near the end the curvature of a loss counts: weights alone would creep on
     fails = False  # whether any step ever did
     while len(history) <= most:
+        if tolerance is not None:
+            _stop_within(problem, x, tolerance, away, reason)
         if bounded:
             value = np.ascontiguousarray(x[:, problem.index])
         going = steps.propose(normal, value, away, lam, predicted, reason)
@@ -248,6 +257,8 @@ def _damped(
         if watch:
             watch({"stage": "iterate", "iteration": len(history) - 1, "cost": float(history[-1][0]), "active": going})
     else:
+        if tolerance is not None:
+            _stop_within(problem, x, tolerance, away, reason)
         reason[reason == _RUNNING] = int(Reason.ITERATIONS)
     if fails:
         # A step that is nothing because the damping that a long one called for made it so is no minimum.
@@ -262,6 +273,15 @@ def _damped(
         np.array(history),
         (partial(problem.normal, np.array(x), everyone) if robust and bent.any() else normal,),
     )
+
+
+def _stop_within(
+    problem: Problem, x: Array, tolerance: float, away: NDArray[np.bool_], reason: NDArray[np.int64]
+) -> None:
+    """Stops the running problems whose greatest error is within the tolerance; one on trial stands nowhere yet."""
+    running = np.flatnonzero((reason == _RUNNING) & ~away)
+    if len(running):
+        reason[running[greatest_error(problem, x[running]) <= tolerance]] = int(Reason.TOLERANCE)
 
 
 @cache
@@ -289,7 +309,7 @@ class _Home:
         normal.put(index, self.normal.take(index))
 
 
-def _pseudo_inverse(problem: Problem, x: Array, most: int, watch: Watch | None) -> Solution:
+def _pseudo_inverse(problem: Problem, x: Array, most: int, tolerance: float | None, watch: Watch | None) -> Solution:
     if len(x) != 1 or problem.blocks:
         raise ModelError(
             "the pseudo-inverse method solves one problem without local blocks",
@@ -307,6 +327,9 @@ def _pseudo_inverse(problem: Problem, x: Array, most: int, watch: Watch | None) 
             watch({"stage": "iterate", "iteration": count, "cost": cost, "active": 1})
         if not np.isfinite(cost):
             reason = Reason.NOT_FINITE
+            break
+        if tolerance is not None and most > 1 and greatest_error(problem, x)[0] <= tolerance:
+            best_x, reason = x, Reason.TOLERANCE
             break
         if cost < best:
             best, best_x = cost, x

@@ -55,7 +55,8 @@ Run = Callable[[Problem, Array, Options, Watch | None], Estimate]
 class Estimator:
     """One way to solve a problem: `blind` takes all free columns and neither noise, priors nor bounds; `robust` knows
     losses; `minimises` the problem's cost, so that a batch of least-squares problems is its leave-one-out; `restarts` from
-    other places when it fails; `finite` ends after a number of steps that was asked for, which counts as an end."""
+    other places when it fails; `finite` ends after a number of steps that was asked for, which counts as an end; `iterates` until
+    a tolerance is met, where one was asked for."""
 
     name: str
     title: str
@@ -65,12 +66,14 @@ class Estimator:
     minimises: bool = False
     restarts: bool = False
     finite: bool = False
+    iterates: bool = True
 
 
 def _least_squares(method: str) -> Run:
     def run(problem: Problem, start: Array, options: Options, watch: Watch | None) -> Estimate:
+        most = options.max_iterations
         return Estimate(
-            least_squares(problem, start, method=method, max_iterations=options.max_iterations, watch=watch)
+            least_squares(problem, start, method=method, max_iterations=most, tolerance=options.tolerance, watch=watch)
         )
 
     return run
@@ -102,7 +105,8 @@ def _filter(problem: Problem, start: Array, options: Options, watch: Watch | Non
     history = [problem.normal(start).cost, problem.normal(first.x).cost]
     if options.max_iterations == 1:
         return Estimate(_solution(problem, first.x, history, Reason.FILTERED), first.covariance)
-    more = least_squares(held, first.x, max_iterations=options.max_iterations - 1, watch=watch)
+    passes = options.max_iterations - 1
+    more = least_squares(held, first.x, max_iterations=passes, tolerance=options.tolerance, watch=watch)
     here = held.normal(first.x).cost[0]
     if not (more.reasons[0].converged and more.cost[0] <= here * (1 + 1e-9)):
         note = Remark.of(Code.FILTER_UNSETTLED)
@@ -138,11 +142,12 @@ def _seed(problem: Problem, start: Array, options: Options, watch: Watch | None)
     noise = np.concatenate(
         [_noise(t.scale, t.parts)[(weight[t.configuration] > 0) & t.used].ravel() for t in problem.terms]
     )
-    f = stacked(problem, start, covariance=p, process=p, noise=noise, passes=options.max_iterations, watch=watch)
-    finite = bool(np.isfinite(f.x).all())
-    return Estimate(
-        _solution(problem, f.x, list(f.history[:, None]), Reason.ITERATIONS if finite else Reason.NOT_FINITE)
-    )
+    passes, tolerance = options.max_iterations, options.tolerance
+    f = stacked(problem, start, covariance=p, process=p, noise=noise, passes=passes, tolerance=tolerance, watch=watch)
+    reason = Reason.ITERATIONS if np.isfinite(f.x).all() else Reason.NOT_FINITE
+    if f.within:
+        reason = Reason.TOLERANCE
+    return Estimate(_solution(problem, f.x, list(f.history[:, None]), reason))
 
 
 def _noise(scale: Array, parts: tuple[tuple[int, int, str], ...]) -> Array:
@@ -166,7 +171,7 @@ ESTIMATORS = {
         Estimator("lm", "Levenberg-Marquardt", _least_squares("lm"), minimises=True, restarts=True),
         Estimator("gauss-newton", "Gauss-Newton", _least_squares("gauss-newton"), minimises=True, restarts=True),
         Estimator("ekf", "iterated extended Kalman filter", _filter, minimises=True),
-        Estimator("particle", "particle filter after the Kalman filter", _particles),
+        Estimator("particle", "particle filter after the Kalman filter", _particles, iterates=False),
         Estimator("pinv", "iterated pseudo-inverse", _least_squares("pinv"), blind=True, robust=False),
         Estimator(
             "lse",
@@ -175,6 +180,7 @@ ESTIMATORS = {
             blind=True,
             robust=False,
             finite=True,
+            iterates=False,
         ),
         Estimator(
             "ekf-100",
@@ -208,11 +214,13 @@ def batched(options: Options) -> bool:
     """Whether leave-one-out of this choice is one batch of least-squares problems: the estimator ends at their minimum."""
     found = estimator(options.method)
     # One pass of the filter is an estimate of its own, not the minimum that further passes settle at.
-    return found.minimises and not (found.run is _filter and options.max_iterations == 1)
+    # One that stops at a tolerance need not have come there either.
+    stops = options.tolerance is not None or (found.run is _filter and options.max_iterations == 1)
+    return found.minimises and not stops
 
 
 def ended(method: str, reason: Reason) -> tuple[str, bool]:
     """How a method ended in words, and whether it stopped without converging."""
-    if estimator(method).finite:
+    if estimator(method).finite and reason != Reason.TOLERANCE:
         return "as many steps as were asked for", False
     return reason.text, not reason.converged

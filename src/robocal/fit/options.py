@@ -25,8 +25,9 @@ class Options:
 
     `keep_all` frees every parameter that says so, without dropping what cannot be seen (the blind methods do so by
     themselves). `particles` is how many the particle filter takes, `bootstrap` how many times the places are drawn
-    again to see how far the parameters scatter. `region` is the working range in which the correction should hold (the box
-    of the measured joints), `measured` says that it need not hold farther than it was measured.
+    again to see how far the parameters scatter. `tolerance` (m) stops iterations at a greatest error. `region` is the working range
+    in which the correction should hold (the box of the measured joints), `measured` says that it need not hold farther than it was
+    measured.
     """
 
     method: str = "lm"
@@ -45,3 +46,4 @@ class Options:
     bootstrap: int | None = None
     region: Region | None = None
     measured: bool = False
+    tolerance: float | None = None

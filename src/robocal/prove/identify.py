@@ -48,7 +48,8 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
     options = options or Options()
     if options.bootstrap is not None and not batched(options):
         words = "the bootstrap takes a method that minimises the cost"
-        raise ModelError(words, key="method", found=options.method, expected="lm")
+        method = options.method if options.tolerance is None else f"{options.method}, which stops at a tolerance"
+        raise ModelError(words, key="method", found=method, expected="lm")
     made = decide(model, data, options, watch)
     found = _handed_back(made, watch)
     return replace(found, offsets=offsets_alone(made.model, made.started.x, made.fitted, made.known, options.seed))

@@ -109,6 +109,7 @@ class Code(StrEnum):
     TRUTH_MET = "truth-met"
     TRUTH_MISSED = "truth-missed"
     TRUTH_MISSED_BY = "truth-missed-by"
+    TRUTH_HELD = "truth-held"
     NOT_COMPARED = "not-compared"
 
     # --- studies ---

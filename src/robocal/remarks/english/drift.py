@@ -77,5 +77,9 @@ TABLE: dict[Code, Words] = {
         "farther from the truth than chance explains: {names}",
         "Check these numbers in the truth file, and whether anything else that the run held fixed was true.",
     ),
+    Code.TRUTH_HELD: Words(
+        "the run held {names}, of which the truth differs: what was identified carries these errors, and no standard deviation does",
+        "Free them in the run, or simulate with them at their nominal values.",
+    ),
     Code.NOT_COMPARED: Words("identified, but not compared, because the truth does not hold them: {names}"),
 }

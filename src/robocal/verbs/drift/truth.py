@@ -8,6 +8,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from robocal.apply.difference import step_between
 from robocal.apply.truth import CHANCE, GroupErrors, ParameterError, TruthErrors, compare_truth
 from robocal.errors import FileError, ModelError
 from robocal.files.parts import made_by
@@ -27,15 +30,18 @@ from robocal.verbs.outcome import Outcome
 __all__ = ["TruthComparison", "compare_with_truth", "sections"]
 
 TEN = 10
+SAME = 1e-9  # of two values, m or rad
 
 
 @dataclass(frozen=True)
 class TruthComparison:
-    """A run beside the truth (SI), the parameters that the truth does not hold, and what was read."""
+    """A run beside the truth (SI), the parameters that the truth does not hold, those that the run held at other values, and what was
+    read."""
 
     calibration: Calibration
     errors: TruthErrors
     missing: tuple[str, ...]
+    fixed: tuple[str, ...]
     places: tuple[str, str]
     truth: InputFile
     command: str = ""
@@ -55,6 +61,11 @@ class TruthComparison:
         """Parameters, in mm and deg."""
         return tuple(shown(ParameterError, p) for p in self.errors.parameters)
 
+    @property
+    def consistent(self) -> bool:
+        """Whether errors are what their standard deviations say, together and each."""
+        return self.errors.total.p_value >= CHANCE and not self.errors.named
+
     @cached_property
     def reasons(self) -> tuple[Remark, ...]:
         """Whether errors are what their standard deviations say."""
@@ -72,6 +83,8 @@ class TruthComparison:
     def remarks(self) -> tuple[Remark, ...]:
         """What is worth knowing of run and truth."""
         out = [*self.calibration.opened.warnings, *verdict_remarks(self.calibration.run.result, self.places[0])]
+        if self.fixed:
+            out.append(Remark.of(Code.TRUTH_HELD, names=self.fixed))
         if self.missing:
             out.append(Remark.of(Code.NOT_COMPARED, names=self.missing))
         return tuple(dict.fromkeys(out))
@@ -84,11 +97,11 @@ class TruthComparison:
             "robot": self.name,
             "run": self.places[0],
             "truth": self.places[1],
-            **told(self.reasons, "reasons"),
+            "verdict": {"consistent": self.consistent, **told(self.reasons, "reasons")},
             "groups": [plain(g) for g in self.groups],
             "parameters": [plain(p) for p in self.parameters],
             "far": list(self.errors.named),
-            "warnings": sentences(self.remarks),
+            **told(self.remarks),
             "provenance": plain(made_by(self.command, (*self.calibration.files, self.truth))),
         }
 
@@ -107,9 +120,12 @@ def compare_with_truth(run: Path, truth: Path, command: str = "") -> TruthCompar
         )  # fmt: skip
     errors = compare_truth(found.opened.machine.table, table, found.known.total, names)
     missing = tuple(n for n in identified if n not in names)
-    return TruthComparison(
-        found, errors, missing, (str(run), str(truth)), InputFile(truth, read_text(truth).sha256), command
-    )
+    own = found.opened.machine.table
+    held = [n for n in own.names if n in table and n not in found.known.total.names]
+    off = np.abs(step_between(table, own, held)) > SAME
+    fixed = tuple(n for n, differs in zip(held, off, strict=True) if differs)
+    read = InputFile(truth, read_text(truth).sha256)
+    return TruthComparison(found, errors, missing, fixed, (str(run), str(truth)), read, command)
 
 
 def _open_truth(place: Path, like: Opened[Any]) -> Opened[Any]:

@@ -25,7 +25,7 @@ HELD = ("blocks", "group")
 GROUPS = "gain, eccentricity, ripple, backlash, compliance, sag, bending, expansion"
 USUAL = Solver()  # what is taken where nobody says
 UNRECORDED = ("robot", "data", "output", "force")  # the recipe names files by themselves
-IF_GIVEN = ("base", "tip", "compare", "region")
+IF_GIVEN = ("base", "tip", "compare", "region", "tolerance")
 
 
 @dataclass(frozen=True)
@@ -102,6 +102,14 @@ class Options(Told):
     )
     keep_all: bool = opt(False, "Fit also parameters that the data cannot separate")
     iterations: int = opt(USUAL.max_iterations, "Maximum number of iterations", metavar="N", least=1)
+    tolerance: float | None = opt(
+        None,
+        "Stop where the greatest error of any measurement is no larger",
+        metavar="ERROR",
+        unit="length",
+        above=0,
+        otherwise="go to the minimum",
+    )
     particles: int = opt(
         USUAL.particles, "Number of particles, for --method particle", metavar="N", least=50, most=100_000
     )
@@ -116,7 +124,7 @@ class Options(Told):
     def solver(self) -> Solver:
         """The same for the solver. Raises ModelError for words that it does not know, and for those that contradict."""
         from robocal.errors import ModelError
-        from robocal.fit.estimators import estimator
+        from robocal.fit.estimators import ESTIMATORS, estimator
         from robocal.verbs.identify.result import MEASURED, methods_of
 
         methods_of(self.compare, self.method)
@@ -124,6 +132,9 @@ class Options(Told):
         if self.folds is not None and isinstance(held, float):
             expected = "blocks, group, or nothing"
             raise ModelError("with folds everything is held out once", key="--hold-out", found=held, expected=expected)
+        if self.tolerance is not None and not method.iterates:
+            some = ", ".join(name for name, e in ESTIMATORS.items() if e.iterates)
+            raise ModelError("this method does not iterate", key="--tolerance", found=self.method, expected=some)
         if self.reselect and self.folds is None:
             raise ModelError("without folds nothing is selected again", key="--reselect", expected="--folds K as well")
         return Solver(
@@ -205,7 +216,8 @@ def identified(o: Options, solver: Solver, watch: Watch | None, command: str) ->
     timed = Timed()
     opened, data = choose(inputs.opened, inputs.data, free=o.free, fix=o.fix, prior=o.prior)
     region, read = working_range(opened, data, o.region)
-    options, every = replace(solver, region=region), (*inputs.files, *read)
+    options = replace(solver, region=region, tolerance=o.si(opened.units).tolerance)
+    every = (*inputs.files, *read)
     with computable(*(i.file for i in every)):
         opened, more = with_groups(opened, data, o.groups, options, watch)
         found = identify(opened.machine, data, options, watch)
