@@ -2,7 +2,7 @@
 
     T_base_tool = elements(theta, phi(q)) * pose,    q joint values, pose the configuration's own
 
-A serial arm is a path of elements driven by joint values. A cable platform, or a camera that somebody holds before a
+A serial arm is a path of elements driven by joint values. A cable platform, or a camera in the hand before a
 board, has a pose of its own at every configuration: free in some components (found by the fit, a local block each), or in
 none (known beforehand). Nothing above asks which of them it has.
 """
@@ -77,7 +77,7 @@ class Machine(Protocol):
 
     @property
     def motions(self) -> Mapping[str, Mapping[str, float]]:
-        """Motions of the frames in which it is told, by what people call them, as rates of its parameters: its own sensors need not
+        """Motions of the frames in which it is told, by their common names, as rates of its parameters: its own sensors need not
         see them."""
 
     def remarks(self) -> tuple[Remark, ...]:

@@ -16,7 +16,7 @@ CURVES = (("random", "curve random", "random poses"), ("p95", "curve p95", "95 %
 
 
 def foretold(document: Mapping[str, Any]) -> Iterator[Block]:
-    """What a plan.json foretells, in a sentence and a picture."""
+    """What a plan.json predicts, in a sentence and a picture."""
     accuracy, n = document["accuracy"], document["poses"]
     mean, wide, random = (f"{significant(accuracy.get(k))} mm" for k in ("mean_mm", "p95_mm", "random_mm"))
     yield Text.of(
@@ -42,7 +42,7 @@ def places(found: Mapping[str, Points]) -> Iterator[Block]:
 
 def accuracy_picture(document: Mapping[str, Any]) -> str:
     """Foretold error against the number of poses on a logarithmic axis: mean, 95 %, random poses; empty text when
-    nothing is foretold."""
+    nothing is predicted."""
     n, asked = document["poses"], document["asked_accuracy_mm"]
     rows = document["forecast"]
     # The first poses only find the instrument.
