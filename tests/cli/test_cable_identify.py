@@ -190,7 +190,7 @@ def test_the_unit_that_is_wrong_is_the_one_named(cell, tmp_path):
             text = (folder / there).read_text()
             (tmp_path / there).write_text(text.replace("[mm]", "[m]") if there == file else text)
         ran = robocal("identify", tmp_path / "robot.yaml", tmp_path / "lengths.yaml", tmp_path / "poses.yaml")
-        assert ran.status == 2 and "two sizes" in ran.remarks and file in ran.remarks and key in ran.remarks
+        assert ran.status == 2 and "the size of the robot" in ran.remarks and file in ran.remarks and key in ran.remarks
 
 
 def rows_of(path):

@@ -405,7 +405,7 @@ OF_CABLES: dict[str, tuple[str, str, tuple[str, ...]]] = {
         sets(used=ROWS).replace("<properties>", f"{'<a>' * 5000}{'</a>' * 5000}<properties>", 1).replace("<force_max>101", "<force_max>0.5"),
         ("<properties>", "crossed"),
     ),
-    "a pulley without direction": (FIRST, wheel(EIGHT[0][0], 0.1, (0, 0, 0)), ("<cable_entry_vector>", "not zero")),
+    "a pulley without direction": (FIRST, wheel(EIGHT[0][0], 0.1, (0, 0, 0)), ("<cable_entry_vector>", "must not be zero")),
     "a pulley without radius": (FIRST, wheel(EIGHT[0][0], 0.1, (0, 0, 1)).replace("pulley_radius", "size"), ("<base_rotating_pulley>", "<pulley_radius>")),
     "a pulley of negative radius": (FIRST, wheel(EIGHT[0][0], -0.1, (0, 0, 1)), ("<pulley_radius>", "negative radius")),
     "two cables": (ROWS, cables(EIGHT[:2]), ("<cable_set>", "3 to 12 cables")),
@@ -477,7 +477,7 @@ def test_a_set_that_is_not_there(tmp_path: Path) -> None:
 
 def test_attachments_measured_from_nobody_knows_where(tmp_path: Path) -> None:
     model = spatial(sets(used=cables(EIGHT, reference=None)), links(body(com=COM)))
-    refused(tmp_path, model, CABLES, "<cable_ideal>", "which point", "joint, com")
+    refused(tmp_path, model, CABLES, "<cable_ideal>", "reference point", "joint, com")
 
 
 def test_a_planar_body_beside_its_anchors(tmp_path: Path) -> None:

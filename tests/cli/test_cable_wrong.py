@@ -199,7 +199,7 @@ def test_require_says_what_a_plane_leaves_open(cell):
     )
     noise = ("--sigma", "3mm", "--sigma-position", "1mm", "--sigma-orientation", "0.1deg")
     ran = robocal("cable", "require", cell / "robot.yaml", cell / "plane.csv", *noise)
-    assert "stay in a plane: a frame anchor and its mirror image fit alike" in ran.said
+    assert "stay in a plane: a frame anchor and its mirror image fit equally well" in ran.said
     text = (cell / "plane.csv").read_text().replace("[mm]", "[m]")
     (cell / "plane.csv").write_text(text)
     assert "Check the unit" in robocal("cable", "require", cell / "robot.yaml", cell / "plane.csv", *noise).said

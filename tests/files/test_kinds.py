@@ -244,7 +244,7 @@ FAULTS = [
     ("distance", "distance: {columns: [a], unit: mm}\nsecond: {columns: [a, b]}\n", TOUCH, ["second.columns", "3 for"]),
     ("displacement", "displacement: {columns: [a, b, c], unit: mm}\n", TOUCH, ["second.a", "no such column"]),
     ("relative_pose", "position: {columns: [a, b, c], unit: mm}\n", TOUCH, ["orientation", "missing"]),
-    ("pixels", "pixels: {columns: [a, b]}\ncamera: {fx: 1, fy: 1, cx: 0, cy: 0}\n", TOUCH, ["points", "which points"]),
+    ("pixels", "pixels: {columns: [a, b]}\ncamera: {fx: 1, fy: 1, cx: 0, cy: 0}\n", TOUCH, ["points", "the measured points are not specified"]),
     ("pixels", "pixels: {columns: [a, b]}\ncamera: {fx: 1, fy: 1, cx: 0, cy: 0, free: [fz]}\ncorners: {column: a, size: 1}\n", TOUCH, ["camera.free", "fx"]),
     ("pixels", "pixels: {columns: [a, b]}\ncorners: {column: a, size: 1}\ncamera: {fx: 1, fy: 1, cx: 0, cy: 0}\n", TOUCH, ["row 3", "corner", "0, 1, 2, 3"]),
     ("pixels", "pixels: {columns: [a, b]}\ncorners: {column: a, size: 1}\n", TOUCH, ["camera", "missing"]),

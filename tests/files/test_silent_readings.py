@@ -43,9 +43,9 @@ def said(remarks, code: Code) -> list[str]:
 @pytest.mark.parametrize(
     ("header", "words"),
     [
-        ("sxx,sy,sz", ["row 1", "column sx", "belong together", "did you mean 'sxx'"]),
-        ("sx,sx,sz", ["row 1", "column sy", "belong together", "sx, sx, sz"]),
-        ("sx,sy,sy", ["row 1", "column sz", "belong together"]),
+        ("sxx,sy,sz", ["row 1", "column sx", "columns of a set are missing", "did you mean 'sxx'"]),
+        ("sx,sx,sz", ["row 1", "column sy", "columns of a set are missing", "sx, sx, sz"]),
+        ("sx,sy,sy", ["row 1", "column sz", "columns of a set are missing"]),
     ],
 )
 def test_a_sigma_that_is_not_whole(tmp_path, header, words):

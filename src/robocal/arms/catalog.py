@@ -1,6 +1,6 @@
 """A small catalogue of arms with the source of every number; lengths in m, angles in rad once they have left this file.
 
-`get(name)` gives a nominal chain. Where limits are absent, nobody published any for the model's joint angles. The
+`get(name)` gives a nominal chain. Where limits are absent, none are published for the model's joint angles. The
 seeds' machines keep in `meta["order"]` the column order of the printed Jacobians.
 """
 

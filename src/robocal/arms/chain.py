@@ -160,7 +160,7 @@ class Chain:
 
     @property
     def usual(self) -> tuple[str, ...]:
-        """The parameters that an identification frees unless told otherwise: the joints' geometry and the tool, in table
+        """The parameters that an identification frees by default: the joints' geometry and the tool, in table
         order.
 
         Never gains, joint offsets that the geometry repeats, the home pose, or the base (an instrument's frame says the

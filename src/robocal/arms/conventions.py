@@ -1,4 +1,4 @@
-"""Modelling conventions as functions that write elements; after this file nobody hears of DH or POE again.
+"""Modelling conventions as functions that write elements; the rest of the package does not depend on DH or POE.
 
     T_base_tool(q) = frame(base) joint_1(q_1) ... joint_n(q_n) [frame(home)] frame(tool)
 

@@ -179,7 +179,7 @@ PUBLISHED = {
 
 
 def published_loads(chain: Chain) -> tuple[Load, ...]:
-    """The published masses of an arm of this name in this convention, link by link; none where nobody published any."""
+    """The published masses of an arm of this name in this convention, link by link; none where no values are published."""
     for (name, conventions), rows in PUBLISHED.items():
         if chain.name == name and chain.convention in conventions and len(rows) == len(chain.joints):
             return tuple(Load(j, m, at) for j, (m, at) in zip(chain.joint_names, rows, strict=True))

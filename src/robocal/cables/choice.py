@@ -1,4 +1,4 @@
-"""How tensions are chosen where nobody says how: the one place for library, command line and Python. Cheap to import."""
+"""How tensions are chosen by default: the one place for library, command line and Python. Cheap to import."""
 
 from __future__ import annotations
 

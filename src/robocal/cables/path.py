@@ -1,4 +1,4 @@
-"""A path of one's own: poses one after the other by straight motions, what each meets first, and how far it can be held."""
+"""A given path: poses one after the other by straight motions, what each meets first, and how far it can be held."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ STEPS = 64  # at which a way is asked whether it can be held, before it is halve
 @dataclass(frozen=True)
 class Legs:
     """Of n motions from `starts` (n, 4, 4) to `ends` (n, 4, 4): `contacts`, and the share `held` (n,) of each that the tension limits
-    hold, 1 for all of it, 0 where its start is not held, not a number where nobody asked."""
+    hold, 1 for all of it, 0 where its start is not held, not a number where they were not computed."""
 
     contacts: Contacts
     held: Array
@@ -32,7 +32,7 @@ class Legs:
 
     @property
     def free(self) -> Array:
-        """The share (n,) of each that can be gone."""
+        """The share (n,) of each that is possible."""
         return np.fmin(self.contacts.fraction, self.held)
 
     @property

@@ -55,7 +55,7 @@ class Criterion(ABC):
         return self.value(m + sign * information(blocks))
 
     def slope(self, m: Array) -> Array | None:
-        """F (n, q) with F F^T the derivative by M of a criterion that is concave; None where nobody has derived it."""
+        """F (n, q) with F F^T the derivative by M of a criterion that is concave; None where no formula exists."""
         return None
 
     @abstractmethod

@@ -42,7 +42,7 @@ class Squares:
 
 
 def squares(problem: Problem, x: Array, lin: Linear | None = None) -> Squares:
-    """Of the free columns at x (1, P); `lin` is the problem linearised there, where somebody has it."""
+    """Of the free columns at x (1, P); `lin` is the problem linearised there, where the caller has it."""
     if lin is None and reducible(problem):
         return _reduced(problem, x)
     lin = reweighted(problem.linearize(x) if lin is None else lin, problem)

@@ -141,7 +141,7 @@ class Identifiability:
 
     @cached_property
     def posterior(self) -> Array:
-        """The covariance (n, n) in SI of what is expected and told, all the others being unknown too."""
+        """The covariance (n, n) in SI of the expected errors and the data, with all other parameters unknown too."""
         # (S^T S + I)^-1 from the singular values: squaring S would lose what is known to better than 1e-8 of what was
         # expected.
         (values, vt), expected = self._told, self.problem.expected_root
@@ -187,9 +187,9 @@ def analyse(
     """What the free columns of a problem mean at x; `noise` multiplies the stated sigma (sqrt(chi2 / dof) when the
     model leaves more).
 
-    Rank, singular values, indices and shares speak of the data in units of what is expected; what is kept is seen by data and
+    Rank, singular values, indices and shares describe the data in units of the expected errors; what is kept is seen by data and
     stated priors together. So what has a prior is always kept, unless that is so wide that it says nothing
-    (`Parameter.believed`), and so are the names in `always`. `lin` is the problem linearised at x, where somebody has it.
+    (`Parameter.believed`), and so are the names in `always`. `lin` is the problem linearised at x, where the caller has it.
     """
     # What is weighed down by a loss says as much as anything else of what could be seen.
     root = squares(problem.with_loss("none"), x, lin).root

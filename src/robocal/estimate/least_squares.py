@@ -90,7 +90,7 @@ _RUNNING = int(Reason.RUNNING)
 @dataclass(frozen=True)
 class Solution:
     """Where a solver ended: x (B, P), cost (B,), iterations (B,), reason (B,), history of costs (iterations + 1, B)
-    and the normal equations, of parts of the batch; those of robust losses are made when somebody asks for them."""
+    and the normal equations, of parts of the batch; those of robust losses are computed on request."""
 
     x: Array
     cost: Array

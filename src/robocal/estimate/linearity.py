@@ -54,7 +54,7 @@ class Curvature:
 
 def one_step(problem: Problem, x: Array, unit: str = "m", lin: Linear | None = None) -> Step | None:
     """The linear step of a problem from x (1, P), its priors included where they are on; None with local blocks, without
-    free columns, or where nothing is measured in this unit. `lin` is all of its rows linearised there, where somebody has it."""
+    free columns, or where nothing is measured in this unit. `lin` is all of its rows linearised there, where the caller has it."""
     mine = np.concatenate([_rows(t.scale[t.used], t.parts, unit).ravel() for t in problem.terms])
     if problem.blocks or not problem.n:
         return None

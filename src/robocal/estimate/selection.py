@@ -12,7 +12,7 @@ How good could it be? A concave criterion phi lies below its tangents, so with a
 
 `limit` takes M* from the best weights on all candidates, found by multiplying each with its share of the slope.
 
-Vectors only: parameters that nobody wants to know (frames, targets) are columns like the others, M0 holds 1 / expected^2
+Vectors only: nuisance parameters (frames, targets) are columns like the others, M0 holds 1 / expected^2
 of each column, so that a small set is never singular, and the information of what was measured before. References:
 Fedorov, Theory of optimal experiments (1972); Mitchell, An algorithm for the construction of D-optimal experimental
 designs (Technometrics, 1974); Silvey, Titterington and

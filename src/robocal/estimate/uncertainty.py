@@ -110,7 +110,7 @@ def uncertainty(problem: Problem, x: Array, *, estimated: bool = False, known: S
 
 def effective_columns(problem: Problem, x: Array, ended: Normal | None = None) -> float:
     """How many numbers the data determine, trace of (J^T J + P)^-1 J^T J: n without priors, fewer where a prior
-    holds; `ended` are the normal equations at x, where somebody has them."""
+    holds; `ended` are the normal equations at x, where the caller has them."""
     n = problem.n
     if not problem.stated.any():
         return float(n)
@@ -255,7 +255,7 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
         E[1/n sum_u |Q_u^T (I - H_u)^(-1/2) r_u|^2] = 1
 
     When that is exceeded by three standard deviations, the jackknife's variance (exponent -1) over its value for even
-    noise is returned; `lin` is the problem linearised there, where somebody has it. Sources: Bell and McCaffrey, Bias
+    noise is returned; `lin` is the problem linearised there, where the caller has it. Sources: Bell and McCaffrey, Bias
     reduction in standard errors (2002); MacKinnon and White (1985).
     """
     lin = reweighted(problem.linearize(x) if lin is None else lin, problem)

@@ -85,7 +85,7 @@ class Observations:
     every problem of a batch its own measurements. `used` (k,) is False for rows that are set aside: they are predicted, and
     weigh nothing (None: all are used). `digits` (k, d) is what one unit in the last digit of each value means, as it was
     written (None: not known); `rounding` (k, d) is the standard deviation that rounding alone leaves in each component, that of
-    the joint values included, where somebody has worked it out.
+    the joint values included, where it was computed.
     """
 
     kind: str

@@ -2,7 +2,7 @@
 
     T_base_tool = elements(theta, phi(q)) * pose,    q joint values, pose the configuration's own
 
-A serial arm is a path of elements driven by joint values. A cable platform, or a camera that somebody holds before a
+A serial arm is a path of elements driven by joint values. A cable platform, or a camera in the hand before a
 board, has a pose of its own at every configuration: free in some components (found by the fit, a local block each), or in
 none (known beforehand). Nothing above asks which of them it has.
 """
@@ -99,7 +99,7 @@ class Mechanism(Model, Protocol):
 
     @property
     def motions(self) -> Mapping[str, Mapping[str, float]]:
-        """Motions of the frames in which it is described, by what people call them, as rates of its parameters: its own sensors need
+        """Motions of the frames in which it is described, by their common names, as rates of its parameters: its own sensors need
         not observe them."""
 
     def remarks(self) -> tuple[Remark, ...]:

@@ -1,4 +1,4 @@
-"""Where a machine's frame is at joint values or poses that nobody has to have measured."""
+"""Where a machine's frame is at joint values or poses that need no measurement."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 A region is a list of rules. Each says how far a configuration is on the right side of it (m or rad, negative is
 outside), so that an empty region can say which rule empties it. Collisions of the arm with itself or with the cell are
-not known here: floor, pedestal and box speak of the flange and the measured point alone.
+not known here: floor, pedestal and box concern the flange and the measured point alone.
 """
 
 from __future__ import annotations

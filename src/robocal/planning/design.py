@@ -3,7 +3,7 @@
     y = y0 + A_i (theta - theta0) + noise         A_i whitened, every column in units of its expected error
     e_t = T_t (theta - theta0)                    the error of the measured point at test pose t, in m
 
-The point is told in the instrument's frame. What no measurement can see of that frame (all of it where an instrument
+The point is given in the instrument's frame. What no measurement can see of that frame (all of it where an instrument
 has none on the base: a ballbar, a camera in hand) is aligned to the test points, as a person does who tells a robot
 where his table stands: its columns are projected out of T. Frames and targets count as known to DECIMETRE beforehand,
 which any measurement improves a thousandfold; a wider prior would only cost digits.

@@ -46,7 +46,7 @@ class PlanOptions:
     """What is wanted: how many poses (None: enough), by which criterion, from how many candidates, judged at how many
     test poses.
 
-    `accuracy` (m) is what the mean foretold error shall be; `worth` the share by which AHEAD further poses must lower
+    `accuracy` (m) is the required mean predicted error; `worth` the share by which AHEAD further poses must lower
     it to be worth measuring.
     """
 

@@ -1,4 +1,4 @@
-"""What an identification says: the verdict first, then errors, parameters, what cannot be told, remarks, and how it was done.
+"""What an identification says: the verdict first, then errors, parameters, what is not observable, remarks, and how it was done.
 
 `result` is the document of result.json as an object; numbers stand in the units that it names. Terminal, report.html and notebook
 draw the same sections.

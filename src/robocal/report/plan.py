@@ -16,7 +16,7 @@ CURVES = (("random", "curve random", "random poses"), ("p95", "curve p95", "95 %
 
 
 def foretold(forecast: Listing, n: int, asked: float | None) -> Iterator[Block]:
-    """What is foretold of n poses, in a sentence and a picture: of every number of poses the mean error, that at 95 % of the tests, and
+    """What is predicted of n poses, in a sentence and a picture: of every number of poses the mean error, that at 95 % of the tests, and
     that of random poses, in mm; `asked` is what shall be reached."""
     mean, wide, random = (f"{significant(forecast[k].values[n])} mm" for k in ("mean", "p95", "random"))
     yield Text.of(
@@ -42,7 +42,7 @@ def places(found: Mapping[str, Points]) -> Iterator[Block]:
 
 def accuracy_picture(forecast: Listing, n: int, asked: float | None) -> str:
     """Foretold error against the number of poses on a logarithmic axis: mean, 95 %, random poses; empty text when
-    nothing is foretold."""
+    nothing is predicted."""
     # The first poses only find the instrument.
     shown = [r for r in forecast.rows if r["poses"] >= min(3, n)]
     curves = {k: [finite(r[k]) for r in shown] for k in ("mean", "p95", "random")}

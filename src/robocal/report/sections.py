@@ -1,4 +1,4 @@
-"""What a result says, whoever draws it: a page is a list of sections, a section a heading with text, tables, figures and remarks.
+"""The content of a result, for any display: a page is a list of sections, a section a heading with text, tables, figures and remarks.
 
 The terminal (`cli/draw.py`), pages and notebooks (`html.py`) and plain text (`plain.py`) draw the same sections; what only a page
 has room for is a `Detail`. Nothing here knows of colours or markup: a style is what words mean.
@@ -196,7 +196,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class Folded:
-    """Blocks that open when somebody asks for them."""
+    """Blocks that open on request."""
 
     summary: str
     blocks: tuple[Block, ...]

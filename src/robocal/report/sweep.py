@@ -1,4 +1,4 @@
-"""Pictures of a sweep: an error against what was varied, a curve for each of the rest, beside what theory foretells; and lines of equal
+"""Pictures of a sweep: an error against what was varied, a curve for each of the rest, beside the prediction of theory; and lines of equal
 error where two numbers were varied."""
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One of a picture's curves: its name, its values (k,), and where theory foretells them (k,)."""
+    """One of a picture's curves: its name, its values (k,), and their prediction by theory (k,)."""
 
     name: str
     values: Array
@@ -90,8 +90,8 @@ class Curve:
 
 
 def curves(x: Axis, found: Sequence[Curve], title: str, said: str, key: str) -> str:
-    """A picture (SVG): values with a mark at each, foretold ones as a dotted line; below it, where there are some, by how much found and
-    foretold differ. Nothing ("") where no value is above zero."""
+    """A picture (SVG): values with a mark at each, predicted ones as a dotted line. Below it, the
+    difference of found and predicted ones, where there are some. Nothing ("") where no value is above zero."""
     every = np.concatenate([np.concatenate([c.values, c.told if c.told is not None else []]) for c in found])
     known = every[np.isfinite(every)]
     room = span(v for v in known.tolist() if v > NOTHING * known.max())
@@ -161,7 +161,7 @@ def _apart(heights: Sequence[float], least: float = 17.0) -> list[float]:
 
 
 def levels(x: Axis, y: Axis, found: Array, told: Array | None, unit: str, said: str, key: str) -> str:
-    """A picture (SVG): lines of equal `found` (len(x), len(y)) over two numbers, those of what theory foretells dotted."""
+    """A picture (SVG): lines of equal `found` (len(x), len(y)) over two numbers, those of the prediction by theory dotted."""
     bottom = HEAD + UPPER + 20
     across, up = x.scale(LEFT, RIGHT - 20), y.scale(bottom, HEAD)
     parts = [

@@ -1,5 +1,5 @@
-"""How space is seen on paper: a camera that looks at the middle of a scene, and the direction from which cables are told
-apart best. turn.js uses the same formulas.
+"""How space is seen on paper: a camera that looks at the middle of a scene, and the direction from which cables are separated
+best. turn.js uses the same formulas.
 
     right = (-sin a, cos a, 0)   up = (-sin e cos a, -sin e sin a, cos e)   towards the eye = (cos e cos a, cos e sin a, sin e)
 

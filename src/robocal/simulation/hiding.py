@@ -1,4 +1,4 @@
-"""A simulated data set as a person would hand it in: whatever stands beside the robot stands somewhere, nobody knows where."""
+"""A simulated data set as a user would hand it in: objects beside the robot have unknown places."""
 
 from __future__ import annotations
 

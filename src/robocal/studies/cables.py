@@ -25,7 +25,7 @@ LISTS = 50  # random lists of which linear theory is asked
 class CableTrials:
     """One point of a study: rms of the errors of the components of frame anchors, and of the zeros, of every trial, m.
 
-    Poses are those of a file, or drawn anew for every trial about the mean of the frame anchors. Lengths, positions and orientations
+    Poses are those of a file, or drawn again for every trial about the mean of the frame anchors. Lengths, positions and orientations
     (a small rotation in front) have normal noise, and constant errors on top.
     """
 

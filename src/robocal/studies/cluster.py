@@ -30,8 +30,8 @@ class Cluster:
 
 
 def on_cluster(left: Sequence[Work], cluster: Cluster) -> Iterator[int]:
-    """The numbers of trials of chunks as they get done. What a worker that dies was at is done by another. Raises FileError where nobody
-    answers, and whatever the trials raised."""
+    """The numbers of trials of chunks as they get done. What a worker that dies was at is done by another. Raises FileError where no
+    scheduler answers, and whatever the trials raised."""
     try:
         from distributed import Client, as_completed
         from distributed.security import Security

@@ -32,7 +32,7 @@ ABOUT = "study.json"
 
 @dataclass(frozen=True)
 class Found:
-    """Every output of every trial, (points, trials), its SI unit, and what theory foretells of it at every point where it does."""
+    """Every output of every trial, (points, trials), its SI unit, and its prediction by theory at every point where there is one."""
 
     study: Study
     outputs: dict[str, Array]

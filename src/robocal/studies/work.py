@@ -27,7 +27,7 @@ THEORY = 1 << 30  # the chunk whose stream draws the lists of which theory is as
 
 @dataclass(frozen=True)
 class Setting:
-    """One point of a study and what its trials need of the rest: of a sweep of thousands of points nobody is sent the others. `read` are
+    """One point of a study and what its trials need of the rest: of a sweep of thousands of points, the others are not sent. `read` are
     the files of this point with their SHA-256."""
 
     path: Path

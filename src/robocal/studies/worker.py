@@ -28,7 +28,7 @@ class Died(Exception):
 
 
 class Worker:
-    """A process of one thread. An interrupt from the keyboard is not its affair: it ends when nobody asks any more."""
+    """A process of one thread. An interrupt from the keyboard is not its affair: it ends when no request comes any more."""
 
     def __init__(self) -> None:
         env = {**os.environ, **dict.fromkeys(THREADS, "1")}
@@ -74,7 +74,7 @@ def _receive(stream: IO[bytes]) -> Any:
 
 
 def serve() -> None:
-    """Works until nobody asks or listens any more."""
+    """Works until no request comes, or no reader is left."""
     with contextlib.suppress(BrokenPipeError):
         _serve()
 

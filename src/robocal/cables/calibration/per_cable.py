@@ -4,7 +4,7 @@
     squared   sum_j w_j ((f_j |s_j - a|)^2 - (y_j + l0)^2)^2        3.18 of the thesis behind `examples/cable-laval`
 
 With poses as measured nothing joins the cables, and the problem of m cables is m problems of four numbers. The start solves the
-squared equations (`exact`), so that nobody must guess. The squared residual is here to be compared with: noise enters its slopes,
+squared equations (`exact`), so that no guess is needed. The squared residual is here to be compared with: noise enters its slopes,
 and it errs by what does not fade with the number of poses (`propagation.bias_of_squares`). Where cables run over pulleys, the straight
 ones are refined (`wrapped`).
 """

@@ -138,7 +138,7 @@ class Design:
         return np.linalg.inv(info)
 
     def expected(self, covariance: Array) -> tuple[float, float]:
-        """The root mean square error, (3.39), of anchors and zeros that a covariance (m k, m k) foretells, in m: over three components,
+        """The root mean square error, (3.39), of anchors and zeros that a covariance (m k, m k) predicts, in m: over three components,
         those that are not sought without error."""
         k = self.rows.shape[-1]
         var = np.diag(covariance).reshape(-1, k)

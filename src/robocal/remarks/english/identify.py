@@ -90,7 +90,7 @@ TABLE: dict[Code, Words] = {
         "fewer parameters (calibrate: free in the robot file).",
     ),
     Code.BENT: Words(
-        "the fit changes the model implausibly, and still leaves a residual of {left:.3g} per axis",
+        "the fit changes the model implausibly, and the residual is still {left:.3g} per axis",
         "Check the nominal model, and the order, signs and units of the joints.",
     ),
     Code.UNMADE: Words(
@@ -139,22 +139,22 @@ TABLE: dict[Code, Words] = {
         "moved. Leave out the wrong rows, or measure again.",
     ),
     Code.SEGMENT: Words(
-        "{file}: from row {first} to row {last} everything is off[ by {shift:.3g}][, turned by {turn:.3g}], as if the {moved} had "
-        "moved ({count} rows, {strength:.1f} times the residual elsewhere)",
-        "Leave these rows out of this data file (exclude: {first}-{last}). Read them by a second data file, which excludes the other "
-        "rows and states {line}. Or do without them (--exclude {first}-{last}).",
+        "{file}: from row {first} to row {last} everything is off[ by {shift:.3g}][, turned by {turn:.3g}]; the {moved} "
+        "seems to have moved ({count} rows, {strength:.1f} times the residual elsewhere)",
+        "Leave these rows out of this data file (exclude: {first}-{last}). Read them by a second data file, which excludes "
+        "the other rows and states {line}. Or do without them (--exclude {first}-{last}).",
     ),
     Code.SEGMENT_OF_TARGET: Words(
-        "{file}: from row {first} to row {last} the readings of {target} are off[ by {shift:.3g}][, turned by {turn:.3g}], as if it "
-        "had moved ({count} rows, {strength:.1f} times the residual elsewhere)",
-        "Give the target another name from row {first} to row {last}, in the column of targets. Or do without these rows (--exclude "
-        "{first}-{last}).",
+        "{file}: from row {first} to row {last} the readings of {target} are off[ by {shift:.3g}][, turned by {turn:.3g}]; "
+        "it seems to have moved ({count} rows, {strength:.1f} times the residual elsewhere)",
+        "Give the target another name from row {first} to row {last}, in the column of targets. Or do without these rows "
+        "(--exclude {first}-{last}).",
     ),
     Code.SEGMENT_OF_ZERO: Words(
-        "{file}: from row {first} to row {last} {zero} is off[ by {shift:.3g}], as if the drum had slipped or the sensor had been "
-        "reset ({count} rows, {strength:.1f} times the residual elsewhere)",
-        "Look at the drum and at the sensor. Do without these rows (--exclude {begin}-{end}). If the sensor was reset, put the rows "
-        "into a separate file with `zeros: NAME`.",
+        "{file}: from row {first} to row {last} {zero} is off[ by {shift:.3g}]; the drum seems to have slipped, or the "
+        "sensor to have been reset ({count} rows, {strength:.1f} times the residual elsewhere)",
+        "Look at the drum and at the sensor. Do without these rows (--exclude {begin}-{end}). If the sensor was reset, put "
+        "the rows into a separate file with `zeros: NAME`.",
     ),
     # --- what a careful colleague would say about data and fit ---
     Code.PARALLEL_AXES: Words(
@@ -319,9 +319,9 @@ TABLE: dict[Code, Words] = {
         "deviation; what is not observable is as uncertain as expected[; the residual at every pose is {left:.3g}])"
     ),
     Code.OVER_THE_RANGE: Words(
-        "over the {region}, the model may be off by {band:.3g} rms and differs from the nominal one by {moved:.3g}; the nominal one "
-        "is the better of the two there with a chance of {chance:.2%}[ (all of this without the {scale}, which is not observable in "
-        "these data)]"
+        "over the {region}, the model may be off by {band:.3g} rms and differs from the nominal one by {moved:.3g}; the "
+        "nominal one is the better of the two there with a chance of {chance:.2%}[; all of this without the {scale}, which "
+        "is not observable in these data]"
     ),
     Code.SCALE_SEEN: Words(
         "against the stated length, the free lengths all together change by {factor:+.3%} (sigma {sigma:.3%})"

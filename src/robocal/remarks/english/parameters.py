@@ -26,12 +26,12 @@ TABLE: dict[Code, Words] = {
         "Move the joint through more of its range, or measure more configurations.",
     ),
     Code.AT_BOUND: Words(
-        "stands at its bound",
+        "the value is at its bound",
         "Widen the bound, or look for what pushes the parameter against it.",
     ),
     Code.NO_EFFECT: Words("{parameter} has no effect on these measurements"),
     Code.CANNOT_BE_TOLD: Words("{parameter} cannot be separated from {partners}[ and {more} more]"),
-    Code.NO_RIPPLE: Words("no order of ripple stands out of the noise"),
+    Code.NO_RIPPLE: Words("no order of ripple is significant above the noise"),
     Code.GROUP_UNSEEN: Words(
         "no effect of it is observable above the noise[: no column {column} was recorded, or it never changes]",
         "Record what it depends on, and let it vary.",

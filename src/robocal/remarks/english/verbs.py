@@ -82,12 +82,13 @@ TABLE: dict[Code, Words] = {
         "Check that the nominal model is that of this robot.",
     ),
     Code.BRANCH_UNKNOWN: Words(
-        "the targets do not say where the controller's joints would be: another branch (elbow, wrist) has other corrections",
+        "the targets do not show where the controller's joints would be: another branch (elbow, wrist) has other "
+        "corrections",
         "Add joint columns to decide.",
     ),
     Code.TOOL_CHANGED: Words(
         "the calibration changed the tool",
-        "--tool says which tool both models carry (calibrated by default).",
+        "--tool states which tool both models carry (calibrated by default).",
     ),
     Code.NEEDS_JOINTS: Words("needs {joints}"),
     Code.BY_WAY_OF_LIMITS: Words("reached only with joints outside their limits on the way"),
@@ -141,7 +142,7 @@ TABLE: dict[Code, Words] = {
         "the standard asks for {asked} visits; here some places have {visits}",
         "Visit every place as often as the standard asks.",
     ),
-    Code.NO_STANDING_POSITIONS: Words("the data hold no positions of the tool by an instrument that stands still"),
+    Code.NO_STANDING_POSITIONS: Words("the data contain no positions of the tool by an instrument that stands still"),
     Code.VISITED_ONCE: Words("every place was visited once[; {what}]"),
     Code.NO_ORIENTATIONS: Words("no orientations were measured"),
     Code.ONE_DIRECTION: Words("no place was approached from several directions"),

@@ -14,7 +14,7 @@ __all__ = ["METRE", "Ruler"]
 
 @dataclass(frozen=True)
 class Ruler:
-    """A unit of length: its name, and how many metres it is. Areas and volumes are told in m² and m³."""
+    """A unit of length: its name, and how many metres it is. Areas and volumes are given in m² and m³."""
 
     name: str = "m"
     metres: float = 1.0
