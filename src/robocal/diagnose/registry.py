@@ -21,9 +21,12 @@ from robocal.diagnose.context import Context
 from robocal.diagnose.finding import Finding, Level
 from robocal.measure.machine import Machine
 
-__all__ = ["DIAGNOSE", "Check", "Given", "Machines", "When", "check", "checks", "run"]
+__all__ = ["ALL", "CABLES", "DIAGNOSE", "PROVE", "Check", "Given", "Machines", "When", "check", "checks", "run"]
 
 DIAGNOSE = "robocal.diagnose"  # the package of the checks that every verb asks
+PROVE = "robocal.prove"  # of those that need a proof
+CABLES = "robocal.diagnose.cables"  # of those of lists of cable robots
+ALL = (DIAGNOSE, CABLES, PROVE)
 
 
 class When(IntEnum):

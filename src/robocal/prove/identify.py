@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
-from robocal.diagnose.registry import DIAGNOSE, When, run
+from robocal.diagnose.registry import DIAGNOSE, PROVE, When, run
 from robocal.diagnose.scale import common_scale
 from robocal.diagnose.scatter import kept_rows
 from robocal.errors import ModelError
@@ -34,7 +34,7 @@ from robocal.prove.linear import linearity_of
 from robocal.prove.offsets import offsets_alone
 from robocal.prove.region import range_of
 from robocal.prove.results import parameter_results, prediction_band, row_table
-from robocal.prove.verdict import PROVE, verdict_of
+from robocal.prove.verdict import verdict_of
 
 __all__ = ["baseline", "frame_names", "identify"]
 
