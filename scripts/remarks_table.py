@@ -33,7 +33,8 @@ def table() -> str:
     out = [BEGIN, ""]
     for title, words in TOPICS:
         out += [f"### {title}", "", "| code | what is said | what to do |", "|---|---|---|"]
-        out += [f"| `{code}` | {shown(w.sentence)} | {shown(w.advice)} |" for code, w in words.items()]
+        rows = sorted(words.items()) if words is DECLARED else words.items()
+        out += [f"| `{code}` | {shown(w.sentence)} | {shown(w.advice)} |" for code, w in rows]
         out.append("")
     return "\n".join([*out, END])
 

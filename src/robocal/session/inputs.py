@@ -9,8 +9,7 @@ from pathlib import Path
 
 from robocal.arms.chain import Chain
 from robocal.errors import FileError, FormatError, InputError, ModelError, nearest
-from robocal.files.causes.naming import refuse_wrong
-from robocal.files.causes.unit_check import doubt_units, refuse_still
+from robocal.files.causes.refusals import data_remarks
 from robocal.files.dataset import Reading, read_datasets
 from robocal.files.kinds.registry import READERS, reader_of
 from robocal.files.opened import Speaks
@@ -143,10 +142,7 @@ def read_inputs(
         raise
     _one_frame_per_name(reading)
     with computable(robot, *data):
-        refuse_still(reading.dataset)
-        forgotten = tuple(w for w in arm.warnings if w.code == Code.KEYS_UNSTATED)
-        doubts = doubt_units(arm.chain, reading, watch, forgotten)
-        doubts += refuse_wrong(arm, reading, lambda chain: reading_for(chain).dataset)
+        doubts = data_remarks(arm, reading, lambda chain: reading_for(chain).dataset, watch)
     return Inputs(arm, reading, (*robot_files(arm, robot), *reading.files), (*arm.warnings, *reading.warnings, *doubts))
 
 

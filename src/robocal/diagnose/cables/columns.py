@@ -36,7 +36,7 @@ LENGTHS = declare(
 )
 
 
-@check("columns", When.READ, order=30, given=Given.NOTHING, needs=("data",))
+@check("columns", When.READ, order=30, given=Given.ACCEPTED, needs=("data",))
 def columns(context: Context[CableRobot]) -> Iterator[Finding]:
     """Wrong axes are one mistake, exchanged cables are several: the former may leave somewhat more."""
     robot, data = context.model, context.measured

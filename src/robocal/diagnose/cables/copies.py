@@ -18,7 +18,7 @@ COPIED = declare(
 )
 
 
-@check("copies", When.READ, order=10, given=Given.NOTHING, needs=("data",))
+@check("copies", When.READ, order=10, given=Given.ACCEPTED, needs=("data",))
 def copies(context: Context[Machine]) -> Iterator[Finding]:
     """Of one length a coarse encoder may show the same twice, of eight and a pose it does not."""
     data = context.measured

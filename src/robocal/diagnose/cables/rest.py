@@ -45,7 +45,7 @@ CELLS = declare(
 )
 
 
-@check("rest", When.READ, order=40, given=Given.NOTHING, needs=("data",))
+@check("rest", When.READ, order=40, given=Given.ACCEPTED, needs=("data",))
 def rest(context: Context[CableRobot]) -> Iterator[Finding]:
     """The tensions of every instrument that read them, at the poses from which a fit starts."""
     robot, data = context.model, context.measured

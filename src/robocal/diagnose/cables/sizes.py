@@ -21,7 +21,7 @@ TWO_SIZES = declare(
 )
 
 
-@check("sizes", When.READ, order=20, given=Given.NOTHING, needs=("data",))
+@check("sizes", When.READ, order=20, given=Given.ACCEPTED, needs=("data",))
 def sizes(context: Context[CableRobot]) -> Iterator[Finding]:
     """The scatter of measured positions beside that of the lengths; the one that is farther from the size of the robot is likelier to be
     wrong."""
