@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from robocal.remarks.english import cable, drift, files, identify, parameters, verbs
+from robocal.diagnose.registry import ALL, checks
+from robocal.remarks.english import DECLARED, cable, drift, files, identify, parameters, verbs
 
 PAGE = Path(__file__).parents[1] / "docs" / "verdicts.md"
 BEGIN, END = "<!-- every remark: made by scripts/remarks_table.py -->", "<!-- end of every remark -->"
@@ -16,6 +17,7 @@ TOPICS = (
     ("A model that is validated, used and exported", verbs.TABLE),
     ("Two runs of one robot", drift.TABLE),
     ("Cable robots", cable.TABLE),
+    ("Declared beside their checks", DECLARED),
 )
 
 
@@ -26,10 +28,13 @@ def shown(template: str) -> str:
 
 def table() -> str:
     """The tables of all topics, between their marks."""
+    for package in ALL:
+        checks(package)  # their modules declare codes
     out = [BEGIN, ""]
     for title, words in TOPICS:
         out += [f"### {title}", "", "| code | sentence | advice |", "|---|---|---|"]
-        out += [f"| `{code}` | {shown(w.sentence)} | {shown(w.advice)} |" for code, w in words.items()]
+        rows = sorted(words.items()) if words is DECLARED else words.items()
+        out += [f"| `{code}` | {shown(w.sentence)} | {shown(w.advice)} |" for code, w in rows]
         out.append("")
     return "\n".join([*out, END])
 

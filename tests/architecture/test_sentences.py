@@ -10,9 +10,10 @@ from string import Formatter
 
 import pytest
 
+from robocal.diagnose.registry import ALL, checks
 from robocal.remarks import english
 from robocal.remarks.code import Code
-from robocal.remarks.english import TABLE
+from robocal.remarks.english import DECLARED, TABLE, declare
 from robocal.remarks.remark import Quantity, Remark, documents, sentences, told
 
 SOURCE = Path(__file__).parents[2] / "src" / "robocal"
@@ -249,13 +250,28 @@ def test_every_code_has_a_sentence_and_an_advice():
         assert not words.advice or words.advice.rstrip("]").endswith("."), f"{code}: advice is a sentence of its own"
 
 
+SAY = ("Remark.of", "refuse", "qualify", "doubt", "note")  # what gives numbers to a code
+
+
+def test_what_a_check_declares_is_a_sentence_with_an_advice():
+    for package in ALL:
+        checks(package)
+    assert DECLARED and not set(DECLARED) & set(TABLE)
+    for code, words in DECLARED.items():
+        assert re.fullmatch(r"[a-z]+(-[a-z]+)*", code), code
+        assert words.sentence == words.sentence.strip() and not words.sentence.endswith("."), code
+        assert not words.advice or words.advice.rstrip("]").endswith("."), code
+    with pytest.raises(ValueError, match="has a sentence already"):
+        declare("one-place", "another sentence")
+
+
 def uses(programs: dict[str, ast.Module]) -> dict[str, list[tuple[str, ast.Call | None]]]:
     """Where every code is named outside the tables, and the call of Remark.of that it is given to."""
     out: dict[str, list[tuple[str, ast.Call | None]]] = {}
     for path, tree in programs.items():
         given: dict[int, ast.Call] = {}
         for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and node.args and ast.unparse(node.func) == "Remark.of":
+            if isinstance(node, ast.Call) and node.args and ast.unparse(node.func) in SAY:
                 given |= {id(n): node for n in ast.walk(node.args[0])}
         for node in ast.walk(tree):
             if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "Code":

@@ -6,6 +6,7 @@ import importlib.util
 from pathlib import Path
 
 from robocal.remarks.code import Code
+from robocal.remarks.english import DECLARED
 
 PROJECT = Path(__file__).parents[2]
 
@@ -20,7 +21,7 @@ def script():
 def test_the_page_has_every_remark():
     page = script().PAGE.read_text(encoding="utf-8")
     assert page == script().renewed(page), "write it anew: python scripts/remarks_table.py"
-    for code in Code:
+    for code in (*Code, *DECLARED):
         assert page.count(f"| `{code}` |") == 1, code
 
 

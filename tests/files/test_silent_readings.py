@@ -13,6 +13,7 @@ from files.data_samples import read as read_small
 from files.kind_samples import ARM, put, texts
 from files.test_cable import BODIES, caspr
 from files.test_cable import ROBOT as CABLES
+from units_of_files import doubt_units
 
 from robocal.arms import catalog
 from robocal.arms.conventions import chain
@@ -332,15 +333,15 @@ def test_a_unit_is_named_where_it_explains(tmp_path):
 
 
 def test_a_unit_that_leaves_most_of_the_misfit_explains_nothing(tmp_path, monkeypatch):
-    from robocal.files.causes import unit_check
+    from robocal.diagnose.hypotheses import units
     from robocal.files.units import UNITS
 
     put(tmp_path, *texts("position"))
     reading = read_datasets([tmp_path / "data.yaml"], ARM)
     assert reading.alternatives and UNITS
     left = {True: 4.0, False: 0.3}
-    monkeypatch.setattr(unit_check, "misfit", lambda chain, data: left[data is reading.dataset])
-    assert unit_check.doubt_units(ARM, replace(reading, suspicions=())) == ()
+    monkeypatch.setattr(units, "misfit", lambda chain, data: left[data is reading.dataset])
+    assert doubt_units(ARM, replace(reading, suspicions=())) == ()
     left[False] = 0.04
     with pytest.raises(FormatError, match="probably in"):
-        unit_check.doubt_units(ARM, replace(reading, suspicions=()))
+        doubt_units(ARM, replace(reading, suspicions=()))

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.runs import small
+from units_of_files import doubt_units
 
+from robocal.diagnose.hypotheses.units import misfit
 from robocal.errors import FileError, FormatError, ModelError
-from robocal.files.causes.unit_check import doubt_units, misfit
 from robocal.files.dataset import read_datasets
 from robocal.measure.data import DataSet
 from robocal.session.inputs import choose, open_arm, read_inputs

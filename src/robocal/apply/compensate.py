@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from robocal.arms.chain import Chain
 from robocal.arms.inverse import Reached, inverse_point, inverse_pose
 from robocal.arms.priority import by_priority
+from robocal.diagnose.limits import LEAP, SINGULAR_BELOW
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
@@ -32,12 +33,6 @@ OK, RELAXED, SINGULAR, LIMITS, UNREACHABLE = range(5)
 STATUS = ("ok", "orientation relaxed", "near singular", "outside limits", "unreachable")
 # What counts as reached: far below what any robot repeats.
 REACHED = (1e-7, 1e-6)
-# Below this ratio of the smallest to the largest singular value of the task's Jacobian (a radian weighs a reach) small
-# errors ask for large turns: about 1.5 deg from a stretched wrist.
-SINGULAR_BELOW = 0.01
-# A correction that turns a joint by more than this (rad, m) is no small one: the arm has changed its branch, or stands
-# where small errors ask for large turns.
-LEAP = 0.2
 RESTARTS = 16
 
 

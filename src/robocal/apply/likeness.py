@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robocal.apply.verification import FEWEST, aligned
+from robocal.diagnose.limits import LIKE_EXPLAINS, LIKE_POSITIONS, LIKE_TURNS, LIKE_TURNS_LEAST
 from robocal.geometry import so3
 from robocal.geometry.fits import rigid
 
@@ -17,10 +18,6 @@ __all__ = ["Cause", "Unlike", "unlike"]
 
 Array = NDArray[np.float64]
 Cause = Literal["still", "scaled", "mirrored", "shifted", "turn-unit", "turn-inverted", "unknown"]
-APART = 0.1  # of the spread of the positions: so far apart after the best alignment, poses are not of the same places
-TURNED = 0.5  # of the spread of the orientations
-LEAST = np.radians(3.0)  # of orientations that hardly differ
-EXPLAINS = 0.3  # what a cause leaves of it, at most
 
 
 @dataclass(frozen=True)
@@ -43,18 +40,18 @@ def unlike(found: Array, reference: Array) -> Unlike | None:
     p, q = found[:, :3, 3], reference[:, :3, 3]
     spread, own = _spread(q), _spread(p)
     own_fit = _positions(p, q)
-    if own < EXPLAINS * APART * spread:
+    if own < LIKE_EXPLAINS * LIKE_POSITIONS * spread:
         return Unlike("still", own, spread, False)
-    if own_fit > APART * spread:
+    if own_fit > LIKE_POSITIONS * spread:
         for cause, moved, factor in _places(p, spread / own):
-            if _positions(moved, q) < min(EXPLAINS * own_fit, APART * spread):
+            if _positions(moved, q) < min(LIKE_EXPLAINS * own_fit, LIKE_POSITIONS * spread):
                 return Unlike(cause, own_fit, spread, False, factor)
         return Unlike("unknown", own_fit, spread, False)
     turn = _turns(found[:, :3, :3], reference[:, :3, :3])
     scatter = _turns(np.tile(np.eye(3), (len(q), 1, 1)), reference[:, :3, :3])
-    if max(turn, left[1]) > max(TURNED * scatter, LEAST):
+    if max(turn, left[1]) > max(LIKE_TURNS * scatter, LIKE_TURNS_LEAST):
         for cause, change, factor in TURNS:
-            if _turns(change(found[:, :3, :3]), reference[:, :3, :3]) < EXPLAINS * max(turn, LEAST):
+            if _turns(change(found[:, :3, :3]), reference[:, :3, :3]) < LIKE_EXPLAINS * max(turn, LIKE_TURNS_LEAST):
                 return Unlike(cause, turn, scatter, True, factor)
         return Unlike("unknown", max(turn, left[1]), scatter, True)
     return None

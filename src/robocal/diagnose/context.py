@@ -1,27 +1,30 @@
-"""What checks look at: a machine, its data and a fit to them, with everything that several checks ask, computed once."""
+"""What checks look at: a machine, its data and a fit to them, with everything that several checks ask, computed once.
+
+What a check needs is loaded when it is asked for: rows of a file are checked long before anything is fitted.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, wraps
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.diagnose.farness import Farness, far_from
-from robocal.diagnose.paths import pace
-from robocal.estimate.rows import Linear, Residuals
-from robocal.estimate.uncertainty import Total
-from robocal.fit.baseline import Baseline
-from robocal.fit.fit import Fit
-from robocal.fit.options import Options
-from robocal.fit.repeats import places
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
 
-__all__ = ["Context", "once"]
+if TYPE_CHECKING:
+    from robocal.diagnose.farness import Farness
+    from robocal.estimate.rows import Linear, Residuals
+    from robocal.estimate.uncertainty import Total
+    from robocal.fit.baseline import Baseline
+    from robocal.fit.fit import Fit
+    from robocal.fit.options import Options
+
+__all__ = ["Context", "M_co", "once"]
 
 M_co = TypeVar("M_co", bound=Model, covariant=True)
 C = TypeVar("C", bound="Context[Model]")
@@ -72,17 +75,23 @@ class Context(Generic[M_co]):
     @cached_property
     def leverage(self) -> Farness:
         """How far every row is from the fit without it, and its leverage."""
+        from robocal.diagnose.farness import far_from
+
         data = self.measured
         return far_from(data, self.fitted.problem, self.fitted.solution.x, np.arange(len(data.configurations)))
 
     @cached_property
     def rates(self) -> tuple[Array, bool] | None:
         """The rate of every joint along a path, (m, n), and whether it is per second; None where there is no path."""
+        from robocal.diagnose.paths import pace
+
         return pace(self.fitted.data.configurations)
 
     @cached_property
     def places(self) -> NDArray[np.int64]:
         """A number for every configuration, equal where the machine stood at the same place."""
+        from robocal.fit.repeats import places
+
         return places(self.measured.configurations)
 
     @property

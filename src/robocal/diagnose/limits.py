@@ -196,6 +196,14 @@ DRIFT_MATTERS = limit(1e-4, "m", "Below, no change is worth an alarm, unless the
 DRIFT_CHANCE = limit(1e-3, "chance",
     "A level of 1e-2 accuses one in ten of the worst halves of a real series.", "tests/statistics/test_drift_and_prediction.py")
 DRIFT_OBSERVABLE = limit(0.25, "of the expected variance", "Known to half of what was expected.")
+topic("Poses beside poses, and corrections")
+LIKE_POSITIONS = limit(0.1, "of their spread", "Farther apart after the best alignment, poses are not of the same places.")
+LIKE_TURNS = limit(0.5, "of their spread", "The same of orientations.")
+LIKE_TURNS_LEAST = limit(math.radians(3.0), "rad", "The same of orientations that hardly differ.")
+LIKE_EXPLAINS = limit(0.3, "of what is left", "A cause leaves less.")
+SINGULAR_BELOW = limit(0.01, "ratio of singular values", "About 1.5 deg from a stretched wrist: small errors ask for large turns.")
+LEAP = limit(0.2, "rad or m", "A larger correction of a joint is another branch, or stands near a singular pose.")
+
 
 # fmt: on
 

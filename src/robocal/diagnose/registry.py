@@ -21,19 +21,39 @@ from robocal.diagnose.context import Context
 from robocal.diagnose.finding import Finding, Level
 from robocal.measure.machine import Model, freedom_of, joints_of
 
-__all__ = ["DIAGNOSE", "Check", "Given", "Machines", "When", "check", "checks", "run"]
+__all__ = [
+    "ALL",
+    "CABLES",
+    "DIAGNOSE",
+    "HYPOTHESES",
+    "PROVE",
+    "ROWS",
+    "Check",
+    "Given",
+    "Machines",
+    "When",
+    "check",
+    "checks",
+    "run",
+]
 
 DIAGNOSE = "robocal.diagnose"  # the package of the checks that every verb asks
+PROVE = "robocal.prove"  # of those that need a proof
+CABLES = "robocal.diagnose.cables"  # of those of lists of cable robots
+ROWS = "robocal.diagnose.rows"  # of those of rows as files have them
+HYPOTHESES = "robocal.diagnose.hypotheses"  # of mistakes that explain what the nominal machine does not
+ALL = (ROWS, HYPOTHESES, CABLES, DIAGNOSE, PROVE)
 
 
 class When(IntEnum):
     """When a check runs, in the order of time."""
 
-    READ = 0  # what files said, before it is used: a finding that refuses is wrong input
-    DATA = 1  # model and data, before a fit
-    FIT = 2  # after the fit, beside the verdict
-    UNSEEN = 3  # whether unseen measurements can be judged at all; the first finding ends it, and no gain is computed
-    PROOF = 4  # what a gain is worth
+    FILE = 0  # the rows of one file, while it is read
+    READ = 1  # what all files said, before it is used: a finding that refuses is wrong input
+    DATA = 2  # model and data, before a fit
+    FIT = 3  # after the fit, beside the verdict
+    UNSEEN = 4  # whether unseen measurements can be judged at all; the first finding ends it, and no gain is computed
+    PROOF = 5  # what a gain is worth
 
 
 class Given(StrEnum):
@@ -41,6 +61,7 @@ class Given(StrEnum):
 
     ALWAYS = "always"
     NOTHING = "nothing"  # no finding yet in this run
+    ACCEPTED = "accepted"  # no finding yet refuses
     GAIN = "gain"  # a gain is proven, and nothing found yet speaks against it
 
 
@@ -73,6 +94,8 @@ class Check:
     def applies(self, context: Context[Model], found: Iterable[Finding]) -> bool:
         """Whether it runs in a context after what was found already."""
         if self.given is Given.NOTHING and any(True for _ in found):
+            return False
+        if self.given is Given.ACCEPTED and any(f.level is Level.REFUSE for f in found):
             return False
         if self.given is Given.GAIN and (
             any(f.level in (Level.REFUSE, Level.QUALIFY) for f in found) or not context.improvement

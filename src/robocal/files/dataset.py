@@ -14,11 +14,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.hypotheses.other_units import OtherUnit
+from robocal.diagnose.registry import ROWS, When, run
+from robocal.diagnose.rows.table import TableContext
 from robocal.errors import FormatError, nearest
 from robocal.files.configurations import carried, nowhere, read_configurations
 from robocal.files.csvtable import CsvTable, MissingCells, read_csv
 from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, InstrumentModel, TargetModel
-from robocal.files.doubts import Suspicion, alternatives, limit_warning, repeat_warnings, suspicions
+from robocal.files.doubts import alternatives, suspicions
 from robocal.files.frames import frame_vector
 from robocal.files.headers import self_description, vocabulary
 from robocal.files.kinds.base import Around, KindFile, Values
@@ -51,9 +54,9 @@ class Reading:
     path: Path
     files: tuple[InputFile, ...]
     warnings: tuple[Remark, ...] = ()
-    suspicions: tuple[Suspicion, ...] = ()
+    suspicions: tuple[OtherUnit, ...] = ()
     units: Units = field(default_factory=Units)
-    alternatives: tuple[Suspicion, ...] = ()  # of units, to be tried when nothing fits
+    alternatives: tuple[OtherUnit, ...] = ()  # of units, to be tried when nothing fits
     spoken: tuple[Spoken, ...] = ()  # how each table speaks
     left_out: tuple[LeftOut, ...] = ()  # rows that were not read
     unread: tuple[Unread, ...] = ()  # columns that were not read
@@ -235,9 +238,9 @@ def _read_table(
             )
         )
     warnings = carried(model, document)
-    warnings += limit_warning(places.joints, chain, table.lines, table.path)
-    for obs in observations:
-        warnings += repeat_warnings(obs, configurations, table.path)
+    data = DataSet(configurations, tuple(observations))
+    rows_read = TableContext(chain, data, joints=places.joints, lines=table.lines, file=str(table.path))
+    warnings += tuple(f.remark for f in run(When.FILE, rows_read, ROWS))
     length = values.length if kind.located else None
     first = observations[0]
     return Reading(

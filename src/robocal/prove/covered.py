@@ -6,9 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from robocal.diagnose.context import once
-from robocal.diagnose.finding import Finding, note
+from robocal.diagnose.finding import Finding, doubt, note
+from robocal.diagnose.limits import BAND_CHANCE
 from robocal.diagnose.registry import When, check
 from robocal.fit.estimators import estimator
 from robocal.fit.fit import Fit
@@ -21,12 +23,23 @@ from robocal.remarks.code import Code
 __all__ = ["coverage_of", "unseen_coverage"]
 
 Ints = NDArray[np.int64]
+WHOLE = {"position": "positions", "orientation": "orientations"}
 
 
 @once
 def unseen_coverage(context: Decision[Model]) -> tuple[Coverage, ...]:
     """That of the fit that was judged, on what was held out."""
     return coverage_of(context.known.part, context.known.held)
+
+
+@check("narrow-bands", When.FIT, order=260, needs=("proven",))
+def narrow_bands(context: Decision[Model]) -> Iterator[Finding]:
+    """Bands that miss so many unseen measurements as hardly an honest one would."""
+    if estimator(context.chosen.method).blind:
+        return
+    for c in unseen_coverage(context):
+        if c.quantity in WHOLE and special.bdtr(round(c.whole * c.n), c.n, c.level) < BAND_CHANCE:
+            yield doubt(Code.BAND_TOO_NARROW, whole=c.whole, n=c.n, quantity=WHOLE[c.quantity])
 
 
 @check("coverage", When.FIT, order=240, needs=("proven",))

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
-from robocal.diagnose.registry import DIAGNOSE, When, run
+from robocal.diagnose.registry import DIAGNOSE, PROVE, When, run
 from robocal.diagnose.scale import common_scale
 from robocal.diagnose.scatter import kept_rows
 from robocal.errors import ModelError
@@ -33,8 +33,8 @@ from robocal.prove.judge import stages, units_of
 from robocal.prove.linear import linearity_of
 from robocal.prove.offsets import offsets_alone
 from robocal.prove.region import range_of
-from robocal.prove.results import parameter_results, prediction_band, row_table
-from robocal.prove.verdict import PROVE, verdict_of
+from robocal.prove.results import parameter_results, prediction_of, row_table
+from robocal.prove.verdict import verdict_of
 
 __all__ = ["baseline", "frame_names", "identify"]
 
@@ -91,7 +91,7 @@ def _handed_back(made: Decision[M], watch: Watch | None) -> Identification[M]:
         whole.problem.free,
         u.correlation,
         u.covariance * u.factor**2,
-        prediction_band(model, data, whole, off, options.region),
+        prediction_of(made),
         tuple(findings),
         tuple(ids[i] for i in proven.embargoed),
         best.split.how if best else "",

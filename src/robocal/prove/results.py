@@ -3,18 +3,22 @@ band."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal.diagnose.context import once
+from robocal.diagnose.finding import Finding, note
 from robocal.diagnose.limits import PARTNERS_WIDER
+from robocal.diagnose.registry import When, check
 from robocal.estimate.choosing.choice import together
 from robocal.estimate.problem import Problem
 from robocal.estimate.rows import Residuals
 from robocal.estimate.uncertainty import Total, Uncertainty, band, quantile
+from robocal.fit.estimators import estimator
 from robocal.fit.noise import owners
 from robocal.fit.working_range import Region
 from robocal.geometry import so3
@@ -25,15 +29,16 @@ from robocal.measure.fingerprint import fingerprints
 from robocal.measure.machine import Model
 from robocal.parameters import Table
 from robocal.prove.bands import claimed, mean_conditions
+from robocal.prove.decision import Decision
 from robocal.prove.identification import Band, ParameterResult, RowTable
 from robocal.prove.region import limited
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark
+from robocal.remarks.remark import Quantity, Remark
 
 if TYPE_CHECKING:
     from robocal.fit.fit import Fit
 
-__all__ = ["parameter_results", "prediction_band", "row_table"]
+__all__ = ["parameter_results", "prediction_band", "prediction_of", "row_table"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -236,3 +241,19 @@ def prediction_band(model: Model, data: DataSet, fit: Fit, off: Total, region: R
     sigma = np.hypot(band(jac, off.covariance[np.ix_(where, where)]), left)
     mean, p95, most = float(sigma.mean()), float(np.percentile(sigma, 95)), float(sigma.max())
     return Band(mean, p95, most, count, region.name, left)
+
+
+@once
+def prediction_of(context: Decision[Model]) -> Band | None:
+    """That of the fit to everything, over the range that was asked for."""
+    known = context.model, context.measured, context.fitted, context.total
+    return prediction_band(*known, context.chosen.region)
+
+
+@check("elsewhere", When.FIT, order=270, needs=("proven",))
+def elsewhere(context: Decision[Model]) -> Iterator[Finding]:
+    """The predicted error away from the data; a method that fits what cannot be seen has no honest one."""
+    b = prediction_of(context)
+    if b is not None and not estimator(context.chosen.method).blind:
+        left = Quantity(b.left) if b.left > 0 else None
+        yield note(Code.ELSEWHERE, region=b.region, mean=Quantity(b.mean), p95=Quantity(b.p95), left=left)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 from robocal.diagnose.finding import Finding, Level
-from robocal.diagnose.registry import DIAGNOSE, When, run
+from robocal.diagnose.registry import DIAGNOSE, PROVE, When, run
 from robocal.measure.machine import Model
 from robocal.prove.decision import Decision
 from robocal.prove.evidence import Gain
@@ -22,9 +22,7 @@ from robocal.prove.region import REGION, range_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["PROVE", "Verdict", "fold", "verdict_of"]
-
-PROVE = "robocal.prove"  # the package of the checks that need a proof
+__all__ = ["Verdict", "fold", "verdict_of"]
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from typing import ClassVar
 
 from robocal.arms.chain import Chain
 from robocal.errors import FileError
-from robocal.files.causes.naming import refuse_wrong
-from robocal.files.causes.unit_check import doubt_units, refuse_still
+from robocal.files.causes.refusals import data_remarks
 from robocal.files.dataset import Reading, read_datasets
 from robocal.files.robot import Robot, open_robot, render_robot
 from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
@@ -57,11 +56,8 @@ class OpenedArm(Opened[Chain]):
         reading = reading_for(arm.chain)
         one_frame_per_name(reading)
         with computable(self.given, *data):
-            refuse_still(reading.dataset)
-            forgotten = tuple(w for w in arm.warnings if w.code == Code.KEYS_UNSTATED)
-            doubts = doubt_units(arm.chain, reading, watch, forgotten)
-            doubts += refuse_wrong(arm, reading, lambda chain: reading_for(chain).dataset)
-        return self.inputs_of(reading, *doubts)
+            remarks = data_remarks(arm, reading, lambda chain: reading_for(chain).dataset, watch)
+        return self.inputs_of(reading, *remarks)
 
     def simulator(self, request: Request) -> Simulator[Chain]:
         """An arm before an instrument."""

@@ -27,7 +27,7 @@ from robocal.remarks.remark import Remark, sentences
 from robocal.session.knowledge import knowledge_files, map_columns
 from robocal.session.opened import Opened
 from robocal.session.strange import outlier
-from robocal.session.trusted import band_remarks, prediction_part, range_part, scale_part
+from robocal.session.trusted import prediction_part, range_part, scale_part
 
 if TYPE_CHECKING:
     from robocal.prove.nongeometric.layer import Layer
@@ -61,7 +61,7 @@ def to_result(
     found: Identification[Mechanism], robot: Opened[Any], recipe: files.Provenance, warnings: Sequence[Remark] = ()
 ) -> files.Result:
     """result.json of an identification."""
-    said = tuple(dict.fromkeys((*warnings, *found.warnings, *band_remarks(found))))
+    said = tuple(dict.fromkeys((*warnings, *found.warnings)))
     machine = found.nominal
     held = len(found.held_ids)
     count = held + len(found.fit_ids) + len(found.embargoed_ids)

@@ -1,11 +1,8 @@
 """Where an identification can be trusted, for result.json: the predicted error, the check of its bands, the working range,
-the scale; and what is remarked on them."""
+the scale."""
 
 from __future__ import annotations
 
-from scipy import special
-
-from robocal.diagnose.limits import BAND_CHANCE
 from robocal.files import evidence as files
 from robocal.files.shown import shown
 from robocal.fit.estimators import estimator
@@ -14,10 +11,9 @@ from robocal.prove.identification import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["band_remarks", "prediction_part", "range_part", "scale_part"]
+__all__ = ["prediction_part", "range_part", "scale_part"]
 
 NOTHING = 1e-9  # tolerance: m; two models that differ by rounding are one, and neither is the better
-WHOLE = {"position": "positions", "orientation": "orientations"}
 
 
 def prediction_part(found: Identification[Mechanism]) -> files.Prediction | None:
@@ -28,23 +24,6 @@ def prediction_part(found: Identification[Mechanism]) -> files.Prediction | None
     if found.band is None:
         return files.Prediction(unit="mm", n=0, region="", coverage=shares) if shares else None
     return shown(files.Prediction, found.band, coverage=shares)
-
-
-def band_remarks(found: Identification[Mechanism]) -> tuple[Remark, ...]:
-    """Bands that are too narrow, and the predicted error away from the data."""
-    if estimator(found.options.method).blind:
-        return ()
-    narrow = [
-        Remark.of(Code.BAND_TOO_NARROW, whole=c.whole, n=c.n, quantity=WHOLE[c.quantity])
-        for c in found.coverage
-        if c.quantity in WHOLE and special.bdtr(round(c.whole * c.n), c.n, c.level) < BAND_CHANCE
-    ]
-    b = found.band
-    if b is None:
-        return tuple(narrow)
-    left = Quantity(b.left) if b.left > 0 else None
-    away = Remark.of(Code.ELSEWHERE, region=b.region, mean=Quantity(b.mean), p95=Quantity(b.p95), left=left)
-    return (*narrow, away)
 
 
 def range_part(found: Identification[Mechanism]) -> files.WorkingRange | None:

@@ -5,28 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from robocal.arms.conventions import CONVENTIONS
+from robocal.diagnose.finding import Finding
 from robocal.diagnose.hypotheses.changes import Change, What, changes
-from robocal.diagnose.hypotheses.explain import Explanation, Trial, alike, doubted, explain
-from robocal.diagnose.hypotheses.remounted import remounted
+from robocal.diagnose.hypotheses.explain import Explanation, Trial, alike
+from robocal.diagnose.hypotheses.one_change import Mistake
+from robocal.diagnose.hypotheses.reading import OtherChain
 from robocal.errors import FormatError, ToWrite
 from robocal.files.dataset import Reading
 from robocal.files.robot import Robot
 from robocal.files.spoken import Spoken
 from robocal.files.units import UNITS, number
 from robocal.files.yamlio import quoted
-from robocal.remarks.code import Code
-from robocal.remarks.remark import Quantity, Remark
 
-if TYPE_CHECKING:
-    from robocal.files.urdfchains import Other, Reread
-
-__all__ = ["METRIC", "SWAPPED", "Told", "refuse_wrong", "tried"]
+__all__ = ["METRIC", "SWAPPED", "Told", "change_error", "target_error", "tried"]
 
 MOST = 4  # ways of saying it
 
@@ -52,51 +48,39 @@ def _other(swapped: Mapping[str, str], unit: str) -> float:
     return UNITS[swapped[unit]].factor / UNITS[unit].factor if unit in swapped else 0.0
 
 
-def refuse_wrong(robot: Robot, reading: Reading, reread: Reread) -> tuple[Remark, ...]:
-    """Raises FormatError where a change, or another chain of the URDF, explains what the nominal arm does not, with the
-    line that makes it; remarks on a target that was put on anew between files. `reread` reads the data for another arm."""
-    doubt = doubted(robot.chain, reading.dataset)
-    if doubt is None:
-        return _of_targets(robot, reading)
-    from robocal.files.urdfchains import other_links
-
-    found = explain(robot.chain, reading.dataset, tried(robot, reading), doubt)
-    others = other_links(robot, reading.dataset, doubt, reread)
-    best = min([o.left for o in others] + ([found.left] if found else []), default=None)
-    if best is None:
-        return _of_targets(robot, reading)
+def change_error(robot: Robot, reading: Reading, mistake: Mistake) -> FormatError:
+    """What a change, or another chain of the URDF, explains that the nominal arm does not, with the line that makes it."""
+    best = mistake.best
+    found = mistake.found
     told = [Told.of(c, robot, reading) for c in _shown(found)] if found and alike(found.left, best) else []
-    told += [_of_links(robot, o) for o in others[:MOST] if alike(o.left, best)]
+    told += [_of_links(robot, o) for o in mistake.others[:MOST] if alike(o.left, best)]
     words = ", or ".join(dict.fromkeys(t.words for t in told))
     lines = list(dict.fromkeys(t.line for t in told))
     apart = " (these data cannot tell them apart)" if len(lines) > 1 else ""
-    raise FormatError(
-        f"{words}{apart}: with that, the residual of the nominal model falls from {_mm(doubt.stated)} to {_mm(best)}",
+    return FormatError(
+        f"{words}{apart}: with that, the residual of the nominal model falls from {_mm(mistake.stated)} to {_mm(best)}",
         file=told[0].file,
         key=told[0].key or None,
         expected=ToWrite(" or ".join(lines)),
     )
 
 
-def _of_links(robot: Robot, other: Other) -> Told:
+def target_error(reading: Reading, finding: Finding) -> FormatError:
+    """A target that was put on anew between files, as wrong input."""
+    alone = any(s.described for s in reading.spoken)
+    where = "a column target with a name of its own" if alone else "a target of its own"
+    files = finding.numbers["files"]
+    assert isinstance(files, tuple)
+    return FormatError(
+        finding.remark.sentence, file=", ".join(map(str, files)), key="targets", expected=f"{where} in each file"
+    )
+
+
+def _of_links(robot: Robot, other: OtherChain) -> Told:
     from robocal.files.urdfchains import option
 
     words = f"the chain that was measured is {other.robot.root} to {other.robot.tip}, not {robot.root} to {robot.tip}"
     return Told(words, option(robot, other.robot), str(robot.path), "")
-
-
-def _of_targets(robot: Robot, reading: Reading) -> tuple[Remark, ...]:
-    found = remounted(robot.chain, reading.dataset)
-    if found is None:
-        return ()
-    files = tuple(Path(s).name for s in found.sources)
-    amounts = {"together": Quantity(found.together), "apart": Quantity(found.apart)}
-    told = Remark.of(Code.REMOUNTED, target=found.target, files=files, **amounts)
-    if found.alone:
-        alone = any(s.described for s in reading.spoken)
-        where = "a column target with a name of its own" if alone else "a target of its own"
-        raise FormatError(told.sentence, file=", ".join(files), key="targets", expected=f"{where} in each file")
-    return (told,)
 
 
 def _shown(found: Explanation) -> Sequence[Trial]:

@@ -12,13 +12,14 @@ from robocal.cables.hanging import hang
 from robocal.cables.pulley import Pulleys, run
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
+from robocal.diagnose.cables.stretch import stretch
+from robocal.diagnose.context import Context
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.kinds.lengths import COMPUTED
 from robocal.fit.starts.own import placed
 from robocal.geometry import se3
 from robocal.measure.data import DataSet, Observations
-from robocal.measure.lengths import owner
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
@@ -40,7 +41,8 @@ def stretched(file: CableFile, data: DataSet) -> tuple[DataSet, tuple[Remark, ..
             continue
         if obs.options.get("tension") == COMPUTED:
             out[i] = obs = _computed(file.robot, data, obs)
-        said += _said(file, obs)
+        context: Context[CableRobot] = Context(file.robot, replace(data, observations=(obs,)))
+        said += [f.remark for f in stretch.run(context)]
         if "tension" in obs.extra and file.robot.density is not None:
             out[i], sag = _hanging(file.robot, data, obs)
             said.append(sag)
@@ -91,23 +93,3 @@ def _hanging(robot: CableRobot, data: DataSet, obs: Observations) -> tuple[Obser
     share = np.where(np.isfinite(hung), hung / taut, 1.0)
     most = float(np.nanmax(np.abs(hung - taut), initial=0.0))
     return replace(obs, extra={**obs.extra, "hanging": share}), Remark.of(Code.SAG_TAKEN, most=Quantity(most))
-
-
-def _said(file: CableFile, obs: Observations) -> list[Remark]:
-    """What stretch does to these lengths, or would."""
-    robot = file.robot
-    if robot.elasticity is None:
-        aside = "tension" in obs.extra and robot.density is None
-        return [Remark.of(Code.TENSIONS_ASIDE, robot=robot.name)] if aside else []
-    cable = obs.extra["cable"].astype(np.int64)
-    full = obs.value[:, 0] + robot.zeros[cable]
-    if owner(obs):  # what they count from is not known yet
-        full = np.linalg.norm(robot.home[:3, 3] - robot.a, axis=1)[cable]
-    if "tension" in obs.extra:
-        most = float(np.max(robot.elasticity[cable] * obs.extra["tension"] * full, initial=0.0))
-        how = "computed" if obs.options.get("tension") == COMPUTED else "measured"
-        return [Remark.of(Code.STRETCH_TAKEN, most=Quantity(most), how=how)]
-    if robot.limits is None:
-        return []
-    most = float(np.max(robot.elasticity[cable] * np.ptp(robot.limits, axis=1)[cable] * full, initial=0.0))
-    return [Remark.of(Code.STRETCH_LEFT, most=Quantity(most))]

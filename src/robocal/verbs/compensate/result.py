@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.apply.compensate import LEAP, SINGULAR_BELOW, STATUS, Compensation
+from robocal.apply.compensate import STATUS, Compensation
 from robocal.apply.compensate import compensate as solve
 from robocal.arms.chain import Chain
+from robocal.diagnose.limits import LEAP, SINGULAR_BELOW
 from robocal.estimate.uncertainty import LEVEL, radius
 from robocal.files.covariance import COVARIANCE
 from robocal.files.layerfile import LAYER

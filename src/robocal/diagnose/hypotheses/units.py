@@ -2,34 +2,81 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robocal.arms.chain import Chain
-from robocal.diagnose.limits import STILL_MOVED, STILL_PLACES, UNIT_BETTER, UNIT_GAIN, UNIT_MISFIT, UNIT_SPARE
-from robocal.errors import FormatError
+from robocal.diagnose.finding import Finding, Level, of_remarks, refuse
+from robocal.diagnose.hypotheses.other_units import OtherUnit
+from robocal.diagnose.hypotheses.reading import ReadContext
+from robocal.diagnose.limits import UNIT_BETTER, UNIT_GAIN, UNIT_MISFIT, UNIT_SPARE
+from robocal.diagnose.registry import Given, Machines, When, check
 from robocal.estimate.problem import Problem
-from robocal.files.dataset import Reading
-from robocal.files.doubts import Suspicion
+from robocal.fit.baseline import baseline, frame_names
 from robocal.fit.misfit import errors
 from robocal.fit.repeats import places
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
-from robocal.prove.identify import baseline, frame_names
-from robocal.remarks.remark import Remark
+from robocal.measure.machine import Model
+from robocal.measure.reach import reach
+from robocal.remarks.english import declare
 
-__all__ = ["doubt_units", "misfit", "refuse_still"]
+__all__ = ["WRONG_UNIT", "misfit", "units"]
 
 Array = NDArray[np.float64]
-Watch = Callable[[dict[str, object]], None]
-PLACED = ("position", "pose", "spherical", "bearing", "range", "pixels")  # kinds that read where the tool is
 MANY = 300  # grid: configurations that are enough to tell units apart
+WRONG_UNIT = declare(
+    "wrong-unit",
+    "the {part} values are probably in {alternative}: {why}, and the misfit falls {times:.3g} times{likewise}",
+    "State that unit.",
+)
 
 
-def misfit(chain: Chain, data: DataSet) -> float:
+@check("units", When.READ, order=20, machines=Machines.JOINTED, given=Given.ACCEPTED, needs=("data",))
+def units(context: ReadContext[Model]) -> Iterator[Finding]:
+    """Every suspected unit: refused where other units lower the misfit tenfold and then fit, else a doubt."""
+    doubts = context.suspicions[:6]
+    sample = _sample(context.measured)
+    as_read = misfit(context.model, sample)
+    bad = not as_read <= UNIT_MISFIT and not np.isnan(as_read)
+    if not doubts and not bad:
+        return
+    if context.watch:
+        context.watch({"stage": "read", "what": "trying other units"})
+    best = as_read
+    chosen: tuple[OtherUnit, ...] = ()
+    tried = [some for size in range(1, len(doubts) + 1) for some in combinations(doubts, size)]
+    for some in dict.fromkeys((*tried, *(_explanations(context.alternatives) if bad else ()))):
+        data = sample
+        for doubt in some:
+            data = doubt.apply(data)
+        found = misfit(context.model, data)
+        # Of two equally good explanations the one with fewer changes stands.
+        if np.isfinite(found) and found < UNIT_BETTER * best:
+            best, chosen = found, some
+    # What leaves much of the misfit is no explanation, whatever it lowers.
+    if not (chosen and best * UNIT_GAIN <= as_read and best <= UNIT_MISFIT):
+        yield from of_remarks([d.remark for d in doubts], Level.DOUBT)
+    elif context.forgotten:
+        yield from of_remarks(dict.fromkeys(d.remark for d in (*chosen, *doubts)), Level.DOUBT)
+    else:
+        first = chosen[0]
+        likewise = "".join(f"; likewise the {d.part} values of {d.source} in {d.alternative}" for d in chosen[1:])
+        yield refuse(
+            WRONG_UNIT,
+            source=first.source,
+            part=first.part,
+            stated=first.stated,
+            alternative=first.alternative,
+            why=str(first.reason),
+            times=float(as_read / best if best > 0 else np.inf),
+            likewise=likewise,
+        )
+
+
+def misfit(chain: Model, data: DataSet) -> float:
     """What the nominal model with fitted frames leaves, relative to the spread of what was measured: the same in every
     unit.
 
@@ -65,78 +112,15 @@ def _told(data: DataSet, problem: Problem) -> float:
     return new * sum(t.scale.size for t in problem.terms)
 
 
-def _tools(chain: Chain, data: DataSet) -> list[Array]:
+def _tools(chain: Model, data: DataSet) -> list[Array]:
     """Where the nominal tool is wherever something was measured, (m, 3) in a list; empty when it is nowhere."""
     q = data.configurations.joints
     if q is None:
         return []
     used = np.unique(np.concatenate([o.configuration for o in data.observations]))
     used = used[np.isfinite(q[used]).all(axis=1)]
-    return [chain.pose(q, data.configurations.columns)[used, :3, 3]] if len(used) else []
-
-
-def refuse_still(data: DataSet) -> None:
-    """Raises FormatError for an instrument that reads one and the same wherever the arm stands: it was stuck, or columns were
-    filled in. A bar of fixed length may, and so may a contact."""
-    joints = data.configurations.joints
-    for obs in data.observations if joints is not None else ():
-        if obs.kind not in PLACED or obs.rows is None or len(obs) < STILL_PLACES:
-            continue
-        where = joints[obs.configuration]  # type: ignore[index]
-        if (
-            np.ptp(obs.value, axis=0).any()
-            or len(np.unique(where, axis=0)) < STILL_PLACES
-            or np.ptp(where, axis=0).max() < STILL_MOVED
-        ):
-            continue
-        raise FormatError(
-            "all readings are equal, though the joints move",
-            file=obs.source,
-            key=kind_of(obs).name,
-            found=f"{len(obs)} equal rows",
-            expected="a different reading at each configuration",
-        )
-
-
-def doubt_units(
-    chain: Chain, reading: Reading, watch: Watch | None = None, others: tuple[Remark, ...] = ()
-) -> tuple[Remark, ...]:
-    """Tries every suspected unit: raises FormatError when other units lower the misfit tenfold and then fit, warns otherwise.
-    `others` are remarks of which each may explain a misfit as well; then units are a remark too."""
-    doubts = reading.suspicions[:6]
-    sample = _sample(reading.dataset)
-    as_read = misfit(chain, sample)
-    bad = not as_read <= UNIT_MISFIT and not np.isnan(as_read)
-    if not doubts and not bad:
-        return ()
-    if watch:
-        watch({"stage": "read", "what": "trying other units"})
-    best = as_read
-    chosen: tuple[Suspicion, ...] = ()
-    tried = [some for size in range(1, len(doubts) + 1) for some in combinations(doubts, size)]
-    for some in dict.fromkeys((*tried, *(_explanations(reading.alternatives) if bad else ()))):
-        data = sample
-        for doubt in some:
-            data = doubt.apply(data)
-        found = misfit(chain, data)
-        # Of two equally good explanations the one with fewer changes stands.
-        if np.isfinite(found) and found < UNIT_BETTER * best:
-            best, chosen = found, some
-    # What leaves much of the misfit is no explanation, whatever it lowers.
-    if chosen and best * UNIT_GAIN <= as_read and best <= UNIT_MISFIT:
-        if others:
-            return tuple(dict.fromkeys(d.remark for d in (*chosen, *doubts)))
-        first = chosen[0]
-        likewise = "".join(f"; likewise the {d.part} values of {d.source} in {d.alternative}" for d in chosen[1:])
-        raise FormatError(
-            f"the {first.part} values are probably in {first.alternative}: {first.reason}, "
-            f"and the misfit falls {as_read / best if best > 0 else np.inf:.3g} times{likewise}",
-            file=first.source,
-            key=f"{first.part}.unit",
-            found=first.stated,
-            expected=first.alternative,
-        )
-    return tuple(d.remark for d in doubts)
+    recorded = {k: v[used] for k, v in data.configurations.columns.items()}
+    return [reach(chain, q[used], (), recorded)[0][:, :3, 3]] if len(used) else []
 
 
 def _sample(data: DataSet) -> DataSet:
@@ -148,7 +132,7 @@ def _sample(data: DataSet) -> DataSet:
     return some if {o.source for o in some.observations} == {o.source for o in data.observations} else data
 
 
-def _explanations(alternatives: Sequence[Suspicion]) -> Iterator[tuple[Suspicion, ...]]:
+def _explanations(alternatives: Sequence[OtherUnit]) -> Iterator[tuple[OtherUnit, ...]]:
     """Other units of one file, joints and positions alone or both, and then the same swap in every file."""
     sources = list(dict.fromkeys(a.source for a in alternatives))[:4]
     of = {s: {(a.part, a.stated, a.alternative): a for a in alternatives if a.source == s} for s in sources}

@@ -1,0 +1,67 @@
+"""One change of the data, or another chain of the robot's file, that explains what the nominal machine does not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from robocal.diagnose.context import once
+from robocal.diagnose.finding import Finding, doubt, refuse
+from robocal.diagnose.hypotheses.explain import Explanation, doubted, explain
+from robocal.diagnose.hypotheses.reading import OtherChain, ReadContext
+from robocal.diagnose.hypotheses.remounted import remounted
+from robocal.diagnose.registry import Given, Machines, When, check
+from robocal.measure.machine import Mechanism
+from robocal.remarks.code import Code
+from robocal.remarks.english import declare
+from robocal.remarks.remark import Quantity
+
+__all__ = ["CHANGED", "Mistake", "mistake", "one_change", "remounted_targets"]
+
+CHANGED = declare(
+    "one-change-explains",
+    "one change of the data explains what the nominal model leaves: with that, it falls from {stated:.3g} to {left:.3g}",
+    "Make that change.",
+)
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """What explains the data: changes, or other chains; what is left as stated and with the best of them (m)."""
+
+    found: Explanation | None
+    others: Sequence[OtherChain]
+    stated: float
+    best: float
+
+
+@once
+def mistake(context: ReadContext[Mechanism]) -> Mistake | None:
+    """What explains a misfit that asks for it; None where nothing does."""
+    assert context.changes is not None
+    asked = doubted(context.model, context.measured)
+    if asked is None:
+        return None
+    found = explain(context.model, context.measured, context.changes(), asked)
+    others = () if context.others is None else context.others(asked)
+    best = min([o.left for o in others] + ([found.left] if found else []), default=None)
+    return None if best is None else Mistake(found, others, asked.stated, best)
+
+
+@check("one-change", When.READ, order=30, machines=Machines.JOINTED, given=Given.ACCEPTED, needs=("data", "changes"))
+def one_change(context: ReadContext[Mechanism]) -> Iterator[Finding]:
+    """A mistake that explains the data; what it is, the context remembers."""
+    found = mistake(context)
+    if found is not None:
+        yield refuse(CHANGED, stated=Quantity(found.stated), left=Quantity(found.best))
+
+
+@check("remounted", When.READ, order=40, machines=Machines.JOINTED, given=Given.ACCEPTED, needs=("data", "changes"))
+def remounted_targets(context: ReadContext[Mechanism]) -> Iterator[Finding]:
+    """A target that was put on anew between files; refused where that alone explains what no making leaves."""
+    found = remounted(context.model, context.measured)
+    if found is None:
+        return
+    files = tuple(s.replace("\\", "/").rpartition("/")[2] for s in found.sources)
+    amounts = {"together": Quantity(found.together), "apart": Quantity(found.apart)}
+    yield (refuse if found.alone else doubt)(Code.REMOUNTED, target=found.target, files=files, **amounts)

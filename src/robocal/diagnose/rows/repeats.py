@@ -1,0 +1,115 @@
+"""Repeats of one place: results that differ by too much, or not even in the last digit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from robocal.diagnose.finding import Finding, Level, of_remarks
+from robocal.diagnose.limits import COPY_CHANCE, QUIETEST, REPEAT_SIGMA
+from robocal.diagnose.registry import When, check
+from robocal.diagnose.rows.table import TableContext
+from robocal.measure.base import kind_of
+from robocal.measure.data import Configurations, Observations
+from robocal.measure.machine import Model
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+
+__all__ = ["repeat_remarks", "repeats"]
+
+Array = NDArray[np.float64]
+
+
+@check("repeats", When.FILE, order=20, needs=("data",))
+def repeats(context: TableContext[Model]) -> Iterator[Finding]:
+    """Copies and repeats that differ, of every instrument."""
+    data = context.measured
+    for obs in data.observations:
+        yield from of_remarks(repeat_remarks(obs, data.configurations, context.file), Level.DOUBT)
+
+
+def repeat_remarks(obs: Observations, configurations: Configurations, file: object) -> tuple[Remark, ...]:
+    """Repeated joints (target, point, other configuration) whose results differ by more than 10 sigma of a
+    difference, or not even in the last digit."""
+    joints = configurations.joints
+    if len(obs) < 2 or obs.rows is None or joints is None:
+        return ()
+    same: list[Array] = [joints[obs.configuration]]
+    if obs.second is not None:
+        same.append(joints[obs.second])
+    if obs.target is not None:
+        same.append(obs.target[:, None].astype(float))
+    same += [v.reshape(len(obs), -1) for v in obs.extra.values()]
+    _, group = np.unique(np.hstack(same), axis=0, return_inverse=True)
+    order = np.argsort(group, kind="stable")
+    sorted_group = group[order].ravel()
+    starts = np.flatnonzero(np.r_[True, np.diff(sorted_group) > 0])
+    if len(starts) == len(obs):
+        return ()
+    first = np.repeat(order[starts], np.diff(np.r_[starts, len(order)]))
+    out = _twice(obs, order, first, file)
+    if obs.sigma is None:
+        return out
+    # Angles are left out: they may differ by a turn, and a difference of rotation vectors has no sigma near a half one.
+    compared = [i for a, b, unit in kind_of(obs).parts if unit != "rad" for i in range(a, b)]
+    gap = np.abs(obs.value[order] - obs.value[first])[:, compared]
+    sigma = np.hypot(obs.sigma[order], obs.sigma[first])[:, compared]
+    bad = np.flatnonzero((gap > REPEAT_SIGMA * sigma).any(axis=1))
+    if not len(bad):
+        return out
+    a, b = int(obs.rows[first[bad[0]]]), int(obs.rows[order[bad[0]]])
+    return (*out, Remark.of(Code.REPEATS_DIFFER, file=str(file), count=len(bad), first=a, second=b))
+
+
+def _twice(obs: Observations, order: NDArray[np.int64], first: NDArray[np.int64], file: object) -> tuple[Remark, ...]:
+    """One line on rows that are copies of others. A single number may read alike twice, and a contact has no reading; and
+    where an instrument shows few digits, honest repeats agree in all of them now and then."""
+    assert obs.rows is not None
+    if obs.value.shape[1] < 2:
+        return ()
+    _, index, key = np.unique(
+        np.column_stack([first, obs.value[order]]), axis=0, return_index=True, return_inverse=True
+    )
+    original = index[key.ravel()]
+    copy = (original != np.arange(len(order))) & (obs.value[order] != 0).any(axis=1)
+    found = np.flatnonzero(copy)
+    if not len(found):
+        return ()
+    size = np.bincount(first, minlength=len(obs))
+    honest = (order != first) & ~copy
+    pairs = float((size * (size - 1) / 2).sum())
+    if special.pdtrc(len(found) - 1, pairs * _agreeing(obs, order[honest], first[honest])) > COPY_CHANCE:
+        return ()
+    a, b = min(sorted(int(obs.rows[order[i]]) for i in (original[k], k)) for k in found)
+    return (Remark.of(Code.COPIED, file=str(file), count=len(found), first=a, second=b),)
+
+
+def _agreeing(obs: Observations, one: NDArray[np.int64], other: NDArray[np.int64]) -> float:
+    """The chance that two honest readings of one place agree to the last digit: of each number step / (2 sqrt(pi) sigma),
+    with the step in which it is written and sigma as stated, as other repeats scatter, or as little as anything does."""
+    chance = 1.0
+    for start, stop, unit in kind_of(obs).parts:
+        for i in range(start, stop):
+            step = _step(obs.value[:, i])
+            if obs.sigma is not None:
+                sigma = float(np.sqrt(np.mean(obs.sigma[:, i] ** 2)))
+            elif len(one):
+                sigma = float(np.sqrt(np.mean((obs.value[one, i] - obs.value[other, i]) ** 2) / 2))
+            else:
+                sigma = QUIETEST.get(unit, 0.0)
+            chance *= min(1.0, step / (2 * math.sqrt(math.pi) * sigma)) if sigma > 0 else 1.0
+    return chance
+
+
+def _step(values: Array) -> float:
+    """The power of ten in which numbers are written, 0 where they are written in none."""
+    for digits in range(13):
+        step = 10.0**-digits
+        whole = values / step
+        if np.abs(whole - np.round(whole)).max() < 1e-3:
+            return step
+    return 0.0

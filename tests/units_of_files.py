@@ -1,0 +1,15 @@
+"""Units of what a file says, doubted as the verbs doubt them."""
+
+from __future__ import annotations
+
+from robocal.diagnose.hypotheses.reading import ReadContext
+from robocal.diagnose.registry import HYPOTHESES, ROWS, When, run
+from robocal.files.causes.refusals import refuse_input
+
+
+def doubt_units(chain, reading):
+    units = {"suspicions": reading.suspicions, "alternatives": reading.alternatives}
+    findings = run(When.READ, ReadContext(chain, reading.dataset, **units), ROWS, HYPOTHESES)
+    for finding in findings:
+        refuse_input(finding)
+    return tuple(f.remark for f in findings)
