@@ -13,15 +13,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.errors import ModelError, nearest
 from robocal.geometry.path.program import AXES, Element, Term, frame_element
 from robocal.parameters import Parameter, frame_parameters
 
 __all__ = ["COMMON_KEYS", "QUANTITIES", "TYPES", "Convention", "Key", "Pen", "Row"]
 
-Array = NDArray[np.float64]
 Row = Mapping[str, object]
 TYPES = ("revolute", "prismatic", "fixed")
 UNIT = {"t": "m", "r": "rad"}

@@ -6,8 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import nearest
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, JointsModel, SecondModel, ValueModel
@@ -25,8 +25,6 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["Places", "carried", "joint_values", "nowhere", "read_configurations", "recorded"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 # What holds for both configurations of a row; the rest was recorded at the first one.
 SHARED = ("time", "temperature", "payload")
 

@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools, Ints
 from robocal.errors import FormatError, nearest
 from robocal.files.digits import last_digits
 from robocal.files.names import SAID, harmless, meant, strange_character
@@ -27,7 +27,6 @@ from robocal.files.text import MEGABYTE, read_text
 
 __all__ = ["CsvTable", "MissingCells", "csv_columns", "csv_text", "read_csv"]
 
-Array = NDArray[np.float64]
 _COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 SIZE_LIMIT, ROW_LIMIT, CELL_LIMIT = 20 * MEGABYTE, 500_000, 3_000_000  # what is read within seconds and 1 GB
 MISSING = ("", "nan", "na")  # how tables write a cell that nobody filled
@@ -38,7 +37,7 @@ SEPARATORS = {";": "';'", "\t": "a tab", ",": "','", " ": "a space", "|": "'|'"}
 class MissingCells(Exception):
     """Some rows (indices) lack a cell that is needed, in a table whose reader wants to know of all of them."""
 
-    def __init__(self, rows: NDArray[np.int64]) -> None:
+    def __init__(self, rows: Ints) -> None:
         self.rows = rows
         super().__init__(f"{len(rows)} rows")
 
@@ -53,7 +52,7 @@ class CsvTable:
     sha256: str
     names: tuple[str, ...]
     units: tuple[str | None, ...]
-    lines: NDArray[np.int64]
+    lines: Ints
     cells: tuple[tuple[str, ...], ...]
     decimal: str = "."
     skip: bool = False
@@ -69,7 +68,7 @@ class CsvTable:
     def _columns(self) -> tuple[tuple[str, ...], ...]:
         return tuple(zip(*self.cells, strict=True))
 
-    def without(self, rows: NDArray[np.bool_], ids: Sequence[str] | None = None) -> CsvTable:
+    def without(self, rows: Bools, ids: Sequence[str] | None = None) -> CsvTable:
         """The table without some rows (k,); `ids` (k,) name them for those who look for them. Raises FormatError when none
         is left."""
         if rows.all():
@@ -94,9 +93,7 @@ class CsvTable:
         line = None if row is None else int(self.lines[row])
         return FormatError(message, file=self.path, row=line, column=column, **facts)
 
-    def insist(
-        self, good: NDArray[np.bool_], columns: Sequence[str | int], message: str, found: Array, **facts: Any
-    ) -> None:
+    def insist(self, good: Bools, columns: Sequence[str | int], message: str, found: Array, **facts: Any) -> None:
         """Raises FormatError at the first cell of columns (k, d) that is not good; of what makes a whole row (k,), at the first column."""
         bad = np.argwhere(~good)
         if len(bad):

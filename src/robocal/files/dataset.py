@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Ints
 from robocal.errors import FormatError, nearest
 from robocal.files.configurations import carried, nowhere, read_configurations
 from robocal.files.csvtable import CsvTable, MissingCells, read_csv
@@ -39,8 +39,6 @@ from robocal.measure.machine import Machine
 from robocal.remarks.remark import Remark
 
 __all__ = ["Reading", "read_dataset", "read_datasets"]
-
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.files.csvtable import csv_text, read_csv
 from robocal.files.dataset import read_dataset
@@ -21,8 +21,6 @@ from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import Document
 
 __all__ = ["poses_text", "read_poses"]
-
-Array = NDArray[np.float64]
 
 
 def read_poses(path: str | os.PathLike[str], chain: Chain) -> tuple[tuple[str, ...], Array, tuple[InputFile, ...]]:

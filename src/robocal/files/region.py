@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError, nearest
 from robocal.files.poses import read_poses
@@ -26,8 +26,6 @@ from robocal.files.text import InputFile
 from robocal.files.yamlio import load
 
 __all__ = ["RegionFile", "read_region"]
-
-Array = NDArray[np.float64]
 
 
 def _pair(value: Any) -> Any:

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, Literal, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.apply.compensate import STATUS, Compensation, Targets
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError
@@ -36,7 +36,6 @@ from robocal.geometry import so3
 
 __all__ = ["TargetFile", "compensated_text", "read_targets"]
 
-Array = NDArray[np.float64]
 POSITIONS = (("x", "y", "z"), ("px", "py", "pz"))
 TURNS = (
     (("qx", "qy", "qz", "qw"), "quaternion_xyzw"),

@@ -11,14 +11,12 @@ import re
 from dataclasses import dataclass
 from typing import TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from robocal._types import Array
 from robocal.errors import FormatError, ModelError, nearest
 
 __all__ = ["UNITS", "Unit", "Units", "number", "numbers_of", "parse_quantity", "parse_unit", "same"]
 
-Value = TypeVar("Value", float, NDArray[np.float64])
+Value = TypeVar("Value", float, Array)
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ import math
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.arms.denavit import axes_at_zero
 from robocal.errors import ModelError
@@ -35,7 +35,6 @@ from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["urdf_into", "urdf_text"]
 
-Array = NDArray[np.float64]
 # Further apart than this and the URDF is of another robot, or counts its joints from elsewhere.
 OTHER = (0.05, 0.1)  # m, rad
 LOST = (1e-9, 1e-9)

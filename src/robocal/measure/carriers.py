@@ -13,15 +13,13 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.geometry.path.program import Program
 
 __all__ = ["Carrier", "Gathered", "Inverse", "KnownPose", "LocalPose", "Path", "Product", "joined", "locals_of"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 NONE = np.empty(0, dtype=np.int64)
 Locals = tuple[Ints | None, Ints | None]
 

@@ -14,15 +14,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.parameters import Parameter, frame_parameters
 
 __all__ = ["Configurations", "DataSet", "Frame", "Observations", "same_rows"]
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -101,7 +98,7 @@ class Observations:
     source: str = ""
     rows: Ints | None = None
     second: Ints | None = None
-    used: NDArray[np.bool_] | None = None
+    used: Bools | None = None
     digits: Array | None = None
     rounding: Array | None = None
 

@@ -17,8 +17,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.geometry.path.program import frame_element
 from robocal.measure.builder import Builder
@@ -29,8 +29,6 @@ from robocal.parameters import Parameter
 
 __all__ = ["PLANE", "normals"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 UNSTATED = (1e-4,)
 NUMBERS = (Number("radius", "radius", expected=0.01),)
 

@@ -13,8 +13,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.measure.builder import Builder
 from robocal.measure.data import Frame, Observations
@@ -23,8 +23,6 @@ from robocal.parameters import Parameter
 
 __all__ = ["RANGE", "nominal_speed"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 UNSTATED = (1e-3,)
 SOUND = 343.0  # m/s, in dry air at 20 C
 

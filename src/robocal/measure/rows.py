@@ -11,8 +11,8 @@ from importlib import import_module
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError, nearest
 from robocal.estimate.losses import Loss
 from robocal.estimate.rows import Normal
@@ -24,8 +24,6 @@ from robocal.parameters import Parameter
 
 __all__ = ["KINDS", "Between", "Kind", "Number", "Rows", "kind_of", "number_names", "numbers", "place_of", "register"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 NONE = np.empty(0, dtype=np.int64)
 
 
@@ -129,7 +127,7 @@ class Rows(ABC):
         other.__dict__.update(known[key])
         return other
 
-    def without(self, rows: NDArray[np.bool_]) -> Self:
+    def without(self, rows: Bools) -> Self:
         """The same term with these rows (m,) set aside."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)

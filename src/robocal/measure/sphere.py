@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.measure.builder import Builder
 from robocal.measure.data import Frame, Observations
@@ -22,7 +22,6 @@ from robocal.parameters import Parameter
 
 __all__ = ["SPHERE"]
 
-Array = NDArray[np.float64]
 UNSTATED = (1e-4,)
 NUMBERS = (Number("radius", "radius", value=0.01, expected=0.01),)
 
@@ -30,7 +29,7 @@ NUMBERS = (Number("radius", "radius", value=0.01, expected=0.01),)
 class SphereRows(Between):
     """Distance from the centre minus the radius."""
 
-    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         length, j, jl = self.length(x, first, rows)
         length = length - self.measured(which, first, rows) - x[:, None, self.numbers]
         return length, np.concatenate([j, np.full((*j.shape[:3], len(self.own)), -1.0)], axis=3), jl

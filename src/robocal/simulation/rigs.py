@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.geometry import se3
 from robocal.measure.base import synthesise
@@ -21,7 +21,6 @@ from robocal.simulation.touching import span, touch
 
 __all__ = ["CONTACTS", "FINE", "RIGS", "STANDS", "Instrument", "measure"]
 
-Array = NDArray[np.float64]
 # Where a tracker typically stands: two metres away, turned and tilted (m, rad).
 STANDS = (1.6, -1.1, 0.4, 0.02, -0.03, 2.1)
 POINT = (True, True, True, False, False, False)

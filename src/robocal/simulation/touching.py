@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
 from robocal.measure.base import synthesise
@@ -14,7 +14,6 @@ from robocal.measure.data import Configurations, DataSet, Observations
 
 __all__ = ["span", "touch"]
 
-Array = NDArray[np.float64]
 ROUNDS, STEPS = 30, 40
 
 

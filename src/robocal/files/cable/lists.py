@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.check import FAR
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.values import CableUnits
@@ -43,7 +43,6 @@ __all__ = [
     "tension_columns",
 ]
 
-Array = NDArray[np.float64]
 QUATERNION = ("qx", "qy", "qz", "qw")
 AWAY = (0.01, np.radians(1.0))  # m and rad across what a platform can do: more than an instrument is off
 UNIT = 2e-2  # from a length of one: what rounding to two digits leaves

@@ -8,15 +8,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.errors import nearest
 from robocal.files.units import UNITS, Unit
 from robocal.files.yamlio import Document, Path_, path_text
 
 __all__ = ["CableUnits", "Values"]
 
-Array = NDArray[np.float64]
 KEYS = ("value", "unit", "source", "assumed")
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, ScalarModel, SigmaModel, ValueModel
 from robocal.files.onething import UNSAID
@@ -35,8 +35,6 @@ __all__ = [
     "words",
 ]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Column = tuple[str, Unit, Array]
 FULL = (True,) * 6
 

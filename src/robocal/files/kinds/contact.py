@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, FiniteFloat
 
+from robocal._types import Array
 from robocal.errors import nearest
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import ScalarModel, ValueModel, column_model
@@ -36,7 +36,6 @@ from robocal.measure.data import Observations
 
 __all__ = ["PLANE", "POINT", "SPHERE"]
 
-Array = NDArray[np.float64]
 XYZ = (True, True, True, False, False, False)
 # The faces of a cube: unit normals that point away from its centre.
 FACES = {f"{sign}{axis}": (1 if sign == "+" else -1) * np.eye(3)[i] for i, axis in enumerate("xyz") for sign in "+-"}

@@ -10,9 +10,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, FiniteFloat
 
+from robocal._types import Ints
 from robocal.errors import nearest
 from robocal.files.datamodel import ColumnModel, DataModel, Sigma, column_model
 from robocal.files.frames import frame_vector
@@ -34,8 +34,6 @@ __all__ = [
     "frame_words",
     "place_frames",
 ]
-
-Ints = NDArray[np.int64]
 
 
 class PlaceModel(FrameModel):

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.files import orientation
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import OrientationModel, SigmaModel
@@ -20,7 +20,6 @@ from robocal.measure.data import Observations
 
 __all__ = ["POSE", "PoseModel", "read_pose", "write_pose"]
 
-Array = NDArray[np.float64]
 TURN = ("rx", "ry", "rz")
 TURN_SIGMA = ("srx", "sry", "srz")
 ROTATION = {9: tuple(range(9)), 12: (0, 1, 2, 4, 5, 6, 8, 9, 10), 16: (0, 1, 2, 4, 5, 6, 8, 9, 10)}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, OrientationModel, PlaceValuesModel
 from robocal.files.kinds.base import KindFile, Values, Written, columns, quantity, section
@@ -15,8 +15,6 @@ from robocal.files.yamlio import Document, Path_
 from robocal.measure.data import Observations
 
 __all__ = ["POSITION", "PositionModel", "matrix_columns", "place_columns", "position"]
-
-Array = NDArray[np.float64]
 
 
 class PositionModel(FramedModel):
