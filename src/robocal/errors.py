@@ -27,6 +27,7 @@ __all__ = [
     "RobocalError",
     "ToWrite",
     "nearest",
+    "one_of",
     "printable",
     "shortened",
 ]
@@ -61,6 +62,12 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
         if distance < best and distance < len(option):
             best, found = distance, option
     return found
+
+
+def one_of(word: object, known: Iterable[str]) -> dict[str, Any]:
+    """What an error says of a word that is none of the known ones: `expected` lists these, `suggestion` is the nearest."""
+    names = tuple(known)
+    return {"expected": ", ".join(names), "suggestion": nearest(str(word), names)}
 
 
 def _distance(a: str, b: str) -> int:

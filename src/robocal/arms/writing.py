@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robocal._types import Array
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, nearest, one_of
 from robocal.geometry.path.program import AXES, Element, Term, frame_element
 from robocal.parameters import Parameter, frame_parameters
 
@@ -232,7 +232,5 @@ def bound(value: object, key: str) -> float:
 def known_axis(axis: object, key: str) -> str:
     """One of tx ty tz rx ry rz. Raises ModelError otherwise."""
     if axis not in AXES[:6]:
-        raise ModelError(
-            "unknown axis", key=key, found=axis, expected=", ".join(AXES[:6]), suggestion=nearest(str(axis), AXES[:6])
-        )
+        raise ModelError("unknown axis", key=key, found=axis, **one_of(axis, AXES[:6]))
     return str(axis)

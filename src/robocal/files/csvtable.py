@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from robocal._types import Array, Bools, Ints
-from robocal.errors import FormatError, nearest
+from robocal.errors import FormatError, one_of
 from robocal.files.digits import last_digits
 from robocal.files.names import SAID, harmless, meant, strange_character
 from robocal.files.text import MEGABYTE, read_text
@@ -125,12 +125,7 @@ class CsvTable:
         if not hits:
             if not self.names:
                 raise self.fail("the file has no header", column=column, expected="column numbers, counted from zero")
-            raise self.fail(
-                "there is no such column",
-                column=column,
-                expected=", ".join(self.names),
-                suggestion=nearest(plain, self.names),
-            )
+            raise self.fail("there is no such column", column=column, **one_of(plain, self.names))
         self.asked.add(hits[0])
         return hits[0]
 

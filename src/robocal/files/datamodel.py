@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat
 
-from robocal.errors import nearest
+from robocal.errors import one_of
 from robocal.files.leaving import words_of
 from robocal.files.orientation import FORMS
 from robocal.files.schema import Columns, FrameModel, Model, Name, UnitsModel, Version, refuse
@@ -87,7 +87,7 @@ def _order(value: Any) -> Any:
 
 def _form(value: Any) -> Any:
     if not isinstance(value, str) or value not in FORMS:
-        refuse("unknown form", found=value, expected=", ".join(FORMS), suggestion=nearest(str(value), FORMS))
+        refuse("unknown form", found=value, **one_of(value, FORMS))
     return value
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from robocal._types import Ints
-from robocal.errors import FormatError, nearest
+from robocal.errors import FormatError, one_of
 from robocal.files.configurations import carried, nowhere, read_configurations
 from robocal.files.csvtable import CsvTable, MissingCells, read_csv
 from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, InstrumentModel, TargetModel
@@ -188,9 +188,7 @@ def _reader(kind: object, document: Document, machine: Machine) -> KindFile:
     if kind is None:
         document.fail("a key is missing", ("kind",), expected=", ".join(known))
     if not isinstance(kind, str) or kind not in known:
-        document.fail(
-            "unknown kind", ("kind",), found=kind, expected=", ".join(known), suggestion=nearest(str(kind), known)
-        )
+        document.fail("unknown kind", ("kind",), found=kind, **one_of(kind, known))
     return known[kind]
 
 
@@ -324,7 +322,5 @@ def _targets(
     for row, cell in enumerate(cells):
         if cell not in order:
             column = table.label(table.find(model.target.column))
-            raise table.fail(
-                "unknown target", row, column, found=cell, expected=", ".join(order), suggestion=nearest(cell, order)
-            )
+            raise table.fail("unknown target", row, column, found=cell, **one_of(cell, order))
     return tuple(frames), np.array([order[c] for c in cells], dtype=np.int64)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from robocal._version import __version__
-from robocal.errors import InputError, nearest
+from robocal.errors import InputError, nearest, one_of
 from robocal.estimate.criteria import CRITERIA
 from robocal.estimate.losses import LOSSES
 from robocal.files.cable.caspr import CABLES, bodies_of
@@ -291,10 +291,7 @@ def _able(model: StudyModel, document: Document) -> None:
     options = model.options
     for name, found, known in (("method", options.method, METHODS), ("loss", options.loss, tuple(LOSSES))):
         if found not in known:
-            document.fail(
-                f"no such {name} in a study", ("options", name), found=found, expected=", ".join(known),
-                suggestion=nearest(found, known),
-            )  # fmt: skip
+            document.fail(f"no such {name} in a study", ("options", name), found=found, **one_of(found, known))
     share = options.hold_out
     if share is not None and not 0 <= share <= HELD_OUT:
         document.fail("a share", ("options", "hold_out"), found=share, expected=f"0 to {HELD_OUT}")
@@ -321,9 +318,8 @@ def _plannable(model: StudyModel, document: Document) -> None:
             document.fail("only poses of arms are planned", ("poses", key), found=found, expected="of: identification")
     if poses.criterion not in CRITERIA:
         document.fail(
-            "unknown criterion", ("poses", "criterion"), found=poses.criterion, expected=", ".join(CRITERIA),
-            suggestion=nearest(poses.criterion, CRITERIA),
-        )  # fmt: skip
+            "unknown criterion", ("poses", "criterion"), found=poses.criterion, **one_of(poses.criterion, CRITERIA)
+        )
     if poses.choose == "planned" and (poses.count is None or poses.count > MOST):
         found = poses.file if poses.count is None else poses.count
         expected = f"count, 1 to {MOST}"

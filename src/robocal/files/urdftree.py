@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
-from robocal.errors import FormatError, nearest
+from robocal.errors import FormatError, nearest, one_of
 from robocal.files.names import SAID, strange_character
 from robocal.files.text import Source
 
@@ -157,8 +157,7 @@ def joints_of(root: Node, links: Mapping[str, Node], path: Path) -> list[UrdfJoi
                 row=node.row,
                 key=f"joint {name} type",
                 found=kind,
-                expected=", ".join(TYPES),
-                suggestion=nearest(kind, TYPES),
+                **one_of(kind, TYPES),
             )
         ends = []
         for word in ("parent", "child"):

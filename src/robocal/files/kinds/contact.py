@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, FiniteFloat
 
 from robocal._types import Array
-from robocal.errors import nearest
+from robocal.errors import one_of
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import ScalarModel, ValueModel, column_model
 from robocal.files.kinds.base import (
@@ -122,9 +122,7 @@ def _faces(cube: CubeModel, table: CsvTable) -> Array:
         word = cell if cell[:1] in "+-" else f"+{cell}"
         if word not in FACES:
             label = table.label(table.find(cube.column))
-            raise table.fail(
-                "no face of a cube", row, label, found=cell, expected=", ".join(FACES), suggestion=nearest(cell, FACES)
-            )
+            raise table.fail("no face of a cube", row, label, found=cell, **one_of(cell, FACES))
         out[row] = FACES[word]
     return out
 

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, FiniteFloat
 
 from robocal._types import Ints
-from robocal.errors import nearest
+from robocal.errors import one_of
 from robocal.files.datamodel import ColumnModel, DataModel, Sigma, column_model
 from robocal.files.frames import frame_vector
 from robocal.files.kinds.base import Around, Part, Values
@@ -109,9 +109,7 @@ def place_frames(
     known: Mapping[str, PlaceModel] = model.places or {name: PlaceModel() for name in names}
     for name in names:
         if name not in known:
-            raise around.document.fail(
-                "unknown place", ("places",), found=name, expected=", ".join(known), suggestion=nearest(name, known)
-            )
+            raise around.document.fail("unknown place", ("places",), found=name, **one_of(name, known))
     return {name: frame_of(name, given, free, around, ("places", name)) for name, given in known.items()}
 
 
@@ -132,9 +130,7 @@ def each_place(
     for row, cell in enumerate(cells):
         if model.places and cell not in model.places:
             known = model.places
-            raise table.fail(
-                "unknown place", row, label, found=cell, expected=", ".join(known), suggestion=nearest(cell, known)
-            )
+            raise table.fail("unknown place", row, label, found=cell, **one_of(cell, known))
         if any(c in cell for c in ".,;:\"'"):
             raise table.fail("not a usable name", row, label, found=cell, expected="a word without dots or commas")
     frames = place_frames(model, free, around, tuple(dict.fromkeys(cells)))
@@ -163,10 +159,7 @@ def between(
         at = ("between", i) if len(models) > 1 else ("between",)
         for name in given.places:
             if name not in frames:
-                around.document.fail(
-                    "unknown place", (*at, "places"), found=name, expected=", ".join(frames),
-                    suggestion=nearest(name, frames),
-                )  # fmt: skip
+                around.document.fail("unknown place", (*at, "places"), found=name, **one_of(name, frames))
         a, b = given.places
         if a == b:
             around.document.fail("a place and itself", (*at, "places"), found=a, expected="two places")
