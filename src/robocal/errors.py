@@ -29,6 +29,7 @@ __all__ = [
     "nearest",
     "one_of",
     "printable",
+    "reason_of",
     "shortened",
 ]
 
@@ -86,6 +87,11 @@ def _distance(a: str, b: str) -> int:
 def printable(text: str) -> str:
     """A text on one line of a terminal: what would move the cursor or change colours is spelt out (`\\x1b`)."""
     return CONTROL.sub(lambda c: c[0].encode("unicode_escape", "backslashreplace").decode("ascii"), text)
+
+
+def reason_of(error: Exception) -> str:
+    """What the system says of an error, without its number."""
+    return (getattr(error, "strerror", None) or str(error)).lower()
 
 
 def shortened(text: str, most: int) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robocal._types import Array, Ints
-from robocal.errors import nearest
+from robocal.errors import nearest, one_of
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, JointsModel, SecondModel, ValueModel
 from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns
@@ -179,10 +179,7 @@ def _column(
     known = {*CONFIGURATION, "group"}
     if stem in PER_JOINT and joint:
         if joint not in names_of(chain):
-            names = ", ".join(names_of(chain))
-            document.fail(
-                "no joint has this name", at, found=joint, expected=names, suggestion=nearest(joint, names_of(chain))
-            )
+            document.fail("no joint has this name", at, found=joint, **one_of(joint, names_of(chain)))
         prismatic = chain.joints[names_of(chain).index(joint)].type == "prismatic"
         si = "1" if stem == "approach" else "N" if prismatic else "N m"
     elif name in CONFIGURATION:

@@ -197,29 +197,30 @@ class CsvTable:
             cell, column = cells[at].strip(), self.label(at)
             if not cell:
                 return self.fail("the cell is empty", row, column, expected=f"a number{self._or_skip}")
-            if self.decimal != "." and "." in cell:
-                return self.fail(
-                    "a decimal point where the file announces a decimal comma", row, column, found=cell, expected="1,5"
-                )
-            plain = cell.replace(self.decimal, ".")
-            try:
-                value = math.nan if "_" in cell else float(plain)
-            except ValueError:
-                value = math.nan
-            if _missing(cell):
-                return self.fail(
-                    "not a finite number", row, column, found=cell, expected=f"a finite number{self._or_skip}"
-                )
-            if math.isinf(value) or plain.lower().strip("+-") in ("nan", "inf", "infinity"):
-                return self.fail("not a finite number", row, column, found=cell, expected="a finite number")
-            if math.isnan(value):
-                if self.decimal == "." and _COMMA.fullmatch(cell):
-                    hint = 'a decimal point; a data file can announce the comma, csv: {separator: ";", decimal: ","}'
-                    return self.fail(
-                        "a decimal comma that the file does not announce", row, column, found=cell, expected=hint
-                    )
-                return self.fail("not a number", row, column, found=cell, expected="a number")
+            wrong = self._wrong(cell)
+            if wrong is not None:
+                return self.fail(wrong[0], row, column, found=cell, expected=wrong[1])
         raise AssertionError(at)
+
+    def _wrong(self, cell: str) -> tuple[str, str] | None:
+        """What is wrong with a cell that is not a finite number, and what is expected there; None where nothing is."""
+        if self.decimal != "." and "." in cell:
+            return "a decimal point where the file announces a decimal comma", "1,5"
+        plain = cell.replace(self.decimal, ".")
+        try:
+            value = math.nan if "_" in cell else float(plain)
+        except ValueError:
+            value = math.nan
+        if _missing(cell):
+            return "not a finite number", f"a finite number{self._or_skip}"
+        if math.isinf(value) or plain.lower().strip("+-") in ("nan", "inf", "infinity"):
+            return "not a finite number", "a finite number"
+        if not math.isnan(value):
+            return None
+        if self.decimal == "." and _COMMA.fullmatch(cell):
+            hint = 'a decimal point; a data file can announce the comma, csv: {separator: ";", decimal: ","}'
+            return "a decimal comma that the file does not announce", hint
+        return "not a number", "a number"
 
 
 def read_csv(
@@ -272,19 +273,17 @@ def _refuse_more(what: str, found: int, most: int, path: Path) -> None:
 def csv_text(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
     """The text of a CSV: commas, one line per row, quoted where a cell needs it; text that a spreadsheet would run as a
     formula gets an apostrophe before it (`files.names`)."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow([harmless(cell) for cell in header])
-    writer.writerows([harmless(cell) for cell in row] for row in rows)
-    return stream.getvalue()
+    return _written([harmless(cell) for cell in row] for row in (header, *rows))
 
 
 def csv_columns(header: Sequence[str], columns: Sequence[Sequence[str]]) -> str:
     """The same of columns whose cells are `harmless` already."""
+    return _written((header, *zip(*columns, strict=True)))
+
+
+def _written(rows: Iterable[Sequence[object]]) -> str:
     stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(zip(*columns, strict=True))
+    csv.writer(stream, lineterminator="\n").writerows(rows)
     return stream.getvalue()
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from robocal.errors import FileError, FormatError
+from robocal.errors import FileError, FormatError, nearest, reason_of
 from robocal.files.journal import guard
 from robocal.files.names import strange_character
 from robocal.remarks.remark import Remark
@@ -71,7 +71,7 @@ def read_bytes(path: str | os.PathLike[str], *, limit: int = FILE_LIMIT) -> byte
     except FileNotFoundError:
         raise FileError("there is no such file", file=place, suggestion=_neighbour(place)) from None
     except (OSError, ValueError) as error:
-        raise FileError(f"cannot be read: {_reason(error)}", file=place) from None
+        raise FileError(f"cannot be read: {reason_of(error)}", file=place) from None
     if len(data) > limit:
         raise FileError("the file is too big", file=place, expected=f"at most {_megabytes(limit)}")
     if not data.strip():
@@ -156,16 +156,10 @@ def _check_lines(data: bytes, path: object) -> None:
 
 
 def _neighbour(path: Path) -> str | None:
-    from robocal.errors import nearest
-
     try:
         return nearest(path.name, [p.name for p in path.parent.iterdir()])
     except OSError:
         return None
-
-
-def _reason(error: Exception) -> str:
-    return (getattr(error, "strerror", None) or str(error)).lower()
 
 
 def _megabytes(size: int) -> str:

@@ -7,7 +7,6 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import chain, rows
@@ -52,12 +51,10 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
     root = parse_tree(source.text, source.path)
     check_xacro(root, source)
     if root.tag != "robot":
-        raise FormatError(
-            "this is not a URDF", file=source.path, row=root.row, found=f"<{root.tag}>", expected="<robot>"
-        )
-    links = links_of(root, source.path)
-    joints = joints_of(root, links, source.path)
-    start = root_of(links, joints, source.path)
+        root.fail("this is not a URDF", found=f"<{root.tag}>", expected="<robot>")
+    links = links_of(root)
+    joints = joints_of(root, links)
+    start = root_of(links, joints)
     into = {j.child: j for j in joints}
     notes: tuple[Remark, ...] = ()
     if tip is None:
@@ -73,16 +70,13 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
     at = tip
     while at != (base or start):
         if at not in into:
+            expected = f"a link above {tip}"
             raise FormatError(
-                "the tip does not hang on the base",
-                file=source.path,
-                key="base",
-                found=base,
-                expected=f"a link above {tip}",
+                "the tip does not hang on the base", file=source.path, key="base", found=base, expected=expected
             )
         path.insert(0, into[at])
         at = into[at].parent
-    made = [_row(j, source.path) for j in path]
+    made = [_row(j) for j in path]
     notes = (*notes, *joint_remarks(path, source.path))
     if not any(row["type"] != "fixed" for row in made):
         raise FormatError("no joint moves between base and tip", file=source.path, found=f"{base or start} to {tip}")
@@ -160,77 +154,49 @@ def _start_tag(data: bytes, start: int) -> tuple[dict[str, tuple[int, int]], int
         at = found.end()
 
 
-def _row(joint: UrdfJoint, path: Path) -> dict[str, object]:
+def _row(joint: UrdfJoint) -> dict[str, object]:
     """The row of a joint for the chain, in SI. Raises FormatError for what a chain cannot follow."""
     mimic = joint.node.child("mimic")
     if mimic is not None:
         found = mimic.attributes.get("joint")
-        raise FormatError(
-            "a mimic joint on the chain",
-            file=path,
-            row=mimic.row,
-            key=f"joint {joint.name}",
-            found=found,
-            expected="another tip",
-        )
+        mimic.fail("a mimic joint on the chain", key=f"joint {joint.name}", found=found, expected="another tip")
     if joint.type not in (*MOVING, "fixed"):
         expected = "revolute, continuous, prismatic, fixed"
-        raise FormatError(
-            "a chain cannot follow this joint",
-            file=path,
-            row=joint.node.row,
-            key=f"joint {joint.name}",
-            found=joint.type,
-            expected=expected,
-        )
+        key = f"joint {joint.name}"
+        joint.node.fail("a chain cannot follow this joint", key=key, found=joint.type, expected=expected)
     origin, axis, limit = (joint.node.child(word) for word in ("origin", "axis", "limit"))
     row: dict[str, object] = {"name": joint.owner, "type": MOVING.get(joint.type, "fixed")}
-    row["xyz"] = _triple(origin, "xyz", (0.0, 0.0, 0.0), joint, path)
-    row["rpy"] = _triple(origin, "rpy", (0.0, 0.0, 0.0), joint, path)
+    row["xyz"] = _triple(origin, "xyz", (0.0, 0.0, 0.0), joint)
+    row["rpy"] = _triple(origin, "rpy", (0.0, 0.0, 0.0), joint)
     if joint.type in MOVING:
-        row["axis"] = direction = _triple(axis, "xyz", (1.0, 0.0, 0.0), joint, path)
+        row["axis"] = direction = _triple(axis, "xyz", (1.0, 0.0, 0.0), joint)
         if not any(direction):
-            raise FormatError(
-                "the axis has no direction",
-                file=path,
-                row=axis.row if axis else None,
-                key=f"joint {joint.name} axis",
-                found=direction,
-            )
+            (axis or joint.node).fail("the axis has no direction", key=f"joint {joint.name} axis", found=direction)
     if limit is not None and joint.type in ("revolute", "prismatic"):
-        low, high = (_number(limit, word, joint, path) for word in ("lower", "upper"))
+        low, high = (_number(limit, word, joint) for word in ("lower", "upper"))
         if low > high:
             key = f"joint {joint.name} limit"
-            raise FormatError(
-                "limits in the wrong order",
-                file=path,
-                row=limit.row,
-                key=key,
-                found=[low, high],
-                expected="lower, upper",
-            )
+            limit.fail("limits in the wrong order", key=key, found=[low, high], expected="lower, upper")
         row["limits"] = [low, high]
     return row
 
 
-def _number(node: Node, name: str, joint: UrdfJoint, path: Path) -> float:
-    return _floats(node.attributes.get(name, "0"), 1, node, f"joint {joint.name} {node.tag} {name}", path)[0]
+def _number(node: Node, name: str, joint: UrdfJoint) -> float:
+    return _floats(node.attributes.get(name, "0"), 1, node, f"joint {joint.name} {node.tag} {name}")[0]
 
 
-def _triple(node: Node | None, name: str, default: tuple[float, ...], joint: UrdfJoint, path: Path) -> list[float]:
+def _triple(node: Node | None, name: str, default: tuple[float, ...], joint: UrdfJoint) -> list[float]:
     if node is None or name not in node.attributes:
         return list(default)
-    return _floats(node.attributes[name], 3, node, f"joint {joint.name} {node.tag} {name}", path)
+    return _floats(node.attributes[name], 3, node, f"joint {joint.name} {node.tag} {name}")
 
 
-def _floats(text: str, count: int, node: Node, key: str, path: Path) -> list[float]:
+def _floats(text: str, count: int, node: Node, key: str) -> list[float]:
     try:
         values = [float(word) for word in text.split()]
     except ValueError:
         values = []
     if len(values) != count or not all(math.isfinite(v) for v in values):
         expected = "a finite number" if count == 1 else f"{count} finite numbers"
-        raise FormatError(
-            "not what an attribute must be", file=path, row=node.row, key=key, found=text, expected=expected
-        )
+        node.fail("not what an attribute must be", key=key, found=text, expected=expected)
     return values

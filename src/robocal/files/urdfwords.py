@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from robocal.arms.conventions import CONVENTIONS
-from robocal.errors import FormatError
 from robocal.files.unread import named, near_miss
 from robocal.files.unstated import unstated_remarks
 from robocal.files.urdftree import MOVING, UrdfJoint
@@ -38,24 +37,18 @@ def joint_remarks(joints: Sequence[UrdfJoint], path: Path) -> tuple[Remark, ...]
     """Remarks on the joints of a chain. Raises FormatError for an element that a joint has twice."""
     found: dict[str, str | None] = {}
     for joint in joints:
-        _refuse_twice(joint, path)
+        _refuse_twice(joint)
         found.update(_unknown(joint))
     unread = (named(Code.ELEMENTS_UNREAD, path, found),) if found else ()
     return (*unread, *_absent(joints, path))
 
 
-def _refuse_twice(joint: UrdfJoint, path: Path) -> None:
+def _refuse_twice(joint: UrdfJoint) -> None:
     seen: dict[str, int] = {}
     for node in joint.node.children:
         if node.tag in seen and node.tag in WORDS:
-            raise FormatError(
-                f"a joint has more than one <{node.tag}>",
-                file=path,
-                row=node.row,
-                key=f"joint {joint.name}",
-                found=f"rows {seen[node.tag]} and {node.row}",
-                expected="one",
-            )
+            both = f"rows {seen[node.tag]} and {node.row}"
+            node.fail(f"a joint has more than one <{node.tag}>", key=f"joint {joint.name}", found=both, expected="one")
         seen[node.tag] = node.row
 
 

@@ -21,7 +21,7 @@ import signal
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from robocal.errors import FileError
+from robocal.errors import FileError, reason_of
 from robocal.files.journal import announce, finish, flush_folder
 
 __all__ = ["refuse_existing", "refuse_unwritable", "write_bytes", "write_files", "write_text"]
@@ -63,7 +63,7 @@ def write_files(
             made = []
     except (OSError, ValueError) as error:
         at = targets[max(len(temporary) - 1, 0)]
-        raise FileError(f"cannot be written: {_reason(error)}", file=at) from None
+        raise FileError(f"cannot be written: {reason_of(error)}", file=at) from None
     finally:
         for leftover in temporary:
             leftover.unlink(missing_ok=True)
@@ -92,7 +92,7 @@ def _make_folder(folder: Path) -> list[Path]:
             at = at.parent
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FileError(f"the folder cannot be made: {_reason(error)}", file=folder) from None
+        raise FileError(f"the folder cannot be made: {reason_of(error)}", file=folder) from None
     return missing
 
 
@@ -180,10 +180,6 @@ def _undisturbed() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _reason(error: Exception) -> str:
-    return (getattr(error, "strerror", None) or str(error)).lower()
 
 
 def refuse_existing(folder: Path | None, names: Sequence[str], force: bool) -> None:

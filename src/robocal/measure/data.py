@@ -22,6 +22,18 @@ from robocal.parameters import Parameter, frame_parameters
 __all__ = ["Configurations", "DataSet", "Frame", "Observations", "same_rows"]
 
 
+PER_ROW = (
+    "configuration",
+    "sigma",
+    "target",
+    "rows",
+    "second",
+    "used",
+    "digits",
+    "rounding",
+)  # of observations, in front
+
+
 @dataclass(frozen=True)
 class Frame:
     """A named frame with six parameters: an instrument, or a target. `expected` is how far its value may be off (m,
@@ -112,19 +124,9 @@ class Observations:
 
     def take(self, index: Ints) -> Observations:
         """A subset, in the given order."""
-        return replace(
-            self,
-            configuration=self.configuration[index],
-            value=self.value[..., index, :],
-            sigma=None if self.sigma is None else self.sigma[index],
-            target=None if self.target is None else self.target[index],
-            extra={k: v[index] for k, v in self.extra.items()},
-            rows=None if self.rows is None else self.rows[index],
-            second=None if self.second is None else self.second[index],
-            used=None if self.used is None else self.used[index],
-            digits=None if self.digits is None else self.digits[index],
-            rounding=None if self.rounding is None else self.rounding[index],
-        )
+        there = {n: v for n in PER_ROW if (v := getattr(self, n)) is not None}
+        extra = {k: v[index] for k, v in self.extra.items()}
+        return replace(self, value=self.value[..., index, :], extra=extra, **{n: v[index] for n, v in there.items()})
 
 
 def same_rows(one: Sequence[Observations], other: Sequence[Observations], but: Collection[str] = ()) -> bool:

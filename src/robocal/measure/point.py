@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from robocal._types import Array, Ints
 from robocal.measure.builder import Builder
-from robocal.measure.data import Frame, Observations
-from robocal.measure.rows import Between, Kind, Rows, place_of, register
+from robocal.measure.data import Observations
+from robocal.measure.rows import Between, Kind, Rows, place_of, places_of, register
 
 __all__ = ["POINT"]
 
@@ -33,9 +33,4 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     return [PointRows(builder.between(place_of(obs), obs, t, i), obs, i, UNSTATED) for t, i in builder.split(obs)]
 
 
-def frames(obs: Observations) -> tuple[Frame, ...]:
-    """The place."""
-    return (place_of(obs),)
-
-
-POINT = register(Kind("point", 3, terms, frames=frames, contact=True))
+POINT = register(Kind("point", 3, terms, frames=places_of, contact=True))

@@ -16,8 +16,8 @@ import numpy as np
 from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.measure.builder import Builder
-from robocal.measure.data import Frame, Observations
-from robocal.measure.rows import Between, Kind, Number, Rows, number_names, numbers, place_of, register
+from robocal.measure.data import Observations
+from robocal.measure.rows import Between, Kind, Number, Rows, number_names, numbers, place_of, places_of, register
 from robocal.parameters import Parameter
 
 __all__ = ["SPHERE"]
@@ -48,9 +48,4 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
     return numbers(obs, NUMBERS)
 
 
-def frames(obs: Observations) -> tuple[Frame, ...]:
-    """The place."""
-    return (place_of(obs),)
-
-
-SPHERE = register(Kind("sphere", 1, terms, parameters, ((0, 1, "m"),), frames=frames, contact=True, owner="radius"))
+SPHERE = register(Kind("sphere", 1, terms, parameters, ((0, 1, "m"),), frames=places_of, contact=True, owner="radius"))

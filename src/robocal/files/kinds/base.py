@@ -81,6 +81,12 @@ class Around:
     name: str
     owners: frozenset[str]
 
+    def refuse_taken(self, name: str, at: Path_) -> None:
+        """Raises FormatError at a key path for the name of something that another thing has."""
+        if name in self.owners:
+            taken = ", ".join(sorted(self.owners))
+            self.document.fail("this name is taken", at, found=name, expected=f"a name other than {taken}")
+
 
 @dataclass(frozen=True)
 class Written:

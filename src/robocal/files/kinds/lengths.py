@@ -122,11 +122,8 @@ def parts(model: DataModel, values: Values, around: Around) -> Sequence[Part]:
     rows, many = values.value.shape
     sigma = None if values.sigma is None else values.sigma.reshape(-1, 1)
     extra = {"cable": np.tile(np.arange(many, dtype=float), rows), **{k: v.ravel() for k, v in values.extra.items()}}
-    return [
-        Part(
-            np.repeat(np.arange(rows), many), values.value.reshape(-1, 1), sigma, extra, values.options, targeted=False
-        )
-    ]
+    each = np.repeat(np.arange(rows), many)
+    return [Part(each, values.value.reshape(-1, 1), sigma, extra, values.options, targeted=False)]
 
 
 def write_each(obs: Observations, units: Units) -> Written:

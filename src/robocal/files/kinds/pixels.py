@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, FiniteFloat
 
-from robocal.errors import nearest
+from robocal.errors import one_of
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, ValueModel
 from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, columns, quantity, section
@@ -35,8 +35,7 @@ def _free(value: Any) -> Any:
     parts = parts if isinstance(parts, list) else [parts]
     for part in parts:
         if part not in SYMBOLS:
-            guess = nearest(str(part), SYMBOLS)
-            refuse("not a number of a camera", found=part, expected=", ".join(SYMBOLS), suggestion=guess)
+            refuse("not a number of a camera", found=part, **one_of(part, SYMBOLS))
     return tuple(dict.fromkeys(parts))
 
 
@@ -102,10 +101,7 @@ def parts(model: PixelsModel, values: Values, around: Around) -> Sequence[Part]:
         if model.corners.size <= 0:
             around.document.fail("not a length", ("corners", "size"), found=model.corners.size, expected="above 0")
         extra["point"] = extra["point"] * around.units.length.to_si(model.corners.size) / 2
-    if camera.name in around.owners:
-        taken = ", ".join(sorted(around.owners))
-        expected = f"a name other than {taken}"
-        around.document.fail("this name is taken", ("camera", "name"), found=camera.name, expected=expected)
+    around.refuse_taken(camera.name, ("camera", "name"))
     numbers = tuple(float(getattr(camera, s)) for s in SYMBOLS)
     options = {"camera": camera.name, "intrinsics": numbers, "free": camera.free}
     return [Part(np.arange(len(values.value)), values.value, values.sigma, extra, options)]
