@@ -123,8 +123,7 @@ def read_dataset(
         document = load(place)
         reader = _reader(kind or document.data.get("kind"), document, chain)
         model = validate(reader.model, document)
-        options = {"separator": model.csv.separator, "decimal": model.csv.decimal, "header": model.csv.header}
-        tables = [read_csv(place.parent / name, **options) for name in model.file]
+        tables = [read_csv(place.parent / name, **model.csv.style) for name in model.file]
         files = [InputFile(place, document.sha256)]
     else:
         tables, files = [read_csv(place)], []
@@ -139,9 +138,7 @@ def read_dataset(
     own = Excluded(model.exclude, "exclude", place)
     parts = [_read_rows(model, table, chain, reader, document, name, (own, exclude)) for table in tables]
     own.finish()
-    total = parts[0]
-    for part in parts[1:]:
-        total = total + part
+    total = sum(parts[1:], start=parts[0])
     described = dict.fromkeys((*model.targets, *getattr(model, "places", ())), place)
     return replace(total, path=place, files=tuple(files), described=described)
 
@@ -199,7 +196,7 @@ def _read_table(
     places = read_configurations(model, table, chain, document)
     units = _units(model, values, places.angle, document)
     targets, target = _targets(model, table, kind, chain, name, units, document)
-    owners = {n.rpartition(".")[0] for n in chain.table.names} | {t.name for t in targets}
+    owners = _owners(chain) | {t.name for t in targets}
     frame = _instrument(model.frame, name, units) if isinstance(model, FramedModel) else None
     around = Around(table, document, units, name, frozenset(owners | ({name} if frame else set())))
     observations = []
@@ -255,20 +252,21 @@ def _units(model: DataModel, values: Values, angle: Unit, document: Document) ->
     return Units(values.length or UNITS["m"], values.angle or angle)
 
 
+def _owners(machine: Machine) -> set[str]:
+    """The parts of a machine that have parameters, by name."""
+    return {n.rpartition(".")[0] for n in machine.table.names}
+
+
 def _frame_name(
     model: DataModel, place: Path, csv: Path, chain: Machine, taken: set[str] | frozenset[str], document: Document
 ) -> str:
     """The instrument's name: as stated, else the file's, made unlike any owner of a parameter."""
-    owners = {n.rpartition(".")[0] for n in chain.table.names}
+    owners = _owners(chain)
     given = model.frame.name if isinstance(model, FramedModel) else None
     if given is not None:
         if given in owners:
-            document.fail(
-                "this name belongs to the robot",
-                ("frame", "name"),
-                found=given,
-                expected=f"a name other than {', '.join(owners)}",
-            )
+            expected = f"a name other than {', '.join(owners)}"
+            document.fail("this name belongs to the robot", ("frame", "name"), found=given, expected=expected)
         return given
     stem = csv.stem if place.stem.lower() in ("data", "dataset") else place.stem
     name = re.sub(r"\W+", "_", stem).strip("_") or model.kind
@@ -295,16 +293,10 @@ def _targets(
         models = {name: TargetModel() for name in dict.fromkeys(cells)}
     if not models:
         return (), None
-    owners = {n.rpartition(".")[0] for n in chain.table.names} | {frame}
+    around = Around(table, document, units, frame, frozenset(_owners(chain) | {frame}))
     frames = []
     for name, given in models.items():
-        if name in owners:
-            document.fail(
-                "this name is taken",
-                ("targets", name),
-                found=name,
-                expected=f"a name other than {', '.join(sorted(owners))}",
-            )
+        around.refuse_taken(name, ("targets", name))
         # A target whose place is not stated is unknown; what this kind of measurement cannot see of it stays.
         flags = given.free_flags(not given.given)
         if given.free is None or given.free is True:

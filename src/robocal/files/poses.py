@@ -13,7 +13,7 @@ from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.files.csvtable import csv_text, read_csv
 from robocal.files.dataset import read_dataset
-from robocal.files.headers import IDS, joint_columns, vocabulary
+from robocal.files.headers import IDS, joint_columns, row_names, vocabulary
 from robocal.files.kinds.base import column_units
 from robocal.files.text import InputFile
 from robocal.files.units import Units, number
@@ -36,11 +36,7 @@ def read_poses(path: str | os.PathLike[str], chain: Chain) -> tuple[tuple[str, .
     si = ["m" if j.type == "prismatic" else "rad" for j in chain.joints]
     units = column_units(table, columns, None, si, Document(place, "", "", {}), ("joints",))
     q = table.numbers(columns) * np.array([u.factor for u in units])
-    named = next((n for n in IDS if n in table.names), None)
-    names = table.texts(named) if named else tuple(f"{table.path.name}:{line}" for line in table.lines)
-    twice = next((i for i, n in enumerate(names) if n in names[:i]), None)
-    if twice is not None:
-        raise table.fail("two poses have one name", twice, named, found=names[twice], expected="a name for each")
+    names = row_names(table, "poses")
     said = unread_remarks([left_over(table, IDS, (*vocabulary(chain), "rank"))])
     return names, q, (InputFile(table.path, table.sha256, said),)
 

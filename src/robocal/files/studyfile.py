@@ -171,9 +171,7 @@ def read_study(path: str | os.PathLike[str]) -> Study:
         words = [_words(v) for v in some]
         if len(set(words)) < len(words):
             document.fail("a value is given twice", ("sweep", name), found=", ".join(words), expected="each once")
-    many = 1
-    for some in values:
-        many *= len(some)
+    many = math.prod(map(len, values))
     for word, found, most in (("sweep", many, POINTS), ("trials", plain.trials, TRIALS)):
         if not 1 <= found <= most:
             document.fail("too many or none", (word,), found=found, expected=f"1 to {most}")
@@ -236,14 +234,6 @@ def _put(raw: dict[str, Any], name: str, value: Any, document: Document) -> None
     at[last] = copy.deepcopy(value)  # another key of the sweep may vary what is within
 
 
-def _is_file(study: Path, robot: str) -> bool:
-    return _robot(study, robot).is_file()
-
-
-def _robot(study: Path, robot: str) -> Path:
-    return study.parent / robot
-
-
 def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tuple[str, Any], ...]:
     model = validate(StudyModel, document, raw)
     for key in FOREIGN[model.of]:
@@ -251,7 +241,8 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
         if part in raw and (not name or name in (raw[part] or {})):
             place = (part, name) if name else (part,)
             document.fail("nothing of this kind of study", place, found=key, expected=f"what `of: {model.of}` knows")
-    robot = str(_robot(path, model.robot)) if _is_file(path, model.robot) else model.robot
+    beside = path.parent / model.robot
+    robot = str(beside) if beside.is_file() else model.robot
     out: dict[str, Any] = {"robot": robot, "residual": model.residual}
     for part in ("poses", "noise", "bias", "errors", "options", "gross"):
         for name, value in vars(getattr(model, part)).items():

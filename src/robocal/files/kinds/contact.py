@@ -81,15 +81,8 @@ class PlaneModel(ContactModel):
 
 
 def read_point(model: PointModel, table: CsvTable, document: Document) -> Values:
-    """Deviations (k, 3) in m, normally 0."""
-    value, sigma, unit = contact(model.contact, table, document, "contact", 3)
-    return Values(value, sigma, unit)
-
-
-def read_sphere(model: SphereModel, table: CsvTable, document: Document) -> Values:
-    """Deviations (k, 1) in m, normally 0."""
-    value, sigma, unit = contact(model.contact, table, document, "contact", 1)
-    return Values(value, sigma, unit)
+    """Deviations in m, normally 0: (k, 3) of a point, (k, 1) of a sphere."""
+    return Values(*contact(model.contact, table, document, "contact", 1 if isinstance(model, SphereModel) else 3))
 
 
 def read_plane(model: PlaneModel, table: CsvTable, document: Document) -> Values:
@@ -129,13 +122,11 @@ def _faces(cube: CubeModel, table: CsvTable) -> Array:
 
 def _with_distances(model: PointModel, values: Values, around: Around) -> Sequence[Part]:
     """One part for every place, and one distance for every pair that is a known distance apart."""
-    out = []
-    frames = {}
-    touched = {}
+    out, frames, touched = [], {}, {}
     for part, known in each_place(model, values, XYZ, around):
         out.append(part)
         frames.update(known)
-        touched[next(n for n, f in known.items() if f is part.options["place"])] = int(part.rows[0])
+        touched[part.group] = int(part.rows[0])
     return [*out, *between(model.between, frames, touched, around)]
 
 
@@ -218,7 +209,7 @@ place: place    # the column that names the socket; one socket: {{name: socket, 
 SPHERE = KindFile(
     "sphere",
     SphereModel,
-    read_sphere,
+    read_point,
     write_sphere,
     """contact: {{unit: {length}, sigma: 0.01}}    # how well the probe touches
 place: place    # the column that names the sphere; one sphere: {{name: sphere, xyz: [...]}}
