@@ -99,13 +99,9 @@ def decode(data: bytes, path: object) -> str:
     except UnicodeDecodeError as error:
         at = error.start + len(data) - len(body)
         guess = body[error.start : error.start + 1].decode("cp1252", "replace")
-        raise FileError(
-            f"wrong encoding: byte {at} is not UTF-8 (it would be {guess!r} in Windows-1252)",
-            file=path,
-            row=body.count(b"\n", 0, error.start) + 1,
-            found=f"0x{body[error.start]:02x}",
-            expected="UTF-8: save the file as UTF-8",
-        ) from None
+        message = f"wrong encoding: byte {at} is not UTF-8 (it would be {guess!r} in Windows-1252)"
+        row, found = body.count(b"\n", 0, error.start) + 1, f"0x{body[error.start]:02x}"
+        raise FileError(message, file=path, row=row, found=found, expected="UTF-8: save the file as UTF-8") from None
     if "\0" in text:
         text = "\n".join(line.rstrip("\0\r") for line in text.split("\n"))
         if "\0" in text:
@@ -144,14 +140,10 @@ def _check_lines(data: bytes, path: object) -> None:
     while len(data) - start > LINE_LIMIT:
         last = data.rfind(b"\n", start, start + LINE_LIMIT + 1)
         if last < 0:
-            end = data.find(b"\n", start)
-            raise FileError(
-                "a line is too long",
-                file=path,
-                row=data.count(b"\n", 0, start) + 1,
-                found=f"{(len(data) if end < 0 else end) - start} bytes",
-                expected=f"at most {_megabytes(LINE_LIMIT)}",
-            )
+            end, row = data.find(b"\n", start), data.count(b"\n", 0, start) + 1
+            found = f"{(len(data) if end < 0 else end) - start} bytes"
+            expected = f"at most {_megabytes(LINE_LIMIT)}"
+            raise FileError("a line is too long", file=path, row=row, found=found, expected=expected)
         start = last + 1
 
 

@@ -34,6 +34,7 @@ from robocal.files.urdftree import (
     root_of,
 )
 from robocal.files.yamlio import Document, Path_
+from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -168,25 +169,19 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
 def edit_urdf(text: str, arm: Chain, changed: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
     """The URDF with the origins of an arm that other values have moved, and the names that a URDF cannot hold."""
     data = text.encode("utf-8")
-    origin = {
-        f"{o}.{s}"
-        for o in {n.rpartition(".")[0] for n in arm.table.names} - set(RESERVED)
-        for s in ("x", "y", "z", "rx", "ry", "rz")
-    }
+    owners = {n.rpartition(".")[0] for n in arm.table.names} - set(RESERVED)
+    origin = {f"{o}.{s}" for o in owners for s in FRAME_SYMBOLS}
     left_out = tuple(n for n in changed if n not in origin)
     root = parse_tree(text, None)
     nodes = {owner_of(n): n for n in root.children if n.tag == "joint"}
     splices: list[tuple[int, int, bytes]] = []
     for row in rows(arm.with_values({n: v for n, v in changed.items() if n in origin})):
         owner = str(row["name"])
-        words = {
-            word: " ".join(number(v) for v in row[word])  # type: ignore[attr-defined]
-            for word, symbols in (("xyz", "xyz"), ("rpy", ("rx", "ry", "rz")))
-            if any(
-                f"{owner}.{s}" in changed and not same(arm.table[f"{owner}.{s}"].value, changed[f"{owner}.{s}"])
-                for s in symbols
-            )
-        }
+        words = {}
+        for word, symbols in (("xyz", FRAME_SYMBOLS[:3]), ("rpy", FRAME_SYMBOLS[3:])):
+            names = [name for s in symbols if (name := f"{owner}.{s}") in changed]
+            if not all(same(arm.table[name].value, changed[name]) for name in names):
+                words[word] = " ".join(number(v) for v in row[word])  # type: ignore[attr-defined]
         if words:
             splices += _origin_splices(data, nodes[owner], words)
     for start, end, new in sorted(splices, reverse=True):

@@ -165,6 +165,11 @@ def _pairs(*unit: str, framed: bool) -> Rig:
     return rig
 
 
+def _spot(name: str, at: Array) -> Frame:
+    """A point (3,) on the base."""
+    return Frame(name, (*map(float, at), 0.0, 0.0, 0.0), POINT)
+
+
 def _ranges(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
     """Four receivers around the arm, not in one plane, in air of a speed that is not quite nominal."""
     m = len(s.q)
@@ -172,14 +177,8 @@ def _ranges(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
     corners = np.array([(1, 1, -0.6), (-1, 1, 0.9), (-1, -1, -0.4), (1, -1, 1.1)]) * size / 1.5
     out = []
     for i, corner in enumerate(corners + centre):
-        place = Frame(f"r{i + 1}", (*(float(v) for v in corner), 0.0, 0.0, 0.0), POINT)
-        options = {
-            "place": place,
-            "medium": "air",
-            "speed": 343.0,
-            "values": {"speed": 343.0, "delay": 0.0},
-            "free": (),
-        }
+        place, values = _spot(f"r{i + 1}", corner), {"speed": 343.0, "delay": 0.0}
+        options = {"place": place, "medium": "air", "speed": 343.0, "values": values, "free": ()}
         out.append(
             Observations("range", np.arange(m), np.zeros((m, 1)), s.sigma(m, "m"), options=options, group=place.name)
         )
@@ -189,7 +188,7 @@ def _ranges(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
 def _bar(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
     """A draw-wire or telescopic bar from a socket in front of the arm to its tool."""
     m = len(s.q)
-    socket = Frame("socket", (*(float(v) for v in _beside(s)), 0.0, 0.0, 0.0), POINT, "base")
+    socket = _spot("socket", _beside(s))
     ball = Frame("ball", (0.0,) * 6, (False,) * 6, "tool")
     obs = Observations(
         "distance", np.arange(m), np.zeros((m, 1)), s.sigma(m, "m"), options={"ends": (socket, ball)}, group="bar"
@@ -199,10 +198,9 @@ def _bar(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
 
 def _beside(s: Scene) -> Array:
     """A place at the edge of where the tool comes."""
-    p = s.places
-    return np.asarray(
-        p.mean(axis=0) + 1.1 * (p[np.argmax(np.linalg.norm(p - p.mean(axis=0), axis=1))] - p.mean(axis=0))
-    )
+    middle = s.places.mean(axis=0)
+    out = s.places - middle
+    return np.asarray(middle + 1.1 * out[np.argmax(np.linalg.norm(out, axis=1))])
 
 
 def _reached(s: Scene, count: int, apart: float) -> list[Array]:
@@ -243,13 +241,12 @@ def _contacts(kind: str, frames: Callable[[Scene], list[Frame]], options: dict[s
 
 def _sockets(s: Scene) -> list[Frame]:
     """Two sockets."""
-    a, b = _reached(s, 2, 0.3)
-    return [Frame(n, (*map(float, p), 0.0, 0.0, 0.0), POINT) for n, p in zip("ab", (a, b), strict=True)]
+    return [_spot(n, p) for n, p in zip("ab", _reached(s, 2, 0.3), strict=True)]
 
 
 def _spheres(s: Scene) -> list[Frame]:
     """Two spheres."""
-    return [Frame(f"sphere{i + 1}", (*map(float, p), 0.0, 0.0, 0.0), POINT) for i, p in enumerate(_reached(s, 2, 0.3))]
+    return [_spot(f"sphere{i + 1}", p) for i, p in enumerate(_reached(s, 2, 0.3))]
 
 
 def _plates(s: Scene) -> list[Frame]:

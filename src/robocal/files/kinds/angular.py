@@ -21,6 +21,7 @@ from robocal.files.kinds.base import (
     Written,
     columns,
     quantity,
+    refuse_one_sigma,
     scalar,
     section,
     show_scalar,
@@ -70,9 +71,7 @@ def read_spherical(model: SphericalModel, table: CsvTable, document: Document) -
     table.insist(far > 0, model.range.columns or ("range",), "a range must be above 0", units[0].from_si(far))
     turned = read_bearing(model, table, document)
     if (spread is None) != (turned.sigma is None):
-        missing = "range" if spread is None else "bearing"
-        expected = "both, or neither (then estimated)"
-        document.fail("only one of two standard deviations is stated", (missing, "sigma"), expected=expected)
+        refuse_one_sigma("range" if spread is None else "bearing", document)
     sigma = None if spread is None or turned.sigma is None else np.hstack([spread, turned.sigma])
     return Values(np.hstack([far, turned.value]), sigma, units[0], turned.angle)
 

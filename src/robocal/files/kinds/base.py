@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -27,6 +27,7 @@ __all__ = [
     "columns",
     "contact",
     "quantity",
+    "refuse_one_sigma",
     "scalar",
     "section",
     "show_scalar",
@@ -193,6 +194,12 @@ def show_scalar(key: str, options: Mapping[str, object], symbol: str, unit: Unit
     if isinstance(free, tuple):
         words.append(f"free: {str(symbol in free).lower()}")
     return (f"{key}: {{{', '.join(words)}}}",)
+
+
+def refuse_one_sigma(missing: str, document: Document) -> NoReturn:
+    """Raises FormatError where one of two quantities states a standard deviation and the other, `missing`, does not."""
+    expected = "both, or neither (then estimated)"
+    document.fail("only one of two standard deviations is stated", (missing, "sigma"), expected=expected)
 
 
 def section(key: str, names: Sequence[str], sigmas: Sequence[str], obs: Observations, more: str = "") -> str:
