@@ -107,11 +107,11 @@ def decode(data: bytes, path: object) -> str:
         if "\0" in text:
             row = line_of(text, text.index("\0"))
             raise FileError("a byte 0 inside the text", file=path, row=row, expected="a text file in UTF-8")
-    found = strange_character(text, lines=True)
-    if found is not None:
-        row = line_of(text, found.start())
+    strange = strange_character(text, lines=True)
+    if strange is not None:
+        row = line_of(text, strange.start())
         raise FormatError(
-            "a control character inside the text", file=path, row=row, found=found[0], expected="plain text"
+            "a control character inside the text", file=path, row=row, found=strange[0], expected="plain text"
         )
     return text
 

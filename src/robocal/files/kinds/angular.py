@@ -99,27 +99,15 @@ def write_spherical(obs: Observations, units: Units) -> Written:
     return Written((*far, *turned), (*lines, *show_scalar("zero", obs.options, "zero", units.length)))
 
 
-BEARING = KindFile(
-    "bearing",
-    BearingModel,
-    read_bearing,
-    write_bearing,
-    """bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.002}}    # elevation above the horizon
+BEARING_KEYS = """bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.002}}    # elevation above the horizon
 frame: {{name: theodolite, free: true}}    # one data file for each theodolite, with a frame of its own
-""",
-    POINT_SEEN,
-)
-SPHERICAL = KindFile(
-    "spherical",
-    SphericalModel,
-    read_spherical,
-    write_spherical,
-    """range: {{columns: [range], unit: {length}, sigma: 0.01}}
+"""
+BEARING = KindFile("bearing", BearingModel, read_bearing, write_bearing, BEARING_KEYS, POINT_SEEN)
+SPHERICAL_KEYS = """range: {{columns: [range], unit: {length}, sigma: 0.01}}
 bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.001}}    # elevation above the horizon
 frame: {{name: tracker, free: true}}    # where the tracker stands is found from the data
 # zero: {{name: prism, value: 0, unit: {length}, free: false}}    # is added to the range; unknown: free: true
-""",
-    POINT_SEEN,
-    parts,
-    lengths="range",
+"""
+SPHERICAL = KindFile(
+    "spherical", SphericalModel, read_spherical, write_spherical, SPHERICAL_KEYS, POINT_SEEN, parts, lengths="range"
 )

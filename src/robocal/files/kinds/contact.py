@@ -192,45 +192,21 @@ def write_sphere(obs: Observations, units: Units) -> Written:
     return Written(made.columns, (*made.lines, *show_scalar("radius", obs.options, "radius", units.length)))
 
 
-POINT = KindFile(
-    "point",
-    PointModel,
-    read_point,
-    _contact,
-    """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball sits
+POINT_KEYS = """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball sits
 place: place    # the column that names the socket; one socket: {{name: socket, xyz: [...]}}
 # places: {{a: {{xyz: [{near}]}}}}    # roughly where they stand; by default unknown
 # between: {{places: [a, b], distance: 50, sigma: 0.01, unit: {length}}}    # sockets a known distance apart
-""",
-    XYZ,
-    _with_distances,
-    XYZ,
-)
-SPHERE = KindFile(
-    "sphere",
-    SphereModel,
-    read_point,
-    write_sphere,
-    """contact: {{unit: {length}, sigma: 0.01}}    # how well the probe touches
+"""
+POINT = KindFile("point", PointModel, read_point, _contact, POINT_KEYS, XYZ, _with_distances, XYZ)
+SPHERE_KEYS = """contact: {{unit: {length}, sigma: 0.01}}    # how well the probe touches
 place: place    # the column that names the sphere; one sphere: {{name: sphere, xyz: [...]}}
 radius: {{name: sphere, value: {ball}, unit: {length}, free: false}}    # sphere and probe together; unknown: free: true
 # between: {{places: [a, b], distance: 300, sigma: 0.01, unit: {length}}}    # centres a known distance apart: the scale
-""",
-    XYZ,
-    sphere_parts,
-    XYZ,
-)
-PLANE = KindFile(
-    "plane",
-    PlaneModel,
-    read_plane,
-    write_plane,
-    """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball touches
+"""
+SPHERE = KindFile("sphere", SphereModel, read_point, write_sphere, SPHERE_KEYS, XYZ, sphere_parts, XYZ)
+PLANE_KEYS = """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball touches
 place: place    # the column that names the plane; one plane: {{name: plate}}
 # radius: {{name: ball, value: 5, unit: {length}, free: false}}    # of the ball on the tool; default: the tool's point touches
 # cube: {{column: face, edge: 100}}    # faces +x, -x, +y, ... of a datum cube, whose centre is the place
-""",
-    XYZ,
-    plane_parts,
-    FULL,
-)
+"""
+PLANE = KindFile("plane", PlaneModel, read_plane, write_plane, PLANE_KEYS, XYZ, plane_parts, FULL)

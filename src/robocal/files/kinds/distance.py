@@ -104,18 +104,12 @@ def write_distance(obs: Observations, units: Units) -> Written:
     return Written(columns(("distance",), ("s_distance",), [units.length], obs), tuple(lines))
 
 
-DISTANCE = KindFile(
-    "distance",
-    DistanceModel,
-    read_distance,
-    write_distance,
-    """distance: {{columns: [distance], unit: {length}, sigma: 0.005}}    # a fixed bar: {{unit: {length}, sigma: 0.005}}
+DISTANCE_KEYS = """distance: {{columns: [distance], unit: {length}, sigma: 0.005}}    # a fixed bar: {{unit: {length}, sigma: 0.005}}
 ends:    # a bar between two configurations has no ends, but `second: {{columns: [...]}}` as other kinds have
   socket: {{mount: base, xyz: [{near}], free: true}}    # roughly where it stands
   ball: {{mount: tool, xyz: [0, 0, 0], free: false}}    # where the ball sits on the tool
 # length: {{name: bar, value: 300, unit: {length}, free: false}}    # is added to the reading; unknown: free: true
-""",
-    POINT,
-    parts,
-    lengths="distance",
+"""
+DISTANCE = KindFile(
+    "distance", DistanceModel, read_distance, write_distance, DISTANCE_KEYS, POINT, parts, lengths="distance"
 )

@@ -119,15 +119,9 @@ def write_pixels(obs: Observations, units: Units) -> Written:
     return Written(made, lines)
 
 
-PIXELS = KindFile(
-    "pixels",
-    PixelsModel,
-    read_pixels,
-    write_pixels,
-    """pixels: {{columns: [u, v], sigma: 0.2}}
+PIXELS_KEYS = """pixels: {{columns: [u, v], sigma: 0.2}}
 points: {{columns: [point_x, point_y, point_z], unit: {length}}}    # in the target's frame; or corners: {{column: corner, size: 60}}
 frame: {{name: camera, mount: base, free: true}}    # say roughly where: the base seen from the camera; in hand: mount: tool
 camera: {{name: lens, fx: 1400, fy: 1400, cx: 640, cy: 480, free: []}}    # also k1 k2 p1 p2 k3; free: true identifies all
-""",
-    parts=parts,
-)
+"""
+PIXELS = KindFile("pixels", PixelsModel, read_pixels, write_pixels, PIXELS_KEYS, parts=parts)

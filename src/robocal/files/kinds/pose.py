@@ -113,16 +113,9 @@ def write_pose(obs: Observations, units: Units) -> Written:
     return Written(made, (section("position", XYZ, XYZ_SIGMA, obs), turn))
 
 
-POSE = KindFile(
-    "pose",
-    PoseModel,
-    read_pose,
-    write_pose,
-    """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
+POSE_KEYS = """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
 orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigma: 0.005}}
 #   form: or matrix, quaternion_xyzw, quaternion_wxyz, euler with order: XYZ, frame: intrinsic
 frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
-""",
-    located=True,
-    lengths="position",
-)
+"""
+POSE = KindFile("pose", PoseModel, read_pose, write_pose, POSE_KEYS, located=True, lengths="position")

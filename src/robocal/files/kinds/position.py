@@ -76,14 +76,15 @@ def write_position(obs: Observations, units: Units) -> Written:
     return Written(columns(XYZ, XYZ_SIGMA, [units.length] * 3, obs), (section("position", XYZ, XYZ_SIGMA, obs),))
 
 
+POSITION_KEYS = """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
+frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
+"""
 POSITION = KindFile(
     "position",
     PositionModel,
     read_position,
     write_position,
-    """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
-frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
-""",
+    POSITION_KEYS,
     (True, True, True, False, False, False),
     located=True,
     lengths="position",

@@ -127,18 +127,9 @@ def write_range(obs: Observations, units: Units) -> Written:
     return Written(made, (section("range", ("range",), ("s_range",), obs), f"medium: {{{medium}}}"))
 
 
-RANGE = KindFile(
-    "range",
-    RangeModel,
-    read_range,
-    write_range,
-    """range: {{columns: [range], unit: {length}, sigma: 0.2}}    # or times: unit: us; or one column per receiver
+RANGE_KEYS = """range: {{columns: [range], unit: {length}, sigma: 0.2}}    # or times: unit: us; or one column per receiver
 place: place    # the column that names the receiver of a row
 # places: {{r1: {{xyz: [{near}]}}}}    # roughly where they stand; by default unknown
 medium: {{name: air, speed: 343, delay: 0, free: [speed]}}    # m/s; what a time was, or is, multiplied by
-""",
-    XYZ,
-    parts,
-    XYZ,
-    lengths="range",
-)
+"""
+RANGE = KindFile("range", RangeModel, read_range, write_range, RANGE_KEYS, XYZ, parts, XYZ, lengths="range")
