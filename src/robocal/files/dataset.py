@@ -208,7 +208,7 @@ def _read_table(
     for part in parts:
         kept = np.flatnonzero(np.isin(part.rows, places.measuring)) if part.targeted else np.arange(len(part.rows))
         rows = part.rows[kept]
-        second = part.kind == "" and places.second is not None
+        second = None if part.kind or places.second is None else places.second[rows]
         observations.append(
             Observations(
                 part.kind or kind.name,
@@ -223,7 +223,7 @@ def _read_table(
                 model.group or part.group or ("" if frame else name),
                 source=str(table.path),
                 rows=None if part.nowhere else table.lines[rows],
-                second=places.second[rows] if second and places.second is not None else None,
+                second=second,
                 digits=None if part.digits is None else part.digits[kept],
             )
         )

@@ -17,6 +17,8 @@ from robocal.files.yamlio import Document, Path_, quoted
 from robocal.measure.data import Observations
 
 __all__ = [
+    "DEVIATIONS",
+    "SPREADS",
     "Around",
     "KindFile",
     "Part",
@@ -38,6 +40,9 @@ __all__ = [
 
 Column = tuple[str, Unit, Array]
 FULL = (True,) * 6
+# The columns of what a contact leaves, and of their standard deviations, by how many numbers that is.
+DEVIATIONS = {1: ("deviation",), 3: ("dx", "dy", "dz")}
+SPREADS = {1: ("s_contact",), 3: ("sdx", "sdy", "sdz")}
 
 
 @dataclass(frozen=True)
@@ -149,8 +154,7 @@ def contact(
     if model is None:
         return np.zeros((len(table), width)), None, None
     if model.columns is not None:
-        names = ("deviation",) if width == 1 else ("dx", "dy", "dz")
-        value, sigma, units = quantity(model, table, document, (key,), ("m",) * width, names)
+        value, sigma, units = quantity(model, table, document, (key,), ("m",) * width, DEVIATIONS[width])
         return value, sigma, units[0]
     stated = model.unit
     if stated is None and isinstance(model.sigma, SigmaModel):

@@ -17,16 +17,20 @@ from robocal.errors import one_of
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import ScalarModel, ValueModel, column_model
 from robocal.files.kinds.base import (
+    DEVIATIONS,
     FULL,
+    SPREADS,
     Around,
     KindFile,
     Part,
     Values,
     Written,
+    columns,
     contact,
     quantity,
     scalar,
     show_scalar,
+    words,
 )
 from robocal.files.kinds.places import BetweenModel, PlacedModel, between, each_place
 from robocal.files.schema import Model
@@ -158,19 +162,13 @@ def plane_parts(model: PlaneModel, values: Values, around: Around) -> Sequence[P
 def _contact(obs: Observations, units: Units) -> Written:
     """The sigma, and deviations where there are any."""
     size = obs.value.shape[1]
-    names = ("deviation",) if size == 1 else ("dx", "dy", "dz")
-    spread = ("s_contact",) if size == 1 else ("sdx", "sdy", "sdz")
-    made = []
-    words = []
-    if obs.value.any():
-        made += [(n, units.length, obs.value[:, i]) for i, n in enumerate(names)]
-        words.append(f"columns: [{', '.join(names)}]")
-    else:
-        words.append(f"unit: {units.length.name}")
+    names, spread = DEVIATIONS[size], SPREADS[size]
+    made, stated = columns(names, spread, [units.length] * size, obs), f"columns: {words(names)}"
+    if not obs.value.any():
+        made, stated = made[size:], f"unit: {units.length.name}"
     if obs.sigma is not None:
-        made += [(n, units.length, obs.sigma[:, i]) for i, n in enumerate(spread)]
-        words.append(f"sigma: {{columns: [{', '.join(spread)}]}}")
-    return Written(tuple(made), (f"contact: {{{', '.join(words)}}}",))
+        stated += f", sigma: {{columns: {words(spread)}}}"
+    return Written(made, (f"contact: {{{stated}}}",))
 
 
 def write_plane(obs: Observations, units: Units) -> Written:
