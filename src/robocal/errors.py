@@ -27,7 +27,9 @@ __all__ = [
     "RobocalError",
     "ToWrite",
     "nearest",
+    "one_of",
     "printable",
+    "reason_of",
     "shortened",
 ]
 
@@ -63,6 +65,12 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return found
 
 
+def one_of(word: object, known: Iterable[str]) -> dict[str, Any]:
+    """What an error says of a word that is none of the known ones: `expected` lists these, `suggestion` is the nearest."""
+    names = tuple(known)
+    return {"expected": ", ".join(names), "suggestion": nearest(str(word), names)}
+
+
 def _distance(a: str, b: str) -> int:
     """Optimal string alignment (Damerau 1964): a swap of neighbours, the commonest slip, costs as much as one letter."""
     before: list[int] = []
@@ -79,6 +87,11 @@ def _distance(a: str, b: str) -> int:
 def printable(text: str) -> str:
     """A text on one line of a terminal: what would move the cursor or change colours is spelt out (`\\x1b`)."""
     return CONTROL.sub(lambda c: c[0].encode("unicode_escape", "backslashreplace").decode("ascii"), text)
+
+
+def reason_of(error: Exception) -> str:
+    """What the system says of an error, without its number."""
+    return (getattr(error, "strerror", None) or str(error)).lower()
 
 
 def shortened(text: str, most: int) -> str:

@@ -9,8 +9,9 @@ from functools import cached_property
 from typing import Any, Self, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array, Ints
 from robocal.arms.columns import Column
 from robocal.errors import ModelError, nearest
 from robocal.geometry.path.joints import Joint, Zero
@@ -21,7 +22,6 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["Chain", "Group"]
 
-Array = NDArray[np.float64]
 CHUNK = 2048  # configurations
 P = TypeVar("P")
 
@@ -116,7 +116,7 @@ class Chain:
         self,
         joints: ArrayLike,
         extra: Mapping[str, ArrayLike] | None = None,
-        entries: tuple[NDArray[np.int64], Array] | None = None,
+        entries: tuple[Ints, Array] | None = None,
         width: int = 0,
     ) -> tuple[Array, Array]:
         """T_base_tool (m, 4, 4) and J (m, 6, width) of some entries of the program, so many configurations at a time that
@@ -150,7 +150,7 @@ class Chain:
         wanted = self.table.names if names is None else tuple(names)
         return self.run(joints, extra, self.entries(wanted), len(wanted))[1]
 
-    def entries(self, names: Sequence[str]) -> tuple[NDArray[np.int64], Array]:
+    def entries(self, names: Sequence[str]) -> tuple[Ints, Array]:
         """The entries of the Jacobian with respect to named parameters, one column each."""
         column_of = np.full(len(self.table), -1, dtype=np.int64)
         for i, name in enumerate(names):

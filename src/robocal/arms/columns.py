@@ -13,13 +13,12 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.parameters import Table
 
 __all__ = ["Column", "Growth", "Harmonic", "Recorded"]
 
-Array = NDArray[np.float64]
 Known = Mapping[str, Array]
 FADE = 0.1  # rad
 

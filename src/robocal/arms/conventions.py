@@ -16,7 +16,7 @@ from robocal.arms.chain import Chain
 from robocal.arms.recipes import RECIPES, Recipe, elements_convention, recipe_convention
 from robocal.arms.screws import SCREW_CONVENTIONS
 from robocal.arms.writing import COMMON_KEYS, QUANTITIES, TYPES, Convention, Key, Pen, Row, finite
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, one_of
 from robocal.geometry.path.joints import Joint
 from robocal.geometry.path.program import Element, frame_element
 from robocal.parameters import Parameter, Table, frame_parameters
@@ -48,12 +48,7 @@ RESERVED = ("base", "tool", "home", "1")
 def convention_of(name: str) -> Convention:
     """The convention with this name. Raises ModelError with the nearest one."""
     if name not in CONVENTIONS:
-        raise ModelError(
-            "unknown convention",
-            found=name,
-            expected=", ".join(CONVENTIONS),
-            suggestion=nearest(str(name), CONVENTIONS),
-        )
+        raise ModelError("unknown convention", found=name, **one_of(name, CONVENTIONS))
     return CONVENTIONS[name]
 
 
@@ -167,9 +162,7 @@ def _type(row: Row, i: int) -> str:
     kind = row.get("type", "revolute")
     if kind not in TYPES:
         key = f"{_name(row, i)}.type"
-        raise ModelError(
-            "unknown joint type", key=key, found=kind, expected=", ".join(TYPES), suggestion=nearest(str(kind), TYPES)
-        )
+        raise ModelError("unknown joint type", key=key, found=kind, **one_of(kind, TYPES))
     return str(kind)
 
 

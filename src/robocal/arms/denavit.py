@@ -14,8 +14,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.arms.conventions import chain as build
 from robocal.errors import ModelError
@@ -23,7 +23,6 @@ from robocal.geometry import se3
 
 __all__ = ["axes_at_zero", "to_denavit"]
 
-Array = NDArray[np.float64]
 NEAR = 0.3  # rad: a common normal between axes that are less askew would stand over three times their distance away
 
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.arms.columns import Column
 from robocal.arms.screws import chart
@@ -24,7 +24,6 @@ from robocal.parameters import Table
 
 __all__ = ["Gravity", "Load", "axis_of", "drive", "link_end"]
 
-Array = NDArray[np.float64]
 Known = Mapping[str, Array]
 
 

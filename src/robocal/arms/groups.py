@@ -18,7 +18,7 @@ from typing import Any
 from robocal.arms import joints
 from robocal.arms.chain import Chain, Group
 from robocal.arms.gravity import Load
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, one_of
 
 __all__ = ["GROUPS", "Rule", "add", "held", "published_loads", "released", "rule_of", "without"]
 
@@ -105,9 +105,7 @@ GROUPS = {
 def rule_of(name: str) -> Rule:
     """The group with this name. Raises ModelError with the nearest one."""
     if name not in GROUPS:
-        raise ModelError(
-            "unknown group", key="groups", found=name, expected=", ".join(GROUPS), suggestion=nearest(name, GROUPS)
-        )
+        raise ModelError("unknown group", key="groups", found=name, **one_of(name, GROUPS))
     return GROUPS[name]
 
 
@@ -117,10 +115,7 @@ def add(chain: Chain, name: str, options: Options | None = None) -> Chain:
     rule, options = rule_of(name), dict(options or {})
     for key in options:
         if key not in rule.options:
-            raise ModelError(
-                "unknown option of a group", key=f"groups.{name}.{key}", expected=", ".join(rule.options),
-                suggestion=nearest(key, rule.options),
-            )  # fmt: skip
+            raise ModelError("unknown option of a group", key=f"groups.{name}.{key}", **one_of(key, rule.options))
     if any(g.name == name for g in chain.groups):
         raise ModelError("this group is there already", key=f"groups.{name}")
     made = rule.add(chain, options)

@@ -16,16 +16,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array, Bools, Ints
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
 __all__ = ["Reached", "inverse_point", "inverse_pose"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 TOLERANCE = (1e-9, 1e-9)
 LONGEST = 0.5  # largest change of a joint in one step, in rad or m: beyond it the linear model is a guess
 
@@ -36,7 +35,7 @@ class Reached:
     rad."""
 
     joints: Array
-    success: NDArray[np.bool_]
+    success: Bools
     position: Array
     angle: Array
 

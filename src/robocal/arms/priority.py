@@ -12,15 +12,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools
 from robocal.arms.chain import Chain
 from robocal.geometry import so3
 
 __all__ = ["by_priority"]
-
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 
 def by_priority(

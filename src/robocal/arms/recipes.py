@@ -14,8 +14,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from robocal.arms.writing import UNIT, Convention, Key, Pen, Row, finite, known_axis
-from robocal.errors import ModelError, nearest
+from robocal.arms.writing import Convention, Key, Pen, Row, finite, known_axis
+from robocal.errors import ModelError, one_of
 
 __all__ = ["RECIPES", "Recipe", "elements_convention", "recipe_convention"]
 
@@ -117,10 +117,7 @@ def _steps(pen: Pen) -> list[dict[str, Any]]:
             raise ModelError("wrong shape", key=at, found=entry, expected="{axis, value, symbol, driven}")
         for word in entry:
             if word not in STEP_KEYS:
-                known = ", ".join(STEP_KEYS)
-                raise ModelError(
-                    "unknown key", key=f"{at}.{word}", expected=known, suggestion=nearest(str(word), STEP_KEYS)
-                )
+                raise ModelError("unknown key", key=f"{at}.{word}", **one_of(word, STEP_KEYS))
         symbol, driven = entry.get("symbol"), entry.get("driven", 0)
         if symbol is not None and (
             not isinstance(symbol, str) or not symbol or "." in symbol or symbol in ("gain", "offset")
@@ -131,14 +128,8 @@ def _steps(pen: Pen) -> list[dict[str, Any]]:
         if driven not in (0, 1, -1):
             raise ModelError("not a sign", key=f"{at}.driven", found=driven, expected="true, or 1 or -1")
         value = finite(entry.get("value", 0.0), f"{at}.value")
-        out.append(
-            {
-                "axis": known_axis(entry.get("axis"), f"{at}.axis"),
-                "value": value,
-                "symbol": symbol,
-                "driven": int(driven),
-            }
-        )
+        axis = known_axis(entry.get("axis"), f"{at}.axis")
+        out.append({"axis": axis, "value": value, "symbol": symbol, "driven": int(driven)})
     return out
 
 
@@ -147,16 +138,13 @@ def _write_elements(pen: Pen) -> None:
     driven = [s for s in steps if s["driven"]]
     letter = {"revolute": "r", "prismatic": "t"}.get(pen.kind)
     if (letter is None and driven) or (letter and (len(driven) != 1 or driven[0]["axis"][0] != letter)):
-        wanted = (
-            "none for a fixed row" if letter is None else f"exactly one, on an axis {letter}x, {letter}y or {letter}z"
-        )
+        one = f"exactly one, on an axis {letter}x, {letter}y or {letter}z"
+        wanted = one if letter else "none for a fixed row"
         raise ModelError("wrong driven elements", key=f"{pen.joint}.elements", found=len(driven), expected=wanted)
     for s in steps:
         if s["driven"]:
             symbol = s["symbol"] or "offset"
-            pen.step(
-                s["axis"], symbol, s["value"], unit=UNIT[s["axis"][0]], driven=s["driven"], held=symbol == "offset"
-            )
+            pen.step(s["axis"], symbol, s["value"], driven=s["driven"], held=symbol == "offset")
         elif s["symbol"]:
             pen.step(s["axis"], s["symbol"], s["value"])
         else:

@@ -21,15 +21,14 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.writing import Convention, Key, Pen, Row
 from robocal.errors import ModelError
 from robocal.geometry import so3
 
 __all__ = ["SCREW_CONVENTIONS", "chart"]
 
-Array = NDArray[np.float64]
 ZERO = np.zeros(3)
 POINT = (0.0, 0.0, 0.0)
 OFFSET = Key("offset", "drive", 0.0, "zero error of the joint; held unless named")

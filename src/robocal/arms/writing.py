@@ -11,17 +11,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeGuard
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal.errors import ModelError, nearest
+from robocal._types import Array
+from robocal.errors import ModelError, one_of
 from robocal.geometry.path.program import AXES, Element, Term, frame_element
 from robocal.parameters import Parameter, frame_parameters
 
 __all__ = ["COMMON_KEYS", "QUANTITIES", "TYPES", "Convention", "Key", "Pen", "Row"]
 
-Array = NDArray[np.float64]
 Row = Mapping[str, object]
 TYPES = ("revolute", "prismatic", "fixed")
 UNIT = {"t": "m", "r": "rad"}
@@ -104,10 +104,7 @@ class Pen:
         self.asked: set[str] = set()
         for name in row:
             if name not in keys:
-                known = ", ".join(keys)
-                raise ModelError(
-                    "unknown key", key=f"{joint}.{name}", expected=known, suggestion=nearest(str(name), keys)
-                )
+                raise ModelError("unknown key", key=f"{joint}.{name}", **one_of(name, keys))
 
     # --- reading ------------------------------------------------------------------------------------------------------------
 
@@ -214,18 +211,18 @@ class Pen:
 
 def finite(value: object, key: str, expected: str = "a number") -> float:
     """A finite float. Raises ModelError for anything else, truth values included."""
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, int | float | np.integer | np.floating)
-        or not math.isfinite(value)
-    ):
+    if not _is_number(value) or not math.isfinite(value):
         raise ModelError("not a finite number", key=key, found=value, expected=expected)
     return float(value)
 
 
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+
+
 def bound(value: object, key: str) -> float:
     """A float that may be infinite."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating) or math.isnan(value):
+    if not _is_number(value) or math.isnan(value):
         raise ModelError("not a number", key=key, found=value, expected="a number, or an infinite one for no limit")
     return float(value)
 
@@ -233,7 +230,5 @@ def bound(value: object, key: str) -> float:
 def known_axis(axis: object, key: str) -> str:
     """One of tx ty tz rx ry rz. Raises ModelError otherwise."""
     if axis not in AXES[:6]:
-        raise ModelError(
-            "unknown axis", key=key, found=axis, expected=", ".join(AXES[:6]), suggestion=nearest(str(axis), AXES[:6])
-        )
+        raise ModelError("unknown axis", key=key, found=axis, **one_of(axis, AXES[:6]))
     return str(axis)

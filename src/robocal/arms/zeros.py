@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from robocal.arms.chain import Chain
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, one_of
 
 __all__ = ["joint_offsets", "with_offsets"]
 
@@ -23,12 +23,8 @@ def with_offsets(nominal: Chain, offsets: Mapping[str, float]) -> Chain:
     known = {z.joint: z for z in nominal.zeros}
     for name in offsets:
         if name not in known:
-            raise ModelError(
-                "the robot has no such joint",
-                key=name,
-                expected=", ".join(known) or None,
-                suggestion=nearest(name, known),
-            )
+            facts = one_of(name, known) if known else {}
+            raise ModelError("the robot has no such joint", key=name, **facts)
     table = nominal.table
     return nominal.with_values(
         {known[n].parameter: table[known[n].parameter].value + known[n].factor * float(v) for n, v in offsets.items()}

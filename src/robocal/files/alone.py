@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from robocal.errors import FileError
+from robocal.errors import FileError, reason_of
 
 try:
     import fcntl
@@ -51,8 +51,7 @@ def _held(folder: Path) -> int:
         except FileNotFoundError:
             continue
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise FileError(f"the folder cannot be made: {reason}", file=folder) from None
+            raise FileError(f"the folder cannot be made: {reason_of(error)}", file=folder) from None
         try:
             if fcntl is not None:
                 fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -67,9 +66,7 @@ def _held(folder: Path) -> int:
             ) from None
         except OSError as error:
             os.close(held)
-            reason = (error.strerror or str(error)).lower()
-            raise FileError(
-                f"the folder cannot be locked: {reason}", file=folder, expected="-o on another disk"
-            ) from None
+            message = f"the folder cannot be locked: {reason_of(error)}"
+            raise FileError(message, file=folder, expected="-o on another disk") from None
         os.close(held)
     raise FileError("the folder cannot be made: another process removes it", file=folder)

@@ -6,9 +6,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal.errors import nearest
+from robocal._types import Array, Ints
+from robocal.errors import nearest, one_of
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, JointsModel, SecondModel, ValueModel
 from robocal.files.headers import CONFIGURATION, PER_JOINT, joint_columns
@@ -25,8 +25,6 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["Places", "carried", "joint_values", "nowhere", "read_configurations", "recorded"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 # What holds for both configurations of a row; the rest was recorded at the first one.
 SHARED = ("time", "temperature", "payload")
 
@@ -181,10 +179,7 @@ def _column(
     known = {*CONFIGURATION, "group"}
     if stem in PER_JOINT and joint:
         if joint not in names_of(chain):
-            names = ", ".join(names_of(chain))
-            document.fail(
-                "no joint has this name", at, found=joint, expected=names, suggestion=nearest(joint, names_of(chain))
-            )
+            document.fail("no joint has this name", at, found=joint, **one_of(joint, names_of(chain)))
         prismatic = joints_of(chain)[names_of(chain).index(joint)].type == "prismatic"
         si = "1" if stem == "approach" else "N" if prismatic else "N m"
     elif name in CONFIGURATION:

@@ -18,16 +18,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal.errors import FormatError, nearest
+from robocal._types import Array, Bools, Ints
+from robocal.errors import FormatError, one_of
 from robocal.files.digits import last_digits
 from robocal.files.names import SAID, harmless, meant, strange_character
 from robocal.files.text import MEGABYTE, read_text
 
 __all__ = ["CsvTable", "MissingCells", "csv_columns", "csv_text", "read_csv"]
 
-Array = NDArray[np.float64]
 _COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 SIZE_LIMIT, ROW_LIMIT, CELL_LIMIT = 20 * MEGABYTE, 500_000, 3_000_000  # what is read within seconds and 1 GB
 MISSING = ("", "nan", "na")  # how tables write a cell that nobody filled
@@ -38,7 +37,7 @@ SEPARATORS = {";": "';'", "\t": "a tab", ",": "','", " ": "a space", "|": "'|'"}
 class MissingCells(Exception):
     """Some rows (indices) lack a cell that is needed, in a table whose reader wants to know of all of them."""
 
-    def __init__(self, rows: NDArray[np.int64]) -> None:
+    def __init__(self, rows: Ints) -> None:
         self.rows = rows
         super().__init__(f"{len(rows)} rows")
 
@@ -53,7 +52,7 @@ class CsvTable:
     sha256: str
     names: tuple[str, ...]
     units: tuple[str | None, ...]
-    lines: NDArray[np.int64]
+    lines: Ints
     cells: tuple[tuple[str, ...], ...]
     decimal: str = "."
     skip: bool = False
@@ -69,7 +68,7 @@ class CsvTable:
     def _columns(self) -> tuple[tuple[str, ...], ...]:
         return tuple(zip(*self.cells, strict=True))
 
-    def without(self, rows: NDArray[np.bool_], ids: Sequence[str] | None = None) -> CsvTable:
+    def without(self, rows: Bools, ids: Sequence[str] | None = None) -> CsvTable:
         """The table without some rows (k,); `ids` (k,) name them for those who look for them. Raises FormatError when none
         is left."""
         if rows.all():
@@ -94,9 +93,7 @@ class CsvTable:
         line = None if row is None else int(self.lines[row])
         return FormatError(message, file=self.path, row=line, column=column, **facts)
 
-    def insist(
-        self, good: NDArray[np.bool_], columns: Sequence[str | int], message: str, found: Array, **facts: Any
-    ) -> None:
+    def insist(self, good: Bools, columns: Sequence[str | int], message: str, found: Array, **facts: Any) -> None:
         """Raises FormatError at the first cell of columns (k, d) that is not good; of what makes a whole row (k,), at the first column."""
         bad = np.argwhere(~good)
         if len(bad):
@@ -128,12 +125,7 @@ class CsvTable:
         if not hits:
             if not self.names:
                 raise self.fail("the file has no header", column=column, expected="column numbers, counted from zero")
-            raise self.fail(
-                "there is no such column",
-                column=column,
-                expected=", ".join(self.names),
-                suggestion=nearest(plain, self.names),
-            )
+            raise self.fail("there is no such column", column=column, **one_of(plain, self.names))
         self.asked.add(hits[0])
         return hits[0]
 
@@ -205,29 +197,30 @@ class CsvTable:
             cell, column = cells[at].strip(), self.label(at)
             if not cell:
                 return self.fail("the cell is empty", row, column, expected=f"a number{self._or_skip}")
-            if self.decimal != "." and "." in cell:
-                return self.fail(
-                    "a decimal point where the file announces a decimal comma", row, column, found=cell, expected="1,5"
-                )
-            plain = cell.replace(self.decimal, ".")
-            try:
-                value = math.nan if "_" in cell else float(plain)
-            except ValueError:
-                value = math.nan
-            if _missing(cell):
-                return self.fail(
-                    "not a finite number", row, column, found=cell, expected=f"a finite number{self._or_skip}"
-                )
-            if math.isinf(value) or plain.lower().strip("+-") in ("nan", "inf", "infinity"):
-                return self.fail("not a finite number", row, column, found=cell, expected="a finite number")
-            if math.isnan(value):
-                if self.decimal == "." and _COMMA.fullmatch(cell):
-                    hint = 'a decimal point; a data file can announce the comma, csv: {separator: ";", decimal: ","}'
-                    return self.fail(
-                        "a decimal comma that the file does not announce", row, column, found=cell, expected=hint
-                    )
-                return self.fail("not a number", row, column, found=cell, expected="a number")
+            wrong = self._wrong(cell)
+            if wrong is not None:
+                return self.fail(wrong[0], row, column, found=cell, expected=wrong[1])
         raise AssertionError(at)
+
+    def _wrong(self, cell: str) -> tuple[str, str] | None:
+        """What is wrong with a cell that is not a finite number, and what is expected there; None where nothing is."""
+        if self.decimal != "." and "." in cell:
+            return "a decimal point where the file announces a decimal comma", "1,5"
+        plain = cell.replace(self.decimal, ".")
+        try:
+            value = math.nan if "_" in cell else float(plain)
+        except ValueError:
+            value = math.nan
+        if _missing(cell):
+            return "not a finite number", f"a finite number{self._or_skip}"
+        if math.isinf(value) or plain.lower().strip("+-") in ("nan", "inf", "infinity"):
+            return "not a finite number", "a finite number"
+        if not math.isnan(value):
+            return None
+        if self.decimal == "." and _COMMA.fullmatch(cell):
+            hint = 'a decimal point; a data file can announce the comma, csv: {separator: ";", decimal: ","}'
+            return "a decimal comma that the file does not announce", hint
+        return "not a number", "a number"
 
 
 def read_csv(
@@ -280,19 +273,17 @@ def _refuse_more(what: str, found: int, most: int, path: Path) -> None:
 def csv_text(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
     """The text of a CSV: commas, one line per row, quoted where a cell needs it; text that a spreadsheet would run as a
     formula gets an apostrophe before it (`files.names`)."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow([harmless(cell) for cell in header])
-    writer.writerows([harmless(cell) for cell in row] for row in rows)
-    return stream.getvalue()
+    return _written([harmless(cell) for cell in row] for row in (header, *rows))
 
 
 def csv_columns(header: Sequence[str], columns: Sequence[Sequence[str]]) -> str:
     """The same of columns whose cells are `harmless` already."""
+    return _written((header, *zip(*columns, strict=True)))
+
+
+def _written(rows: Iterable[Sequence[object]]) -> str:
     stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(zip(*columns, strict=True))
+    csv.writer(stream, lineterminator="\n").writerows(rows)
     return stream.getvalue()
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, FiniteFloat
 
-from robocal.errors import nearest
+from robocal.errors import one_of
 from robocal.files.leaving import words_of
 from robocal.files.orientation import FORMS
 from robocal.files.schema import Columns, FrameModel, Model, Name, UnitsModel, Version, refuse
@@ -46,6 +46,11 @@ class CsvModel(Model):
     header: bool = True
     missing: Literal["refuse", "skip"] = "refuse"  # rows where a cell that is needed is empty or not a number
 
+    @property
+    def style(self) -> dict[str, Any]:
+        """The options of `read_csv`."""
+        return {"separator": self.separator, "decimal": self.decimal, "header": self.header}
+
 
 class SigmaModel(Model):
     """Standard deviations in columns."""
@@ -59,11 +64,8 @@ def _sigma(value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         refuse("not a standard deviation", found=value, expected="a number above 0, or {columns: [...]}")
     if value <= 0:
-        refuse(
-            "a standard deviation must be above 0",
-            found=value,
-            expected="a number above 0; leave it out to have it estimated",
-        )
+        expected = "a number above 0; leave it out to have it estimated"
+        refuse("a standard deviation must be above 0", found=value, expected=expected)
     return float(value)
 
 
@@ -87,7 +89,7 @@ def _order(value: Any) -> Any:
 
 def _form(value: Any) -> Any:
     if not isinstance(value, str) or value not in FORMS:
-        refuse("unknown form", found=value, expected=", ".join(FORMS), suggestion=nearest(str(value), FORMS))
+        refuse("unknown form", found=value, **one_of(value, FORMS))
     return value
 
 

@@ -12,12 +12,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Ints
 from robocal.diagnose.hypotheses.other_units import OtherUnit
 from robocal.diagnose.registry import ROWS, When, run
 from robocal.diagnose.rows.table import TableContext
-from robocal.errors import FormatError, nearest
+from robocal.errors import FormatError, one_of
 from robocal.files.configurations import carried, nowhere, read_configurations
 from robocal.files.csvtable import CsvTable, MissingCells, read_csv
 from robocal.files.datamodel import ColumnModel, DataModel, FramedModel, InstrumentModel, TargetModel
@@ -42,8 +42,6 @@ from robocal.measure.machine import Model
 from robocal.remarks.remark import Remark
 
 __all__ = ["Reading", "read_dataset", "read_datasets"]
-
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -128,8 +126,7 @@ def read_dataset(
         document = load(place)
         reader = _reader(kind or document.data.get("kind"), document, chain)
         model = validate(reader.model, document)
-        options = {"separator": model.csv.separator, "decimal": model.csv.decimal, "header": model.csv.header}
-        tables = [read_csv(place.parent / name, **options) for name in model.file]
+        tables = [read_csv(place.parent / name, **model.csv.style) for name in model.file]
         files = [InputFile(place, document.sha256)]
     else:
         tables, files = [read_csv(place)], []
@@ -144,9 +141,7 @@ def read_dataset(
     own = Excluded(model.exclude, "exclude", place)
     parts = [_read_rows(model, table, chain, reader, document, name, (own, exclude)) for table in tables]
     own.finish()
-    total = parts[0]
-    for part in parts[1:]:
-        total = total + part
+    total = sum(parts[1:], start=parts[0])
     described = dict.fromkeys((*model.targets, *getattr(model, "places", ())), place)
     return replace(total, path=place, files=tuple(files), described=described)
 
@@ -193,9 +188,7 @@ def _reader(kind: object, document: Document, machine: Model) -> KindFile:
     if kind is None:
         document.fail("a key is missing", ("kind",), expected=", ".join(known))
     if not isinstance(kind, str) or kind not in known:
-        document.fail(
-            "unknown kind", ("kind",), found=kind, expected=", ".join(known), suggestion=nearest(str(kind), known)
-        )
+        document.fail("unknown kind", ("kind",), found=kind, **one_of(kind, known))
     return known[kind]
 
 
@@ -206,7 +199,7 @@ def _read_table(
     places = read_configurations(model, table, chain, document)
     units = _units(model, values, places.angle, document)
     targets, target = _targets(model, table, kind, chain, name, units, document)
-    owners = {n.rpartition(".")[0] for n in chain.table.names} | {t.name for t in targets}
+    owners = _owners(chain) | {t.name for t in targets}
     frame = _instrument(model.frame, name, units) if isinstance(model, FramedModel) else None
     around = Around(table, document, units, name, frozenset(owners | ({name} if frame else set())))
     observations = []
@@ -218,7 +211,7 @@ def _read_table(
     for part in parts:
         kept = np.flatnonzero(np.isin(part.rows, places.measuring)) if part.targeted else np.arange(len(part.rows))
         rows = part.rows[kept]
-        second = part.kind == "" and places.second is not None
+        second = None if part.kind or places.second is None else places.second[rows]
         observations.append(
             Observations(
                 part.kind or kind.name,
@@ -233,7 +226,7 @@ def _read_table(
                 model.group or part.group or ("" if frame else name),
                 source=str(table.path),
                 rows=None if part.nowhere else table.lines[rows],
-                second=places.second[rows] if second and places.second is not None else None,
+                second=second,
                 digits=None if part.digits is None else part.digits[kept],
             )
         )
@@ -262,20 +255,21 @@ def _units(model: DataModel, values: Values, angle: Unit, document: Document) ->
     return Units(values.length or UNITS["m"], values.angle or angle)
 
 
+def _owners(machine: Model) -> set[str]:
+    """The parts of a machine that have parameters, by name."""
+    return {n.rpartition(".")[0] for n in machine.table.names}
+
+
 def _frame_name(
     model: DataModel, place: Path, csv: Path, chain: Model, taken: set[str] | frozenset[str], document: Document
 ) -> str:
     """The instrument's name: as stated, else the file's, made unlike any owner of a parameter."""
-    owners = {n.rpartition(".")[0] for n in chain.table.names}
+    owners = _owners(chain)
     given = model.frame.name if isinstance(model, FramedModel) else None
     if given is not None:
         if given in owners:
-            document.fail(
-                "this name belongs to the robot",
-                ("frame", "name"),
-                found=given,
-                expected=f"a name other than {', '.join(owners)}",
-            )
+            expected = f"a name other than {', '.join(owners)}"
+            document.fail("this name belongs to the robot", ("frame", "name"), found=given, expected=expected)
         return given
     stem = csv.stem if place.stem.lower() in ("data", "dataset") else place.stem
     name = re.sub(r"\W+", "_", stem).strip("_") or model.kind
@@ -302,16 +296,10 @@ def _targets(
         models = {name: TargetModel() for name in dict.fromkeys(cells)}
     if not models:
         return (), None
-    owners = {n.rpartition(".")[0] for n in chain.table.names} | {frame}
+    around = Around(table, document, units, frame, frozenset(_owners(chain) | {frame}))
     frames = []
     for name, given in models.items():
-        if name in owners:
-            document.fail(
-                "this name is taken",
-                ("targets", name),
-                found=name,
-                expected=f"a name other than {', '.join(sorted(owners))}",
-            )
+        around.refuse_taken(name, ("targets", name))
         # A target whose place is not stated is unknown; what this kind of measurement cannot see of it stays.
         flags = given.free_flags(not given.given)
         if given.free is None or given.free is True:
@@ -329,7 +317,5 @@ def _targets(
     for row, cell in enumerate(cells):
         if cell not in order:
             column = table.label(table.find(model.target.column))
-            raise table.fail(
-                "unknown target", row, column, found=cell, expected=", ".join(order), suggestion=nearest(cell, order)
-            )
+            raise table.fail("unknown target", row, column, found=cell, **one_of(cell, order))
     return tuple(frames), np.array([order[c] for c in cells], dtype=np.int64)

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.errors import ModelError
 from robocal.files.csvtable import csv_text
@@ -26,7 +26,6 @@ from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
 __all__ = ["data_text", "table_text"]
 
-Array = NDArray[np.float64]
 SHOWN = {"temperature": UNITS["degC"]}
 TORQUE = UNITS["Nm"]
 

@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from decimal import Decimal
 
 import numpy as np
-from numpy.typing import NDArray
+
+from robocal._types import Array, Bools, Ints
 
 __all__ = ["last_digits"]
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 def last_digits(columns: Sequence[Sequence[str]]) -> Array:
@@ -27,7 +25,7 @@ def last_digits(columns: Sequence[Sequence[str]]) -> Array:
     return np.asarray(10.0 ** np.maximum(-d, size - s + 1).astype(float))
 
 
-def _written(cells: Sequence[str]) -> tuple[Ints, Ints, NDArray[np.bool_]]:
+def _written(cells: Sequence[str]) -> tuple[Ints, Ints, Bools]:
     """Decimals and significant digits of each cell (n,), and whether it is zero."""
     # Numbers with exponents, few in most files, are read one by one.
     every = "".join(cells)

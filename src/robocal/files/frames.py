@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.files import orientation
 from robocal.files.schema import FrameModel
 from robocal.files.units import Units, number
@@ -28,9 +28,7 @@ def frame_vector(model: FrameModel | None, units: Units) -> tuple[float, ...]:
     return tuple(float(v) for v in (*xyz, *turn))
 
 
-def frame_changes(
-    data: Mapping[str, Any], owner: str, vector: NDArray[np.float64], units: Units
-) -> dict[Path_, float | str]:
+def frame_changes(data: Mapping[str, Any], owner: str, vector: Array, units: Units) -> dict[Path_, float | str]:
     """What to write so that frame `owner` of a document says `vector` (6,) in SI, in the words in which it is
     written."""
     given = data.get(owner)

@@ -18,7 +18,7 @@ from pydantic import Field, FiniteFloat
 from robocal.arms.chain import Chain, Group
 from robocal.arms.gravity import Load
 from robocal.arms.groups import GROUPS, add, rule_of
-from robocal.errors import ModelError, nearest
+from robocal.errors import ModelError, nearest, one_of
 from robocal.files.schema import Model, Triple, validate
 from robocal.files.units import UNITS, Units, number, parse_unit
 from robocal.files.yamlio import Document, Path_, path_text
@@ -61,7 +61,7 @@ def read_groups(chain: Chain, document: Document, units: Units) -> Chain:
     for name, given in stated.items():
         at: Path_ = ("groups", name)
         if name not in GROUPS:
-            document.fail("unknown group", at, found=name, expected=", ".join(GROUPS), suggestion=nearest(name, GROUPS))
+            document.fail("unknown group", at, found=name, **one_of(name, GROUPS))
         model = validate(GroupModel, document, {} if given is None else given, at)
         if model.prior is not None and model.prior <= 0:
             document.fail(

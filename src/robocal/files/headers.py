@@ -17,6 +17,7 @@ __all__ = [
     "configuration_columns",
     "joint_columns",
     "matrices",
+    "row_names",
     "self_description",
     "vocabulary",
 ]
@@ -64,6 +65,19 @@ def joint_columns(table: CsvTable, chain: Model) -> list[str]:
         f"{n} columns {names_of(chain)[0]} to {names_of(chain)[-1]} or q1 to q{n}, or a data file that names them"
     )
     raise table.fail("there are no columns for the joints", found=", ".join(table.names), expected=expected)
+
+
+def row_names(table: CsvTable, what: str) -> tuple[str, ...]:
+    """The name of each row: its id, else file and line. Raises FormatError for one that is given twice, saying `what` share it."""
+    named = next((n for n in IDS if n in table.names), None)
+    if named is None:
+        return tuple(f"{table.path.name}:{line}" for line in table.lines)
+    names, seen = table.texts(named), set[str]()
+    for row, name in enumerate(names):
+        if name in seen:
+            raise table.fail(f"two {what} have one name", row, named, found=name, expected="a name for each")
+        seen.add(name)
+    return names
 
 
 def cables_of(machine: Model) -> tuple[str, ...]:
@@ -177,15 +191,11 @@ def _first(table: CsvTable, options: Sequence[Sequence[str]], least: int = 1) ->
         if len(there) >= least:
             absent = next(n for n in names if n not in table.names)
             free = [n for n in table.names if n and n not in names]
+            found, expected = ", ".join(n for n in table.names if n in there), ", ".join(names)
             raise FormatError(
-                "some columns of a set are missing",
-                file=table.path,
-                row=table.head,
-                column=absent,
-                found=", ".join(n for n in table.names if n in there),
-                expected=", ".join(names),
-                suggestion=near_miss(absent, free),
-            )
+                "some columns of a set are missing", file=table.path, row=table.head, column=absent,
+                found=found, expected=expected, suggestion=near_miss(absent, free),
+            )  # fmt: skip
     return whole
 
 

@@ -10,10 +10,11 @@ import contextlib
 import os
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
+from typing import Literal
 
 from robocal.errors import FileError
 
-__all__ = ["JOURNAL", "announce", "finish", "flush_folder", "guard"]
+__all__ = ["JOURNAL", "announce", "finish", "flush_folder", "guard", "write_through"]
 
 JOURNAL = ".robocal-writing"
 
@@ -49,15 +50,20 @@ def _named(folder: Path) -> list[str]:
 def _write(folder: Path, names: Sequence[str]) -> None:
     prepared = folder / (JOURNAL + ".new")
     try:
-        with prepared.open("w", encoding="utf-8") as stream:
-            stream.write("".join(f"{name}\n" for name in names))
-            stream.flush()
-            os.fsync(stream.fileno())
+        write_through(prepared, "".join(f"{name}\n" for name in names).encode(), "wb")
         os.replace(prepared, folder / JOURNAL)
     except OSError:
         prepared.unlink(missing_ok=True)
         raise
     flush_folder(folder)
+
+
+def write_through(path: Path, data: bytes, mode: Literal["wb", "xb"]) -> None:
+    """Writes a file, which is on the disk when this returns; `xb` is for one that is not there yet."""
+    with path.open(mode) as stream:
+        stream.write(data)
+        stream.flush()
+        os.fsync(stream.fileno())
 
 
 def guard(path: Path) -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from robocal._types import Bools, Ints
 from robocal.errors import FormatError, nearest
 from robocal.files.csvtable import CsvTable
 from robocal.remarks.code import Code
@@ -21,7 +22,6 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["Excluded", "LeftOut", "words_of"]
 
-Ints = NDArray[np.int64]
 _RANGE = re.compile(r"(\d+)\s*-\s*(\d+)")
 SHOWN = 5
 
@@ -57,7 +57,7 @@ class Excluded:
     used: set[str] = field(default_factory=set)
     known: list[str] = field(default_factory=list)
 
-    def rows(self, table: CsvTable, ids: Sequence[str] | None) -> NDArray[np.bool_]:
+    def rows(self, table: CsvTable, ids: Sequence[str] | None) -> Bools:
         """Which rows of a table are named, (k,); `ids` are those of the configurations where the file has them."""
         out = np.zeros(len(table), dtype=bool)
         if not self.words:
@@ -83,7 +83,7 @@ class Excluded:
                 )  # fmt: skip
 
 
-def _named(word: str, table: CsvTable, names: NDArray[np.object_], numbers: Ints) -> NDArray[np.bool_]:
+def _named(word: str, table: CsvTable, names: NDArray[np.object_], numbers: Ints) -> Bools:
     """The rows that one word names, (k,)."""
     same = np.asarray(names == word, dtype=bool)
     if same.any():
@@ -98,7 +98,7 @@ def _named(word: str, table: CsvTable, names: NDArray[np.object_], numbers: Ints
     return _lines(word, table.lines)
 
 
-def _lines(word: str, lines: Ints) -> NDArray[np.bool_]:
+def _lines(word: str, lines: Ints) -> Bools:
     ranged = _RANGE.fullmatch(word)
     first, last = (int(ranged[1]), int(ranged[2])) if ranged else (int(word) if word.isdecimal() else -1,) * 2
     return np.asarray((lines >= first) & (lines <= last))

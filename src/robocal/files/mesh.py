@@ -4,14 +4,13 @@ says so."""
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 
 __all__ = ["ply_text", "stl_bytes"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 HEADER = b"robocal: coordinates in m"  # must not begin with "solid", the mark of the STL that is text
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("spare", "<u2")])
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from robocal.arms.chain import Chain
-from robocal.errors import FormatError, nearest
+from robocal.errors import FormatError, one_of
 from robocal.files.csvtable import csv_text, read_csv
 from robocal.files.text import Source, read_text
 from robocal.files.units import Unit, number, parse_unit
@@ -125,15 +125,12 @@ def read_offsets(path: str | os.PathLike[str], chain: Chain) -> OffsetFile:
     return OffsetFile(source.path, source.sha256, values, missing, said)
 
 
-def _joint(chain: Chain, name: str, file: Path, row: int | None, key: str | None = None) -> Joint:
+def _joint(chain: Chain, name: str, file: Path, row: int | None) -> Joint:
     """The robot's joint of this name. Raises FormatError."""
     found = next((j for j in chain.joints if j.name == name), None)
     if found is None:
-        known = ", ".join(chain.joint_names)
-        near = nearest(name, chain.joint_names)
-        raise FormatError(
-            "the robot has no such joint", file=file, row=row, key=key, found=name, expected=known, suggestion=near
-        )
+        known = one_of(name, chain.joint_names)
+        raise FormatError("the robot has no such joint", file=file, row=row, found=name, **known)
     return found
 
 

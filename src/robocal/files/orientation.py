@@ -11,13 +11,13 @@ import warnings
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.geometry import so3
 
 __all__ = ["FORMS", "euler", "euler_axes", "quaternion", "rpy", "to_form", "to_rpy"]
 
-Array = NDArray[np.float64]
 
 # Form: how many numbers it takes. A matrix may be 3x3, 3x4 or 4x4, row by row.
 FORMS = {

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_dataset
-from robocal.files.headers import IDS, joint_columns, vocabulary
+from robocal.files.headers import IDS, joint_columns, row_names, vocabulary
 from robocal.files.kinds.base import column_units
 from robocal.files.listing import listing_text
 from robocal.files.text import InputFile
@@ -23,8 +23,6 @@ from robocal.files.yamlio import Document
 from robocal.quantities import Column, Listing
 
 __all__ = ["joint_program", "poses_text", "read_poses"]
-
-Array = NDArray[np.float64]
 
 
 def read_poses(path: str | os.PathLike[str], chain: Chain) -> tuple[tuple[str, ...], Array, tuple[InputFile, ...]]:
@@ -40,11 +38,7 @@ def read_poses(path: str | os.PathLike[str], chain: Chain) -> tuple[tuple[str, .
     si = ["m" if j.type == "prismatic" else "rad" for j in chain.joints]
     units = column_units(table, columns, None, si, Document(place, "", "", {}), ("joints",))
     q = table.numbers(columns) * np.array([u.factor for u in units])
-    named = next((n for n in IDS if n in table.names), None)
-    names = table.texts(named) if named else tuple(f"{table.path.name}:{line}" for line in table.lines)
-    twice = next((i for i, n in enumerate(names) if n in names[:i]), None)
-    if twice is not None:
-        raise table.fail("two poses have one name", twice, named, found=names[twice], expected="a name for each")
+    names = row_names(table, "poses")
     said = unread_remarks([left_over(table, IDS, (*vocabulary(chain), "rank"))])
     return names, q, (InputFile(table.path, table.sha256, said),)
 

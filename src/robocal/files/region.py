@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
-from robocal.errors import FormatError, nearest
+from robocal.errors import FormatError, one_of
 from robocal.files.poses import read_poses
 from robocal.files.robot import read_units
 from robocal.files.schema import Model, UnitsModel, Version, refuse, validate
@@ -26,8 +26,6 @@ from robocal.files.text import InputFile
 from robocal.files.yamlio import load
 
 __all__ = ["RegionFile", "read_region"]
-
-Array = NDArray[np.float64]
 
 
 def _pair(value: Any) -> Any:
@@ -69,9 +67,8 @@ def read_region(path: str | os.PathLike[str], chain: Chain) -> RegionFile:
             ranges = np.full((len(chain.joints), 2), np.nan)
             for name, pair in model.joints.items():
                 if name not in chain.joint_names:
-                    names = ", ".join(chain.joint_names)
-                    guess = nearest(name, chain.joint_names)
-                    document.fail("no joint has this name", ("joints", name), expected=names, suggestion=guess)
+                    known = one_of(name, chain.joint_names)
+                    document.fail("no joint has this name", ("joints", name), **known)
                 i = chain.joint_names.index(name)
                 unit = units.length if chain.joints[i].type == "prismatic" else units.angle
                 ranges[i] = [unit.to_si(float(v)) for v in pair]

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from robocal.arms.conventions import QUANTITIES, Convention
-from robocal.errors import nearest
+from robocal.errors import one_of
 from robocal.files.units import UNITS, Unit, Units, number, same
 from robocal.files.yamlio import Document, Path_, quoted
 
@@ -45,7 +45,7 @@ def read_row(row: Any, at: Path_, rule: Convention, units: Units, document: Docu
     out: dict[str, object] = {}
     for name, value in row.items():
         if name not in rule.key:
-            document.fail("unknown key", (*at, name), expected=", ".join(rule.key), suggestion=nearest(name, rule.key))
+            document.fail("unknown key", (*at, name), **one_of(name, rule.key))
         if value is None:
             continue
         quantity = rule.key[name].quantity

@@ -3,15 +3,15 @@ must tell a person which line to change."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.files import orientation
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, OrientationModel
@@ -24,7 +24,6 @@ from robocal.measure.machine import Model
 
 __all__ = ["Form", "Spoken", "spoken"]
 
-Array = NDArray[np.float64]
 LETTERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", "XYX", "XZX", "YXY", "YZY", "ZXZ", "ZYZ")
 
 
@@ -68,28 +67,24 @@ def spoken(
     headers = [table.unit(c) for c in columns]
     stated = model.joints.unit
     units = [h or (stated[i] if isinstance(stated, list) else stated) or angle.name for i, h in enumerate(headers)]
-    place: tuple[str, ...] = ()
-    lengths: tuple[str, ...] = ()
-    place_headed = False
-    signs: tuple[int, ...] = (1, 1, 1)
-    turn = None
-    turned: tuple[str, ...] = ()
-    if isinstance(model, PositionModel):
-        given = place_columns(model, table)
-        place = tuple(str(table.label(table.find(c))) for c in given)
-        place_headed = any(table.unit(c) for c in given)
-        lengths = _lengths(model, table, length)
-        if model.position is not None and model.position.sign is not None:
-            signs = tuple(model.position.sign)
-        turn = model.orientation if model.kind == "pose" else None
-    if turn is not None:
-        turned = tuple(str(table.label(table.find(c))) for c in matrix_columns(turn, table))
-    return Spoken(
-        str(table.path), document.path if document.text else table.path,
-        tuple(str(table.label(table.find(c))) for c in columns), tuple(units), any(headers), place, length,
-        lengths, place_headed, signs, turn, turned, () if turn is None else tuple(_others(turn, table)),
-        {} if document.text else document.data,
-    )  # fmt: skip
+    file, described = (document.path, {}) if document.text else (table.path, document.data)
+    joints = _names(columns, table)
+    made = Spoken(str(table.path), file, joints, tuple(units), any(headers), length=length, described=described)
+    if not isinstance(model, PositionModel):
+        return made
+    given = place_columns(model, table)
+    if model.position is not None and model.position.sign is not None:
+        made = replace(made, signs=tuple(model.position.sign))
+    if (turn := model.orientation) is not None and model.kind == "pose":
+        turned = _names(matrix_columns(turn, table), table)
+        made = replace(made, orientation=turn, turned=turned, forms=tuple(_others(turn, table)))
+    headed = any(table.unit(c) for c in given)
+    return replace(made, place=_names(given, table), lengths=_lengths(model, table, length), place_headed=headed)
+
+
+def _names(columns: Iterable[str | int], table: CsvTable) -> tuple[str, ...]:
+    """What columns are called."""
+    return tuple(str(table.label(table.find(c))) for c in columns)
 
 
 def _lengths(model: PositionModel, table: CsvTable, first: Unit | None) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from robocal._version import __version__
-from robocal.errors import InputError, nearest
+from robocal.errors import InputError, nearest, one_of
 from robocal.estimate.criteria import CRITERIA
 from robocal.estimate.losses import LOSSES
 from robocal.files.cable.caspr import CABLES, bodies_of
@@ -171,9 +171,7 @@ def read_study(path: str | os.PathLike[str]) -> Study:
         words = [_words(v) for v in some]
         if len(set(words)) < len(words):
             document.fail("a value is given twice", ("sweep", name), found=", ".join(words), expected="each once")
-    many = 1
-    for some in values:
-        many *= len(some)
+    many = math.prod(map(len, values))
     for word, found, most in (("sweep", many, POINTS), ("trials", plain.trials, TRIALS)):
         if not 1 <= found <= most:
             document.fail("too many or none", (word,), found=found, expected=f"1 to {most}")
@@ -236,14 +234,6 @@ def _put(raw: dict[str, Any], name: str, value: Any, document: Document) -> None
     at[last] = copy.deepcopy(value)  # another key of the sweep may vary what is within
 
 
-def _is_file(study: Path, robot: str) -> bool:
-    return _robot(study, robot).is_file()
-
-
-def _robot(study: Path, robot: str) -> Path:
-    return study.parent / robot
-
-
 def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tuple[str, Any], ...]:
     model = validate(StudyModel, document, raw)
     for key in FOREIGN[model.of]:
@@ -251,7 +241,8 @@ def _settings(raw: dict[str, Any], document: Document, path: Path) -> tuple[tupl
         if part in raw and (not name or name in (raw[part] or {})):
             place = (part, name) if name else (part,)
             document.fail("not a key of this kind of study", place, found=key, expected=f"what `of: {model.of}` knows")
-    robot = str(_robot(path, model.robot)) if _is_file(path, model.robot) else model.robot
+    beside = path.parent / model.robot
+    robot = str(beside) if beside.is_file() else model.robot
     out: dict[str, Any] = {"robot": robot, "residual": model.residual}
     for part in ("poses", "noise", "bias", "errors", "options", "gross"):
         for name, value in vars(getattr(model, part)).items():
@@ -291,10 +282,7 @@ def _able(model: StudyModel, document: Document) -> None:
     options = model.options
     for name, found, known in (("method", options.method, METHODS), ("loss", options.loss, tuple(LOSSES))):
         if found not in known:
-            document.fail(
-                f"no such {name} in a study", ("options", name), found=found, expected=", ".join(known),
-                suggestion=nearest(found, known),
-            )  # fmt: skip
+            document.fail(f"no such {name} in a study", ("options", name), found=found, **one_of(found, known))
     share = options.hold_out
     if share is not None and not 0 <= share <= HELD_OUT:
         document.fail("a share", ("options", "hold_out"), found=share, expected=f"0 to {HELD_OUT}")
@@ -321,9 +309,8 @@ def _plannable(model: StudyModel, document: Document) -> None:
             document.fail("only poses of arms are planned", ("poses", key), found=found, expected="of: identification")
     if poses.criterion not in CRITERIA:
         document.fail(
-            "unknown criterion", ("poses", "criterion"), found=poses.criterion, expected=", ".join(CRITERIA),
-            suggestion=nearest(poses.criterion, CRITERIA),
-        )  # fmt: skip
+            "unknown criterion", ("poses", "criterion"), found=poses.criterion, **one_of(poses.criterion, CRITERIA)
+        )
     if poses.choose == "planned" and (poses.count is None or poses.count > MOST):
         found = poses.file if poses.count is None else poses.count
         expected = f"count, 1 to {MOST}"

@@ -11,11 +11,11 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.apply.compensate import STATUS, Compensation, Targets
 from robocal.arms.chain import Chain
 from robocal.errors import FormatError
@@ -24,7 +24,7 @@ from robocal.files.configurations import carried, joint_values, recorded
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.datamodel import OrientationModel
 from robocal.files.headers import CONFIGURATION, PER_JOINT, configuration_columns, joint_columns, matrices, vocabulary
-from robocal.files.kinds.pose import PoseModel, read_pose
+from robocal.files.kinds.pose import read_pose
 from robocal.files.kinds.position import PositionModel, read_position
 from robocal.files.outside import discreet
 from robocal.files.schema import validate
@@ -37,7 +37,6 @@ from robocal.quantities import Column, Listing
 
 __all__ = ["TargetFile", "compensated_listing", "read_targets"]
 
-Array = NDArray[np.float64]
 POSITIONS = (("x", "y", "z"), ("px", "py", "pz"))
 TURNS = (
     (("qx", "qy", "qz", "qw"), "quaternion_xyzw"),
@@ -78,10 +77,9 @@ def read_targets(path: str | os.PathLike[str], chain: Chain) -> TargetFile:
             found = document.data["kind"]
             document.fail("this is not a file of targets", ("kind",), found=found, expected="targets")
         model = validate(TargetsModel, document)
-        options = {"separator": model.csv.separator, "decimal": model.csv.decimal, "header": model.csv.header}
         if len(model.file) != 1:
             document.fail("one table holds the targets", ("file",), found=model.file, expected="one file name")
-        table = read_csv(place.parent / model.file[0], **options)
+        table = read_csv(place.parent / model.file[0], **model.csv.style)
         files = [InputFile(place, document.sha256)]
     else:
         table, files = read_csv(place), []
@@ -122,11 +120,8 @@ def _targets(
     length = UNITS["mm"]
     names: tuple[str, ...] = ("rx", "ry", "rz")
     if cartesian:
-        values = (
-            read_position(model, table, document)
-            if model.orientation is None
-            else read_pose(cast(PoseModel, model), table, document)
-        )
+        read = read_position if model.orientation is None else read_pose
+        values = read(model, table, document)
         length, angle = values.length or length, values.angle or angle
         position = values.value[:, :3]
         if model.orientation is not None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from robocal.errors import FileError, FormatError
+from robocal.errors import FileError, FormatError, nearest, reason_of
 from robocal.files.journal import guard
 from robocal.files.names import strange_character
 from robocal.remarks.remark import Remark
@@ -71,7 +71,7 @@ def read_bytes(path: str | os.PathLike[str], *, limit: int = FILE_LIMIT) -> byte
     except FileNotFoundError:
         raise FileError("there is no such file", file=place, suggestion=_neighbour(place)) from None
     except (OSError, ValueError) as error:
-        raise FileError(f"cannot be read: {_reason(error)}", file=place) from None
+        raise FileError(f"cannot be read: {reason_of(error)}", file=place) from None
     if len(data) > limit:
         raise FileError("the file is too big", file=place, expected=f"at most {_megabytes(limit)}")
     if not data.strip():
@@ -99,23 +99,19 @@ def decode(data: bytes, path: object) -> str:
     except UnicodeDecodeError as error:
         at = error.start + len(data) - len(body)
         guess = body[error.start : error.start + 1].decode("cp1252", "replace")
-        raise FileError(
-            f"wrong encoding: byte {at} is not UTF-8 (it would be {guess!r} in Windows-1252)",
-            file=path,
-            row=body.count(b"\n", 0, error.start) + 1,
-            found=f"0x{body[error.start]:02x}",
-            expected="UTF-8: save the file as UTF-8",
-        ) from None
+        message = f"wrong encoding: byte {at} is not UTF-8 (it would be {guess!r} in Windows-1252)"
+        row, found = body.count(b"\n", 0, error.start) + 1, f"0x{body[error.start]:02x}"
+        raise FileError(message, file=path, row=row, found=found, expected="UTF-8: save the file as UTF-8") from None
     if "\0" in text:
         text = "\n".join(line.rstrip("\0\r") for line in text.split("\n"))
         if "\0" in text:
             row = line_of(text, text.index("\0"))
             raise FileError("a byte 0 inside the text", file=path, row=row, expected="a text file in UTF-8")
-    found = strange_character(text, lines=True)
-    if found is not None:
-        row = line_of(text, found.start())
+    strange = strange_character(text, lines=True)
+    if strange is not None:
+        row = line_of(text, strange.start())
         raise FormatError(
-            "a control character inside the text", file=path, row=row, found=found[0], expected="plain text"
+            "a control character inside the text", file=path, row=row, found=strange[0], expected="plain text"
         )
     return text
 
@@ -144,28 +140,18 @@ def _check_lines(data: bytes, path: object) -> None:
     while len(data) - start > LINE_LIMIT:
         last = data.rfind(b"\n", start, start + LINE_LIMIT + 1)
         if last < 0:
-            end = data.find(b"\n", start)
-            raise FileError(
-                "a line is too long",
-                file=path,
-                row=data.count(b"\n", 0, start) + 1,
-                found=f"{(len(data) if end < 0 else end) - start} bytes",
-                expected=f"at most {_megabytes(LINE_LIMIT)}",
-            )
+            end, row = data.find(b"\n", start), data.count(b"\n", 0, start) + 1
+            found = f"{(len(data) if end < 0 else end) - start} bytes"
+            expected = f"at most {_megabytes(LINE_LIMIT)}"
+            raise FileError("a line is too long", file=path, row=row, found=found, expected=expected)
         start = last + 1
 
 
 def _neighbour(path: Path) -> str | None:
-    from robocal.errors import nearest
-
     try:
         return nearest(path.name, [p.name for p in path.parent.iterdir()])
     except OSError:
         return None
-
-
-def _reason(error: Exception) -> str:
-    return (getattr(error, "strerror", None) or str(error)).lower()
 
 
 def _megabytes(size: int) -> str:

@@ -9,16 +9,14 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from robocal._types import Array
 from robocal.errors import FormatError, ModelError, nearest
 
 __all__ = ["UNITS", "Unit", "Units", "number", "numbers_of", "parse_quantity", "parse_unit", "same"]
 
-Value = TypeVar("Value", float, NDArray[np.float64])
+Value = TypeVar("Value", float, Array)
 
 
 @dataclass(frozen=True)
@@ -57,83 +55,46 @@ WHAT = {
     "1": "no unit",
 }
 EXAMPLES = {"m": "0.1mm", "rad": "0.1deg"}
+# SI unit of a quantity -> its units, and how much of the SI unit each is.
+FACTORS = {
+    "m": {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "km": 1e3, "inch": 0.0254, "ft": 0.3048},
+    "rad": {
+        "rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": DEG, "arcmin": DEG / 60, "arcsec": DEG / 3600, "turn": 2 * math.pi,
+    },
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
+    "kg": {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237},
+    "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605},
+    "N m": {"Nm": 1.0, "Nmm": 1e-3},
+    "K": {"K": 1.0, "degC": 1.0},
+    "A": {"A": 1.0, "mA": 1e-3},
+    "V": {"V": 1.0},
+    "px": {"px": 1.0},
+    "1": {"1": 1.0, "%": 0.01},
+}  # fmt: skip
+OFFSETS = {"degC": 273.15}  # what zero on a scale is in SI
 UNITS = {
-    unit.name: unit
-    for unit in (
-        Unit("m", "m"),
-        Unit("dm", "m", 0.1),
-        Unit("cm", "m", 0.01),
-        Unit("mm", "m", 1e-3),
-        Unit("um", "m", 1e-6),
-        Unit("nm", "m", 1e-9),
-        Unit("km", "m", 1e3),
-        Unit("inch", "m", 0.0254),
-        Unit("ft", "m", 0.3048),
-        Unit("rad", "rad"),
-        Unit("mrad", "rad", 1e-3),
-        Unit("urad", "rad", 1e-6),
-        Unit("deg", "rad", DEG),
-        Unit("arcmin", "rad", DEG / 60),
-        Unit("arcsec", "rad", DEG / 3600),
-        Unit("turn", "rad", 2 * math.pi),
-        Unit("s", "s"),
-        Unit("ms", "s", 1e-3),
-        Unit("us", "s", 1e-6),
-        Unit("min", "s", 60.0),
-        Unit("kg", "kg"),
-        Unit("g", "kg", 1e-3),
-        Unit("t", "kg", 1e3),
-        Unit("lb", "kg", 0.45359237),
-        Unit("N", "N"),
-        Unit("mN", "N", 1e-3),
-        Unit("kN", "N", 1e3),
-        Unit("lbf", "N", 4.4482216152605),
-        Unit("Nm", "N m"),
-        Unit("Nmm", "N m", 1e-3),
-        Unit("K", "K"),
-        Unit("degC", "K", 1.0, 273.15),
-        Unit("A", "A"),
-        Unit("mA", "A", 1e-3),
-        Unit("V", "V"),
-        Unit("px", "px"),
-        Unit("1", "1"),
-        Unit("%", "1", 0.01),
-    )
+    name: Unit(name, si, factor, OFFSETS.get(name, 0.0))
+    for si, factors in FACTORS.items()
+    for name, factor in factors.items()
 }
-OTHER_NAMES = {
-    "meter": "m",
-    "metre": "m",
-    "meters": "m",
-    "metres": "m",
-    "millimeter": "mm",
-    "millimetre": "mm",
-    "millimeters": "mm",
-    "millimetres": "mm",
-    "µm": "um",
-    "μm": "um",
-    "micron": "um",
-    "in": "inch",
-    "inches": "inch",
-    '"': "inch",
-    "degree": "deg",
-    "degrees": "deg",
-    "°": "deg",
-    "radian": "rad",
-    "radians": "rad",
-    "arcseconds": "arcsec",
-    "µrad": "urad",
-    "μrad": "urad",
-    "sec": "s",
-    "N*m": "Nm",
-    "N m": "Nm",
-    "°C": "degC",
-    "C": "degC",
-    "kelvin": "K",
-    "celsius": "degC",
-    "-": "1",
-    "pixel": "px",
-    "pixels": "px",
+# Unit -> other ways to write it.
+SPELLINGS = {
+    "m": ("meter", "metre", "meters", "metres"),
+    "mm": ("millimeter", "millimetre", "millimeters", "millimetres"),
+    "um": ("µm", "μm", "micron"),
+    "inch": ("in", "inches", '"'),
+    "deg": ("degree", "degrees", "°"),
+    "rad": ("radian", "radians"),
+    "arcsec": ("arcseconds",),
+    "urad": ("µrad", "μrad"),
+    "s": ("sec",),
+    "Nm": ("N*m", "N m"),
+    "degC": ("°C", "C", "celsius"),
+    "K": ("kelvin",),
+    "1": ("-",),
+    "px": ("pixel", "pixels"),
 }
+OTHER_NAMES = {other: name for name, others in SPELLINGS.items() for other in others}
 
 
 def parse_unit(
@@ -147,21 +108,17 @@ def parse_unit(
 ) -> Unit:
     """The unit of this name, of quantity `si` when given. Raises FormatError naming the nearest, or the units that
     fit."""
-    where = {"file": file, "row": row, "column": column, "key": key}
+    where: dict[str, Any] = {"file": file, "row": row, "column": column, "key": key}
     fitting = [u.name for u in UNITS.values() if si is None or u.si == si]
     if not isinstance(name, str) or not name.strip():
-        raise FormatError("the unit is missing", expected=", ".join(fitting), found=name, **where)  # type: ignore[arg-type]
+        raise FormatError("the unit is missing", expected=", ".join(fitting), found=name, **where)
     unit = _lookup(name.strip())
     if unit is None:
         guess = nearest(name, [*fitting, *(k for k, v in OTHER_NAMES.items() if v in fitting)])
-        raise FormatError("unknown unit", found=name, expected=", ".join(fitting), suggestion=guess, **where)  # type: ignore[arg-type]
+        raise FormatError("unknown unit", found=name, expected=", ".join(fitting), suggestion=guess, **where)
     if si is not None and unit.si != si:
-        raise FormatError(
-            f"the unit is of another quantity, {WHAT.get(si, si)} is needed",
-            found=name,
-            expected=", ".join(fitting) or si,
-            **where,  # type: ignore[arg-type]
-        )
+        message = f"the unit is of another quantity, {WHAT.get(si, si)} is needed"
+        raise FormatError(message, found=name, expected=", ".join(fitting) or si, **where)
     return unit
 
 

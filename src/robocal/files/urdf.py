@@ -1,19 +1,25 @@
 """URDF in and out: a path of links becomes a chain; on the way back only the changed origins are touched, every other
-byte survives."""
+byte survives.
+
+A URDF may leave out an origin or an axis, and then means zero, or x: so a misspelt word moves a joint without a complaint of
+any parser. What the joints of a chain say that nobody reads, say twice, or leave out where all others state it, is named.
+"""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robocal.arms.chain import Chain
-from robocal.arms.conventions import chain, rows
+from robocal.arms.conventions import CONVENTIONS, chain, rows
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.text import Source
 from robocal.files.units import number, same
+from robocal.files.unread import named, near_miss
+from robocal.files.unstated import unstated_remarks
 from robocal.files.urdftree import (
     MOVING,
     RESERVED,
@@ -27,11 +33,80 @@ from robocal.files.urdftree import (
     parse_tree,
     root_of,
 )
-from robocal.files.urdfwords import joint_remarks
+from robocal.files.yamlio import Document, Path_
+from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
 __all__ = ["UrdfArm", "edit_urdf", "read_urdf"]
+
+# Elements of a joint and their attributes, as the format has them (wiki.ros.org/urdf/XML/joint).
+WORDS: dict[str, tuple[str, ...]] = {
+    "origin": ("xyz", "rpy"),
+    "parent": ("link",),
+    "child": ("link",),
+    "axis": ("xyz",),
+    "limit": ("lower", "upper", "effort", "velocity"),
+    "mimic": ("joint", "multiplier", "offset"),
+    "calibration": ("rising", "falling", "reference_position"),
+    "dynamics": ("damping", "friction"),
+    "safety_controller": ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"),
+}
+
+
+def joint_remarks(joints: Sequence[UrdfJoint], path: Path) -> tuple[Remark, ...]:
+    """Remarks on the joints of a chain. Raises FormatError for an element that a joint has twice."""
+    found: dict[str, str | None] = {}
+    for joint in joints:
+        _refuse_twice(joint)
+        found.update(_unknown(joint))
+    unread = (named(Code.ELEMENTS_UNREAD, path, found),) if found else ()
+    return (*unread, *_absent(joints, path))
+
+
+def _refuse_twice(joint: UrdfJoint) -> None:
+    seen: dict[str, int] = {}
+    for node in joint.node.children:
+        if node.tag in seen and node.tag in WORDS:
+            both = f"rows {seen[node.tag]} and {node.row}"
+            node.fail(f"a joint has more than one <{node.tag}>", key=f"joint {joint.name}", found=both, expected="one")
+        seen[node.tag] = node.row
+
+
+def _unknown(joint: UrdfJoint) -> Iterator[tuple[str, str | None]]:
+    """Elements and attributes that the format does not have, each with the known one that it looks like."""
+    there = {node.tag for node in joint.node.children}
+    for node in joint.node.children:
+        if node.tag not in WORDS:
+            yield f"<{node.tag}>", near_miss(node.tag, [w for w in WORDS if w not in there])
+            continue
+        for name in node.attributes:
+            if name not in WORDS[node.tag]:
+                near = near_miss(name, [w for w in WORDS[node.tag] if w not in node.attributes])
+                yield f"{node.tag} {name}", near
+
+
+def _absent(joints: Sequence[UrdfJoint], path: Path) -> Iterator[Remark]:
+    rows: list[dict[str, object]] = []
+    lines: dict[Path_, int] = {}
+    for i, joint in enumerate(joints):
+        lines["joints", i] = joint.node.row
+        origin, axis, limit = (joint.node.child(word) for word in ("origin", "axis", "limit"))
+        row: dict[str, object] = {"name": joint.name, "type": MOVING.get(joint.type, "fixed")}
+        for key in ("xyz", "rpy"):
+            row[key] = None if origin is None else origin.attributes.get(key)
+        # A fixed joint has no axis to state, a continuous one no limits.
+        row["axis"] = (None if axis is None else axis.attributes.get("xyz")) if joint.type in MOVING else "none"
+        row["limits"] = limit if joint.type in ("revolute", "prismatic") else "none"
+        rows.append(row)
+        if limit is not None and joint.type in ("revolute", "prismatic"):
+            keys = tuple(word for word in ("lower", "upper") if word not in limit.attributes)
+            if keys:
+                values = tuple(f"{key}: 0" for key in keys)
+                where, name = (str(path), limit.row), f"joint {joint.name}"
+                yield Remark.of(Code.KEYS_UNSTATED, file=where[0], row=where[1], joint=name, keys=keys, values=values)
+    yield from unstated_remarks(rows, CONVENTIONS["urdf"], Document(path, "", "", {}, lines))
+
 
 _ATTRIBUTE = re.compile(rb"([^\s=/>\"']+)\s*=\s*(\"[^\"]*\"|'[^']*')")
 
@@ -52,12 +127,10 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
     root = parse_tree(source.text, source.path)
     check_xacro(root, source)
     if root.tag != "robot":
-        raise FormatError(
-            "this is not a URDF", file=source.path, row=root.row, found=f"<{root.tag}>", expected="<robot>"
-        )
-    links = links_of(root, source.path)
-    joints = joints_of(root, links, source.path)
-    start = root_of(links, joints, source.path)
+        root.fail("this is not a URDF", found=f"<{root.tag}>", expected="<robot>")
+    links = links_of(root)
+    joints = joints_of(root, links)
+    start = root_of(links, joints)
     into = {j.child: j for j in joints}
     notes: tuple[Remark, ...] = ()
     if tip is None:
@@ -73,16 +146,13 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
     at = tip
     while at != (base or start):
         if at not in into:
+            expected = f"a link above {tip}"
             raise FormatError(
-                "the tip is not connected to the base",
-                file=source.path,
-                key="base",
-                found=base,
-                expected=f"a link above {tip}",
+                "the tip is not connected to the base", file=source.path, key="base", found=base, expected=expected
             )
         path.insert(0, into[at])
         at = into[at].parent
-    made = [_row(j, source.path) for j in path]
+    made = [_row(j) for j in path]
     notes = (*notes, *joint_remarks(path, source.path))
     if not any(row["type"] != "fixed" for row in made):
         raise FormatError("no joint moves between base and tip", file=source.path, found=f"{base or start} to {tip}")
@@ -99,25 +169,19 @@ def read_urdf(source: Source, *, base: str | None = None, tip: str | None = None
 def edit_urdf(text: str, arm: Chain, changed: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
     """The URDF with the origins of an arm that other values have moved, and the names that a URDF cannot hold."""
     data = text.encode("utf-8")
-    origin = {
-        f"{o}.{s}"
-        for o in {n.rpartition(".")[0] for n in arm.table.names} - set(RESERVED)
-        for s in ("x", "y", "z", "rx", "ry", "rz")
-    }
+    owners = {n.rpartition(".")[0] for n in arm.table.names} - set(RESERVED)
+    origin = {f"{o}.{s}" for o in owners for s in FRAME_SYMBOLS}
     left_out = tuple(n for n in changed if n not in origin)
     root = parse_tree(text, None)
     nodes = {owner_of(n): n for n in root.children if n.tag == "joint"}
     splices: list[tuple[int, int, bytes]] = []
     for row in rows(arm.with_values({n: v for n, v in changed.items() if n in origin})):
         owner = str(row["name"])
-        words = {
-            word: " ".join(number(v) for v in row[word])  # type: ignore[attr-defined]
-            for word, symbols in (("xyz", "xyz"), ("rpy", ("rx", "ry", "rz")))
-            if any(
-                f"{owner}.{s}" in changed and not same(arm.table[f"{owner}.{s}"].value, changed[f"{owner}.{s}"])
-                for s in symbols
-            )
-        }
+        words = {}
+        for word, symbols in (("xyz", FRAME_SYMBOLS[:3]), ("rpy", FRAME_SYMBOLS[3:])):
+            names = [name for s in symbols if (name := f"{owner}.{s}") in changed]
+            if not all(same(arm.table[name].value, changed[name]) for name in names):
+                words[word] = " ".join(number(v) for v in row[word])  # type: ignore[attr-defined]
         if words:
             splices += _origin_splices(data, nodes[owner], words)
     for start, end, new in sorted(splices, reverse=True):
@@ -160,75 +224,49 @@ def _start_tag(data: bytes, start: int) -> tuple[dict[str, tuple[int, int]], int
         at = found.end()
 
 
-def _row(joint: UrdfJoint, path: Path) -> dict[str, object]:
+def _row(joint: UrdfJoint) -> dict[str, object]:
     """The row of a joint for the chain, in SI. Raises FormatError for what a chain cannot follow."""
     mimic = joint.node.child("mimic")
     if mimic is not None:
         found = mimic.attributes.get("joint")
-        raise FormatError(
-            "a mimic joint on the chain",
-            file=path,
-            row=mimic.row,
-            key=f"joint {joint.name}",
-            found=found,
-            expected="another tip",
-        )
+        mimic.fail("a mimic joint on the chain", key=f"joint {joint.name}", found=found, expected="another tip")
     if joint.type not in (*MOVING, "fixed"):
         expected = "revolute, continuous, prismatic, fixed"
-        raise FormatError(
-            "a chain cannot contain this joint",
-            file=path,
-            row=joint.node.row,
-            key=f"joint {joint.name}",
-            found=joint.type,
-            expected=expected,
-        )
+        key = f"joint {joint.name}"
+        joint.node.fail("a chain cannot contain this joint", key=key, found=joint.type, expected=expected)
     origin, axis, limit = (joint.node.child(word) for word in ("origin", "axis", "limit"))
     row: dict[str, object] = {"name": joint.owner, "type": MOVING.get(joint.type, "fixed")}
-    row["xyz"] = _triple(origin, "xyz", (0.0, 0.0, 0.0), joint, path)
-    row["rpy"] = _triple(origin, "rpy", (0.0, 0.0, 0.0), joint, path)
+    row["xyz"] = _triple(origin, "xyz", (0.0, 0.0, 0.0), joint)
+    row["rpy"] = _triple(origin, "rpy", (0.0, 0.0, 0.0), joint)
     if joint.type in MOVING:
-        row["axis"] = direction = _triple(axis, "xyz", (1.0, 0.0, 0.0), joint, path)
+        row["axis"] = direction = _triple(axis, "xyz", (1.0, 0.0, 0.0), joint)
         if not any(direction):
-            raise FormatError(
-                "the axis has no direction",
-                file=path,
-                row=axis.row if axis else None,
-                key=f"joint {joint.name} axis",
-                found=direction,
-            )
+            (axis or joint.node).fail("the axis has no direction", key=f"joint {joint.name} axis", found=direction)
     if limit is not None and joint.type in ("revolute", "prismatic"):
-        low, high = (_number(limit, word, joint, path) for word in ("lower", "upper"))
+        low, high = (_number(limit, word, joint) for word in ("lower", "upper"))
         if low > high:
             key = f"joint {joint.name} limit"
-            raise FormatError(
-                "limits in the wrong order",
-                file=path,
-                row=limit.row,
-                key=key,
-                found=[low, high],
-                expected="lower, upper",
-            )
+            limit.fail("limits in the wrong order", key=key, found=[low, high], expected="lower, upper")
         row["limits"] = [low, high]
     return row
 
 
-def _number(node: Node, name: str, joint: UrdfJoint, path: Path) -> float:
-    return _floats(node.attributes.get(name, "0"), 1, node, f"joint {joint.name} {node.tag} {name}", path)[0]
+def _number(node: Node, name: str, joint: UrdfJoint) -> float:
+    return _floats(node.attributes.get(name, "0"), 1, node, f"joint {joint.name} {node.tag} {name}")[0]
 
 
-def _triple(node: Node | None, name: str, default: tuple[float, ...], joint: UrdfJoint, path: Path) -> list[float]:
+def _triple(node: Node | None, name: str, default: tuple[float, ...], joint: UrdfJoint) -> list[float]:
     if node is None or name not in node.attributes:
         return list(default)
-    return _floats(node.attributes[name], 3, node, f"joint {joint.name} {node.tag} {name}", path)
+    return _floats(node.attributes[name], 3, node, f"joint {joint.name} {node.tag} {name}")
 
 
-def _floats(text: str, count: int, node: Node, key: str, path: Path) -> list[float]:
+def _floats(text: str, count: int, node: Node, key: str) -> list[float]:
     try:
         values = [float(word) for word in text.split()]
     except ValueError:
         values = []
     if len(values) != count or not all(math.isfinite(v) for v in values):
         expected = "a finite number" if count == 1 else f"{count} finite numbers"
-        raise FormatError("not a valid attribute", file=path, row=node.row, key=key, found=text, expected=expected)
+        node.fail("not a valid attribute", key=key, found=text, expected=expected)
     return values

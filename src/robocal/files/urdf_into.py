@@ -19,8 +19,8 @@ import math
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
 from robocal.arms.denavit import axes_at_zero
 from robocal.errors import ModelError
@@ -29,13 +29,13 @@ from robocal.files.robot import Robot, open_robot
 from robocal.files.units import number
 from robocal.files.urdf import edit_urdf
 from robocal.geometry import se3, so3
+from robocal.geometry.path.joints import Joint
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["urdf_into", "urdf_text"]
 
-Array = NDArray[np.float64]
 # Further apart than this and the URDF is of another robot, or counts its joints from elsewhere.
 OTHER = (0.05, 0.1)  # m, rad
 LOST = (1e-9, 1e-9)
@@ -49,13 +49,9 @@ def urdf_into(
     if urdf.format != "urdf":
         raise ModelError("this is not a URDF", key="--into", found=into)
     axes, points, tool, own = _comparable(chain, urdf)
-    origins = {
-        str(row["name"]): se3.from_vector(
-            np.array([urdf.chain.table[f"{row['name']}.{s}"].value for s in FRAME_SYMBOLS])
-        )
-        for row in urdf.chain.meta["rows"]  # type: ignore[attr-defined]
-    }
-    order = list(origins)
+    order = [str(row["name"]) for row in urdf.chain.meta["rows"]]  # type: ignore[attr-defined]
+    table = urdf.chain.table
+    origins = {n: se3.from_vector(np.array([table[f"{n}.{s}"].value for s in FRAME_SYMBOLS])) for n in order}
     moving = {j.name: i for i, j in enumerate(urdf.chain.joints)}
     last_fixed = order[-1] if order[-1] not in moving else None
     was, now = np.eye(4), np.eye(4)
@@ -143,12 +139,8 @@ def urdf_text(chain: Chain) -> tuple[str, tuple[Remark, ...]]:
     for joint, gain in zip(chain.joints, gains, strict=True):
         if abs(gain - 1.0) > 1e-12:
             # A gain of -1 is an axis that points the other way; anything else has no place.
-            raise ModelError(
-                "a URDF cannot hold a joint's gain",
-                key=f"{joint.name}.gain",
-                found=float(gain),
-                expected="--format yaml",
-            )
+            key = f"{joint.name}.gain"
+            raise ModelError("a URDF cannot hold a joint's gain", key=key, found=float(gain), expected="--format yaml")
     lines = ['<?xml version="1.0"?>', "<!-- Written by robocal. Joint values are those of the model; lengths in m. -->"]
     lines += [f"<robot name={quoteattr(chain.name)}>", '  <link name="base_link"/>']
     at, parent = np.zeros(3), "base_link"
@@ -159,15 +151,7 @@ def urdf_text(chain: Chain) -> tuple[str, tuple[Remark, ...]]:
         # sought, which could lie anywhere.
         point = points[i] + axis * (axis @ (at - points[i])) if turning else at
         child = f"{joint.name}_link"
-        lines += _joint(
-            joint.name,
-            "revolute" if turning else "prismatic",
-            parent,
-            child,
-            point - at,
-            axis,
-            (joint.lower, joint.upper),
-        )
+        lines += _joint(joint, parent, child, point - at, axis)
         at, parent = point, child
     lines += [
         '  <link name="tool"/>',
@@ -178,32 +162,24 @@ def urdf_text(chain: Chain) -> tuple[str, tuple[Remark, ...]]:
         "  </joint>",
         "</robot>",
     ]
-    notes = (Remark.of(Code.URDF_PLACEHOLDERS),)
-    return "\n".join(lines) + "\n", notes if any(
-        math.isfinite(j.upper) or j.type == "prismatic" for j in chain.joints
-    ) else ()
+    limited = any(math.isfinite(j.upper) or j.type == "prismatic" for j in chain.joints)
+    return "\n".join(lines) + "\n", (Remark.of(Code.URDF_PLACEHOLDERS),) if limited else ()
 
 
-def _joint(
-    name: str, kind: str, parent: str, child: str, xyz: Array, axis: Array, limits: tuple[float, float]
-) -> list[str]:
-    bounded = all(math.isfinite(v) for v in limits)
-    if kind == "revolute" and not bounded:
-        kind = "continuous"
-    low, high = limits if bounded else (-1e3, 1e3)
-    limit = (
-        []
-        if kind == "continuous"
-        else [f'    <limit lower="{number(low)}" upper="{number(high)}" effort="0" velocity="0"/>']
-    )
+def _joint(joint: Joint, parent: str, child: str, xyz: Array, axis: Array) -> list[str]:
+    """The lines of a link and of the joint that moves it."""
+    bounded = math.isfinite(joint.lower) and math.isfinite(joint.upper)
+    kind = "continuous" if joint.type == "revolute" and not bounded else joint.type
+    low, high = (joint.lower, joint.upper) if bounded else (-1e3, 1e3)
+    limit = [f'    <limit lower="{number(low)}" upper="{number(high)}" effort="0" velocity="0"/>']
     return [
         f"  <link name={quoteattr(child)}/>",
-        f"  <joint name={quoteattr(name)} type={quoteattr(kind)}>",
+        f"  <joint name={quoteattr(joint.name)} type={quoteattr(kind)}>",
         f"    <parent link={quoteattr(parent)}/>",
         f"    <child link={quoteattr(child)}/>",
         f'    <origin xyz="{_three(xyz)}" rpy="0 0 0"/>',
         f'    <axis xyz="{_three(axis)}"/>',
-        *limit,
+        *(limit if kind != "continuous" else []),
         "  </joint>",
     ]
 

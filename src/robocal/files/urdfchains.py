@@ -34,7 +34,7 @@ def other_chains(robot: Robot, *, base_free: bool = True, tip_free: bool = True)
         return
     source = Source(robot.path, robot.text.lstrip("\ufeff"), robot.sha256)
     tree = parse_tree(source.text, source.path)
-    into = {j.child: j for j in joints_of(tree, links_of(tree, source.path), source.path)}
+    into = {j.child: j for j in joints_of(tree, links_of(tree))}
     seen = {_key(_way(robot.root, robot.tip, into), robot.root, robot.tip, base_free, tip_free)}
     ways = [(base, tip, way) for tip in into for base, way in _above(tip, into)]
     ways.sort(key=lambda w: (w[0] != robot.root, w[1] != robot.tip, -len(w[2])))

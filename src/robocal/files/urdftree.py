@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
-from robocal.errors import FormatError, nearest
+from robocal.errors import FormatError, nearest, one_of
 from robocal.files.names import SAID, strange_character
 from robocal.files.text import Source
 
@@ -37,17 +37,29 @@ RESERVED = ("base", "tool", "home", "1")
 
 @dataclass
 class Node:
-    """An element: its start tag begins at byte `start`, on line `row`."""
+    """An element of `file`: its start tag begins at byte `start`, on line `row`."""
 
     tag: str
     attributes: dict[str, str]
     start: int
     row: int
+    file: Path | None
     children: list[Node] = field(default_factory=list)
 
     def child(self, tag: str) -> Node | None:
         """The first child of this tag."""
         return next((c for c in self.children if c.tag == tag), None)
+
+    def attribute(self, name: str) -> str:
+        """An attribute that has to be there. Raises FormatError."""
+        value = self.attributes.get(name, "").strip()
+        if not value:
+            self.fail(f"<{self.tag}> has no {name}", expected=f'<{self.tag} {name}="...">')
+        return value
+
+    def fail(self, message: str, **facts: Any) -> NoReturn:
+        """Raises FormatError at this element."""
+        raise FormatError(message, file=self.file, row=self.row, **facts)
 
 
 @dataclass(frozen=True)
@@ -80,10 +92,10 @@ def parse_tree(text: str, path: Path | None) -> Node:
     top: list[Node] = []
 
     def begin(tag: str, attributes: dict[str, str]) -> None:
-        node = Node(tag, attributes, parser.CurrentByteIndex, parser.CurrentLineNumber)
+        node = Node(tag, attributes, parser.CurrentByteIndex, parser.CurrentLineNumber, path)
         for name, value in attributes.items():
             if strange_character(value):
-                raise FormatError(SAID, file=path, row=node.row, key=f"<{tag} {name}>", found=value)
+                node.fail(SAID, key=f"<{tag} {name}>", found=value)
         (stack[-1].children if stack else top).append(node)
         stack.append(node)
 
@@ -118,110 +130,85 @@ def check_xacro(root: Node, source: Source) -> None:
                 if source.path.name.endswith(".urdf.xacro")
                 else f"xacro {stem}.xacro > {stem}.urdf"
             )
-            raise FormatError(
-                "this is a xacro source, not a URDF",
-                file=source.path,
-                row=node.row,
-                expected=f"its expansion: {command}",
-            )
+            node.fail("this is a xacro source, not a URDF", expected=f"its expansion: {command}")
 
 
-def links_of(root: Node, path: Path) -> dict[str, Node]:
+def links_of(root: Node) -> dict[str, Node]:
+    """The links by name. Raises FormatError for a name that is missing or used twice, and where there are none."""
     links: dict[str, Node] = {}
     for node in root.children:
         if node.tag == "link":
-            name = _attribute(node, "name", path)
+            name = node.attribute("name")
             if name in links:
-                raise FormatError("a link name is used twice", file=path, row=node.row, found=name)
+                node.fail("a link name is used twice", found=name)
             links[name] = node
     if not links:
-        raise FormatError("the URDF has no links", file=path, row=root.row)
+        root.fail("the URDF has no links")
     return links
 
 
-def joints_of(root: Node, links: Mapping[str, Node], path: Path) -> list[UrdfJoint]:
+def joints_of(root: Node, links: Mapping[str, Node]) -> list[UrdfJoint]:
+    """The joints in the order of the file. Raises FormatError for one that is not complete, and for a link with two parents."""
     joints: list[UrdfJoint] = []
     names: set[str] = set()
     parents: dict[str, str] = {}
     for node in root.children:
         if node.tag != "joint":
             continue
-        name, kind = _attribute(node, "name", path), _attribute(node, "type", path)
+        name, kind = node.attribute("name"), node.attribute("type")
         if name in names:
-            raise FormatError("a joint name is used twice", file=path, row=node.row, found=name)
+            node.fail("a joint name is used twice", found=name)
         names.add(name)
         if kind not in TYPES:
-            raise FormatError(
-                "unknown joint type",
-                file=path,
-                row=node.row,
-                key=f"joint {name} type",
-                found=kind,
-                expected=", ".join(TYPES),
-                suggestion=nearest(kind, TYPES),
-            )
+            node.fail("unknown joint type", key=f"joint {name} type", found=kind, **one_of(kind, TYPES))
         ends = []
         for word in ("parent", "child"):
             end = node.child(word)
             if end is None:
-                raise FormatError(
-                    f"the joint has no {word}",
-                    file=path,
-                    row=node.row,
-                    key=f"joint {name}",
-                    expected=f'<{word} link="..."/>',
-                )
-            link = _attribute(end, "link", path)
+                node.fail(f"the joint has no {word}", key=f"joint {name}", expected=f'<{word} link="..."/>')
+            link = end.attribute("link")
             if link not in links:
                 key = f"joint {name} {word}"
-                raise FormatError(
-                    "there is no such link",
-                    file=path,
-                    row=end.row,
-                    key=key,
-                    found=link,
-                    suggestion=nearest(link, links),
-                )
+                end.fail("there is no such link", key=key, found=link, suggestion=nearest(link, links))
             ends.append(link)
         if ends[1] in parents:
             key, both = f"joint {name}", f"joints {parents[ends[1]]} and {name}"
-            raise FormatError(
-                f"link {ends[1]} has two parents: the links form a loop", file=path, row=node.row, key=key, found=both
-            )
+            node.fail(f"link {ends[1]} has two parents: the links form a loop", key=key, found=both)
         parents[ends[1]] = name
         joints.append(UrdfJoint(name, kind, ends[0], ends[1], node))
     return joints
 
 
-def root_of(links: Mapping[str, Node], joints: list[UrdfJoint], path: Path) -> str:
+def root_of(links: Mapping[str, Node], joints: list[UrdfJoint]) -> str:
+    """The link that is no joint's child. Raises FormatError where there is more than one, and where links form a loop."""
     children = {j.child for j in joints}
     roots = [name for name in links if name not in children]
     if len(roots) > 1:
         found = ", ".join(roots[:5])
-        raise FormatError(
-            "the URDF has more than one root link", file=path, row=links[roots[1]].row, found=found, expected="one tree"
-        )
-    below: dict[str, list[str]] = {}
-    for j in joints:
-        below.setdefault(j.parent, []).append(j.child)
+        links[roots[1]].fail("the URDF has more than one root link", found=found, expected="one tree")
+    below = _below(joints)
     seen: set[str] = set()
     stack = roots[:]
     while stack:
         seen.add(at := stack.pop())
-        stack.extend(below.get(at, []))
+        stack.extend(j.child for j in below.get(at, ()))
     rest = [name for name in links if name not in seen]
     if rest:
-        raise FormatError(
-            "the links form a loop", file=path, row=links[rest[0]].row, found=", ".join(rest[:5]), expected="one tree"
-        )
+        links[rest[0]].fail("the links form a loop", found=", ".join(rest[:5]), expected="one tree")
     return roots[0]
+
+
+def _below(joints: list[UrdfJoint]) -> dict[str, list[UrdfJoint]]:
+    """The joints whose parent each link is."""
+    below: dict[str, list[UrdfJoint]] = {}
+    for j in joints:
+        below.setdefault(j.parent, []).append(j)
+    return below
 
 
 def longest(start: str, joints: list[UrdfJoint]) -> tuple[str, bool]:
     """The link with the most moving joints above it, then the most joints; whether there are others to choose from."""
-    below: dict[str, list[UrdfJoint]] = {}
-    for j in joints:
-        below.setdefault(j.parent, []).append(j)
+    below = _below(joints)
     best, best_key, ends = start, (0, 0), 0
     stack = [(start, 0, 0)]
     while stack:
@@ -232,10 +219,3 @@ def longest(start: str, joints: list[UrdfJoint]) -> tuple[str, bool]:
             best, best_key = link, (moving, count)
         stack.extend((j.child, moving + (j.type in MOVING), count + 1) for j in reversed(usable))
     return best, ends > 1
-
-
-def _attribute(node: Node, name: str, path: Path) -> str:
-    value = node.attributes.get(name, "").strip()
-    if not value:
-        raise FormatError(f"<{node.tag}> has no {name}", file=path, row=node.row, expected=f'<{node.tag} {name}="...">')
-    return value

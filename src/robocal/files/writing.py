@@ -21,8 +21,8 @@ import signal
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from robocal.errors import FileError
-from robocal.files.journal import announce, finish, flush_folder
+from robocal.errors import FileError, reason_of
+from robocal.files.journal import announce, finish, flush_folder, write_through
 
 __all__ = ["refuse_existing", "refuse_unwritable", "write_bytes", "write_files", "write_text"]
 
@@ -55,7 +55,7 @@ def write_files(
         for target, content in zip(targets, files.values(), strict=True):
             refuse_unwritable(target)
             temporary.append(target.with_name(f".{target.name}.{os.getpid()}-{secrets.token_hex(4)}.robocal"))
-            _write_through(temporary[-1], content.encode("utf-8") if isinstance(content, str) else content)
+            write_through(temporary[-1], content.encode("utf-8") if isinstance(content, str) else content, "xb")
         gone = [home / name for name in remove if name not in files and (home / name).is_file()]
         with _undisturbed():
             _clean(home, {*files, *remove})
@@ -63,7 +63,7 @@ def write_files(
             made = []
     except (OSError, ValueError) as error:
         at = targets[max(len(temporary) - 1, 0)]
-        raise FileError(f"cannot be written: {_reason(error)}", file=at) from None
+        raise FileError(f"cannot be written: {reason_of(error)}", file=at) from None
     finally:
         for leftover in temporary:
             leftover.unlink(missing_ok=True)
@@ -92,15 +92,8 @@ def _make_folder(folder: Path) -> list[Path]:
             at = at.parent
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FileError(f"the folder cannot be made: {_reason(error)}", file=folder) from None
+        raise FileError(f"the folder cannot be made: {reason_of(error)}", file=folder) from None
     return missing
-
-
-def _write_through(path: Path, data: bytes) -> None:
-    with path.open("xb") as stream:
-        stream.write(data)
-        stream.flush()
-        os.fsync(stream.fileno())
 
 
 def _clean(folder: Path, names: Collection[str]) -> None:
@@ -180,10 +173,6 @@ def _undisturbed() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _reason(error: Exception) -> str:
-    return (getattr(error, "strerror", None) or str(error)).lower()
 
 
 def refuse_existing(folder: Path | None, names: Sequence[str], force: bool) -> None:

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.errors import ModelError, nearest
 from robocal.estimate.families import Family
 from robocal.estimate.problem import Problem
@@ -34,8 +34,6 @@ __all__ = [
     "register",
     "synthesise",
 ]
-
-Array = NDArray[np.float64]
 
 
 def problem(

@@ -9,15 +9,14 @@ Source: Whitney, Lozinski and Rourke, Industrial robot forward calibration metho
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import Kind, Rows, register
 
 __all__ = ["BEARING", "angles", "directions", "wrap"]
 
-Array = NDArray[np.float64]
 UNSTATED = (1e-4, 1e-4)
 TINY = 1e-300
 
@@ -48,7 +47,7 @@ def directions(angle: Array) -> Array:
 class BearingRows(Rows):
     """The two angles of the target's place."""
 
-    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         t, j, jl = self.carrier.pose(x, first, rows, turn=False)
         found, slope = angles(t[:, :, :3, 3])
         return wrap(found - self.measured(which, first, rows)), slope @ j, slope @ jl

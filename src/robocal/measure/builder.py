@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.geometry.path.program import Element, Program, compile_path, frame_element
@@ -17,9 +17,6 @@ from robocal.measure.machine import Mechanism, Model, freedom_of, joints_of
 from robocal.parameters import Table
 
 __all__ = ["Builder", "gathered"]
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -10,18 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.geometry.path.program import Program
 
 __all__ = ["Carrier", "Gathered", "Inverse", "KnownPose", "LocalPose", "Path", "Product", "joined", "locals_of"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 NONE = np.empty(0, dtype=np.int64)
 Locals = tuple[Ints | None, Ints | None]
 
@@ -138,42 +136,8 @@ class KnownPose:
 
 
 @dataclass(frozen=True)
-class Gathered:
-    """A carrier that many rows share: row i is the inner one's row which[i], and that is computed once."""
-
-    inner: Carrier
-    which: Ints
-
-    @property
-    def columns(self) -> Ints:
-        return self.inner.columns
-
-    @property
-    def local(self) -> Locals:
-        one, two = (None if block is None else block[self.which] for block in self.inner.local)
-        return one, two
-
-    @property
-    def moves(self) -> bool:
-        return self.inner.moves
-
-    def bind(self, column_of: Ints) -> Gathered:
-        return Gathered(self.inner.bind(column_of), self.which)
-
-    def hold(self, family: int) -> Gathered:
-        return Gathered(self.inner.hold(family), self.which)
-
-    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
-        own = self.which[first : first + rows]
-        lo, hi = (int(own.min()), int(own.max()) + 1) if rows else (0, 0)
-        t, j, jl = self.inner.pose(x, lo, hi - lo, turn)
-        own = own - lo
-        return t.take(own, axis=1), j.take(own, axis=1), jl.take(own, axis=1)
-
-
-@dataclass(frozen=True)
-class Inverse:
-    """The inverse of a carrier."""
+class _Wrapped:
+    """What follows from another carrier row by row: it has the columns and moves as the inner one does."""
 
     inner: Carrier
 
@@ -189,11 +153,35 @@ class Inverse:
     def moves(self) -> bool:
         return self.inner.moves
 
-    def bind(self, column_of: Ints) -> Inverse:
-        return Inverse(self.inner.bind(column_of))
+    def bind(self, column_of: Ints) -> Self:
+        return replace(self, inner=self.inner.bind(column_of))
 
-    def hold(self, family: int) -> Inverse:
-        return Inverse(self.inner.hold(family))
+    def hold(self, family: int) -> Self:
+        return replace(self, inner=self.inner.hold(family))
+
+
+@dataclass(frozen=True)
+class Gathered(_Wrapped):
+    """A carrier that many rows share: row i is the inner one's row which[i], and that is computed once."""
+
+    which: Ints
+
+    @property
+    def local(self) -> Locals:
+        one, two = (None if block is None else block[self.which] for block in self.inner.local)
+        return one, two
+
+    def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
+        own = self.which[first : first + rows]
+        lo, hi = (int(own.min()), int(own.max()) + 1) if rows else (0, 0)
+        t, j, jl = self.inner.pose(x, lo, hi - lo, turn)
+        own = own - lo
+        return t.take(own, axis=1), j.take(own, axis=1), jl.take(own, axis=1)
+
+
+@dataclass(frozen=True)
+class Inverse(_Wrapped):
+    """The inverse of a carrier."""
 
     def pose(self, x: Array, first: int, rows: int, turn: bool = True) -> tuple[Array, Array, Array]:
         from robocal.measure._kernels import inverse_kernel
@@ -202,7 +190,8 @@ class Inverse:
         high = 6 if turn else 3
         out, both = np.empty_like(t), np.empty((*t.shape[:2], high, j.shape[3] + jl.shape[3]))
         inverse_kernel(t, np.concatenate([j, jl], axis=3), out, both)
-        return out, _cut(both, slice(None, j.shape[3])), _cut(both, slice(j.shape[3], None))
+        own = j.shape[3]
+        return out, np.ascontiguousarray(both[..., :own]), np.ascontiguousarray(both[..., own:])
 
 
 @dataclass(frozen=True)
@@ -267,7 +256,3 @@ def joined(carriers: Sequence[Carrier], a: Array, b: Array) -> Array:
     if not a.shape[-1] or not b.shape[-1]:
         return np.ascontiguousarray(a if a.shape[-1] else b)
     return np.concatenate([a, b] if carriers[0].local[0] is not None else [b, a], axis=-1)
-
-
-def _cut(a: Array, part: slice) -> Array:
-    return a[..., part] if part == slice(None) else np.ascontiguousarray(a[..., part])

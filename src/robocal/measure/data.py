@@ -14,15 +14,24 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.parameters import Parameter, frame_parameters
 
 __all__ = ["Configurations", "DataSet", "Frame", "Observations", "same_rows"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+
+PER_ROW = (
+    "configuration",
+    "sigma",
+    "target",
+    "rows",
+    "second",
+    "used",
+    "digits",
+    "rounding",
+)  # of observations, in front
 
 
 @dataclass(frozen=True)
@@ -101,7 +110,7 @@ class Observations:
     source: str = ""
     rows: Ints | None = None
     second: Ints | None = None
-    used: NDArray[np.bool_] | None = None
+    used: Bools | None = None
     digits: Array | None = None
     rounding: Array | None = None
 
@@ -115,19 +124,9 @@ class Observations:
 
     def take(self, index: Ints) -> Observations:
         """A subset, in the given order."""
-        return replace(
-            self,
-            configuration=self.configuration[index],
-            value=self.value[..., index, :],
-            sigma=None if self.sigma is None else self.sigma[index],
-            target=None if self.target is None else self.target[index],
-            extra={k: v[index] for k, v in self.extra.items()},
-            rows=None if self.rows is None else self.rows[index],
-            second=None if self.second is None else self.second[index],
-            used=None if self.used is None else self.used[index],
-            digits=None if self.digits is None else self.digits[index],
-            rounding=None if self.rounding is None else self.rounding[index],
-        )
+        there = {n: v for n in PER_ROW if (v := getattr(self, n)) is not None}
+        extra = {k: v[index] for k, v in self.extra.items()}
+        return replace(self, value=self.value[..., index, :], extra=extra, **{n: v[index] for n, v in there.items()})
 
 
 def same_rows(one: Sequence[Observations], other: Sequence[Observations], but: Collection[str] = ()) -> bool:

@@ -7,23 +7,20 @@ Noise is that of the difference: twice the variance of one reading, and rows tha
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from robocal._types import Array, Ints
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import Between, Kind, Rows, register
 
 __all__ = ["DISPLACEMENT"]
 
-Array = NDArray[np.float64]
 UNSTATED = (1e-4,) * 3
 
 
 class DisplacementRows(Between):
     """The vector between the two places of the target, seen from one instrument."""
 
-    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         d, j, jl = self.gap(x, first, rows)
         return d - self.measured(which, first, rows), j, jl
 

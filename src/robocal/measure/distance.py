@@ -13,8 +13,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.measure.builder import Builder
 from robocal.measure.data import Frame, Observations
@@ -23,7 +23,6 @@ from robocal.parameters import Parameter
 
 __all__ = ["DISTANCE"]
 
-Array = NDArray[np.float64]
 UNSTATED = (1e-4,)
 NUMBERS = (Number("length", "length", expected=0.1),)
 
@@ -31,7 +30,7 @@ NUMBERS = (Number("length", "length", expected=0.1),)
 class DistanceRows(Between):
     """|p_b - p_a| minus the reading and the bar's own length."""
 
-    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         length, j, jl = self.length(x, first, rows)
         length = length - self.measured(which, first, rows) - x[:, self.numbers].sum(axis=1)[:, None, None]
         own = np.full((*j.shape[:3], len(self.own)), -1.0)

@@ -8,15 +8,14 @@ How the sensor sits on the platform is its target's rotation, of which x, y and 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import Kind, Rows, register
 
 __all__ = ["INCLINATION", "inclinations"]
 
-Array = NDArray[np.float64]
 UNSTATED = (1e-3, 1e-3)
 STEEPEST = 1 - 1e-12  # an axis that points along plumb has no slope there
 
@@ -33,7 +32,7 @@ def inclinations(turn: Array) -> tuple[Array, Array]:
 class InclinationRows(Rows):
     """The two angles of the target's axes."""
 
-    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         t, j, jl = self.carrier.pose(x, first, rows)
         found, slope = inclinations(t[..., :3, :3])
         return found - self.measured(which, first, rows), slope @ j[:, :, 3:], slope @ jl[:, :, 3:]

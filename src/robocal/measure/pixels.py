@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.estimate.losses import Loss
 from robocal.estimate.rows import Normal
 from robocal.measure.builder import Builder
@@ -22,7 +22,6 @@ from robocal.vision.camera import SYMBOLS, project
 
 __all__ = ["PIXELS", "rays"]
 
-Array = NDArray[np.float64]
 UNSTATED = (0.1, 0.1)
 CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once
 UNDISTORT = 8  # steps; each gains a factor of the distortion
@@ -33,7 +32,7 @@ class PixelRows(Rows):
     """Reprojection error; columns are the carrier's, then the free intrinsics. All points that one configuration sees of one
     target are a sight: they move together, so the carrier is asked once for all of them."""
 
-    def __init__(self, builder: Builder, obs: Observations, target: int, index: NDArray[np.int64]) -> None:
+    def __init__(self, builder: Builder, obs: Observations, target: int, index: Ints) -> None:
         seen = np.zeros(len(index), dtype=np.int64) if obs.target is None else obs.target[index]
         order = np.lexsort((seen, obs.configuration[index]))
         index, seen = index[order], seen[order]
@@ -47,7 +46,7 @@ class PixelRows(Rows):
         self.edges = np.append(first, len(index))
         self.point = np.ascontiguousarray(obs.extra["point"][index])
 
-    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         assert self.sight is not None
         own = self.sight[first : first + rows]
         lo, hi = (int(own[0]), int(own[-1]) + 1) if rows else (0, 0)
@@ -60,7 +59,7 @@ class PixelRows(Rows):
         jac = np.concatenate([both @ j, ji[..., self.own]], axis=-1)
         return uv - self.measured(which, first, rows), jac, both @ jl
 
-    def accumulate(self, x: Array, which: NDArray[np.int64], weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
+    def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         from robocal.measure._kernels import accumulate_sights
 
         value = self.value if len(self.value) == 1 else self.value[which]

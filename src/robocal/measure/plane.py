@@ -17,20 +17,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.geometry.path.program import frame_element
 from robocal.measure.builder import Builder
 from robocal.measure.carriers import Inverse, Product
-from robocal.measure.data import Frame, Observations
-from robocal.measure.rows import Kind, Number, Rows, number_names, numbers, place_of, register
+from robocal.measure.data import Observations
+from robocal.measure.rows import Kind, Number, Rows, number_names, numbers, place_of, places_of, register
 from robocal.parameters import Parameter
 
 __all__ = ["PLANE", "normals"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 UNSTATED = (1e-4,)
 NUMBERS = (Number("radius", "radius", expected=0.01),)
 
@@ -74,9 +72,4 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
     return numbers(obs, NUMBERS)
 
 
-def frames(obs: Observations) -> tuple[Frame, ...]:
-    """The place."""
-    return (place_of(obs),)
-
-
-PLANE = register(Kind("plane", 1, terms, parameters, ((0, 1, "m"),), frames=frames, contact=True, owner="radius"))
+PLANE = register(Kind("plane", 1, terms, parameters, ((0, 1, "m"),), frames=places_of, contact=True, owner="radius"))

@@ -10,23 +10,20 @@ Source: Meggiolaro, Scriffignano and Dubowsky, Manipulator calibration using a s
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from robocal._types import Array, Ints
 from robocal.measure.builder import Builder
-from robocal.measure.data import Frame, Observations
-from robocal.measure.rows import Between, Kind, Rows, place_of, register
+from robocal.measure.data import Observations
+from robocal.measure.rows import Between, Kind, Rows, place_of, places_of, register
 
 __all__ = ["POINT"]
 
-Array = NDArray[np.float64]
 UNSTATED = (1e-4,) * 3
 
 
 class PointRows(Between):
     """The vector from the place to the ball."""
 
-    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         d, j, jl = self.gap(x, first, rows)
         return d - self.measured(which, first, rows), j, jl
 
@@ -36,9 +33,4 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     return [PointRows(builder.between(place_of(obs), obs, t, i), obs, i, UNSTATED) for t, i in builder.split(obs)]
 
 
-def frames(obs: Observations) -> tuple[Frame, ...]:
-    """The place."""
-    return (place_of(obs),)
-
-
-POINT = register(Kind("point", 3, terms, frames=frames, contact=True))
+POINT = register(Kind("point", 3, terms, frames=places_of, contact=True))

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.geometry import se3, so3
 from robocal.measure.builder import Builder
 from robocal.measure.carriers import Carrier
@@ -19,18 +19,17 @@ from robocal.measure.rows import Kind, Rows, register
 
 __all__ = ["POSE"]
 
-Array = NDArray[np.float64]
 UNSTATED = (1e-4,) * 3 + (1e-4,) * 3
 
 
 class PoseRows(Rows):
     """Residual on position and rotation vector; measured poses are kept as matrices."""
 
-    def __init__(self, carrier: Carrier, obs: Observations, index: NDArray[np.int64], default: Sequence[float]) -> None:
+    def __init__(self, carrier: Carrier, obs: Observations, index: Ints, default: Sequence[float]) -> None:
         super().__init__(carrier, obs, index, default)
         self.matrix = np.ascontiguousarray(se3.from_vector(self.value))
 
-    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         from robocal.measure._kernels import pose_kernel
 
         t, j, jl = self.carrier.pose(x, first, rows)

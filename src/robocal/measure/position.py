@@ -6,16 +6,13 @@ a frame that may only shift it is a ball that rests in one socket.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from robocal._types import Array, Ints
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
 from robocal.measure.rows import Kind, Rows, register
 
 __all__ = ["POSITION"]
 
-Array = NDArray[np.float64]
 # Until the residuals tell better: one tenth of a millimetre.
 UNSTATED = (1e-4,) * 3
 
@@ -23,7 +20,7 @@ UNSTATED = (1e-4,) * 3
 class PositionRows(Rows):
     """Residual p - y; the Jacobian is the upper half of the carrier's."""
 
-    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         t, j, jl = self.carrier.pose(x, first, rows, turn=False)
         return t[:, :, :3, 3] - self.measured(which, first, rows), j, jl
 

@@ -13,18 +13,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.measure.builder import Builder
-from robocal.measure.data import Frame, Observations
-from robocal.measure.rows import Between, Kind, Number, Rows, number_names, numbers, place_of, register
+from robocal.measure.data import Observations
+from robocal.measure.rows import Between, Kind, Number, Rows, number_names, numbers, place_of, places_of, register
 from robocal.parameters import Parameter
 
 __all__ = ["RANGE", "nominal_speed"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 UNSTATED = (1e-3,)
 SOUND = 343.0  # m/s, in dry air at 20 C
 
@@ -74,9 +72,4 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
     return numbers(obs, known(obs))
 
 
-def frames(obs: Observations) -> tuple[Frame, ...]:
-    """The receiver."""
-    return (place_of(obs),)
-
-
-RANGE = register(Kind("range", 1, terms, parameters, ((0, 1, "m"),), frames=frames, metric=True, owner="medium"))
+RANGE = register(Kind("range", 1, terms, parameters, ((0, 1, "m"),), frames=places_of, metric=True, owner="medium"))

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robocal._types import Array
 from robocal.geometry.path.program import compile_path
 from robocal.measure.builder import Builder
 from robocal.measure.data import Configurations
@@ -15,7 +16,6 @@ from robocal.measure.machine import Mechanism, Model, freedom_of, joints_of
 
 __all__ = ["believed", "limits_of", "names_of", "nominal_poses", "places_by_joints", "reach"]
 
-Array = NDArray[np.float64]
 CHUNK = 2048  # configurations whose columns are held at once
 
 
@@ -56,7 +56,7 @@ def places_by_joints(machine: Mechanism, joints: Array) -> Array:
     return places
 
 
-def believed(machine: Model, configurations: Configurations) -> NDArray[np.bool_] | None:
+def believed(machine: Model, configurations: Configurations) -> Bools | None:
     """Of which configurations (U,) it is known where the machine is believed to stand; None where of none."""
     c = configurations
     if c.joints is None and (freedom_of(machine) is None or c.start is None):

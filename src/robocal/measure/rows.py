@@ -11,9 +11,9 @@ from importlib import import_module
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal.errors import ModelError, nearest
+from robocal._types import Array, Bools, Ints
+from robocal.errors import ModelError, one_of
 from robocal.estimate.losses import Loss
 from robocal.estimate.rows import Normal
 from robocal.measure.builder import Builder
@@ -22,10 +22,20 @@ from robocal.measure.data import Frame, Observations
 from robocal.measure.kinds import NAMES
 from robocal.parameters import Parameter
 
-__all__ = ["KINDS", "Between", "Kind", "Number", "Rows", "kind_of", "number_names", "numbers", "place_of", "register"]
+__all__ = [
+    "KINDS",
+    "Between",
+    "Kind",
+    "Number",
+    "Rows",
+    "kind_of",
+    "number_names",
+    "numbers",
+    "place_of",
+    "places_of",
+    "register",
+]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 NONE = np.empty(0, dtype=np.int64)
 
 
@@ -58,22 +68,17 @@ class Rows(ABC):
         self.sight = sight
         self._meet()
         self.value = np.ascontiguousarray(obs.value[..., index, :] if obs.value.ndim == 3 else obs.value[None, index])
-        sigma = (
-            np.broadcast_to(np.asarray(default, float), (len(index), len(default)))
-            if obs.sigma is None
-            else obs.sigma[index]
-        )
-        self.sigma = sigma
+        alike = np.broadcast_to(np.asarray(default, float), (len(index), len(default)))
+        self.sigma = alike if obs.sigma is None else obs.sigma[index]
         self.used = np.ones(len(index), dtype=bool) if obs.used is None else np.ascontiguousarray(obs.used[index])
         # What is set aside is infinitely uncertain: it weighs nothing, and is predicted like the others.
-        self.scale = np.ascontiguousarray(self.used[:, None] / sigma)
+        self.scale = np.ascontiguousarray(self.used[:, None] / self.sigma)
         self.rounding = None if obs.rounding is None else obs.rounding[index]
         self.numbers = numbers
         self.metric = KINDS[obs.kind].metric
         self.own, self.own_columns = NONE, NONE  # which numbers are free, and their columns
-        self._bound: dict[
-            bytes, dict[str, Any]
-        ] = {}  # by the columns that are free; the same rows under another noise share it
+        # By the columns that are free; the same rows under another noise share it.
+        self._bound: dict[bytes, dict[str, Any]] = {}
 
     def _meet(self) -> None:
         """Which local blocks the rows touch."""
@@ -90,10 +95,14 @@ class Rows(ABC):
 
     def hold(self, family: int) -> Self:
         """The same rows, where the local blocks of a family (0 or 1) stay where x has them."""
-        other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__)
-        other.carriers, other._bound = tuple(c.hold(family) for c in self.carriers), {}
+        other = self._with(carriers=tuple(c.hold(family) for c in self.carriers), _bound={})
         other._meet()
+        return other
+
+    def _with(self, **changes: Any) -> Self:
+        """A shallow copy with other attributes."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__, **changes)
         return other
 
     @property
@@ -124,26 +133,17 @@ class Rows(ABC):
                 "carriers": carriers, "own": own, "own_columns": columns,
                 "columns": np.concatenate([*(c.columns for c in carriers), columns]),
             }  # fmt: skip
-        other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__)
-        other.__dict__.update(known[key])
-        return other
+        return self._with(**known[key])
 
-    def without(self, rows: NDArray[np.bool_]) -> Self:
+    def without(self, rows: Bools) -> Self:
         """The same term with these rows (m,) set aside."""
-        other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__)
-        other.used = self.used & ~rows
-        other.scale = np.ascontiguousarray(other.used[:, None] / self.sigma)
-        return other
+        used = self.used & ~rows
+        return self._with(used=used, scale=np.ascontiguousarray(used[:, None] / self.sigma))
 
     def under(self, sigma: Array | None) -> Self:
         """The same term with another sigma of all observations (k, d) that it is one of."""
-        other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__)
-        other.sigma = self.sigma if sigma is None else sigma[self.index]
-        other.scale = np.ascontiguousarray(self.used[:, None] / other.sigma)
-        return other
+        own = self.sigma if sigma is None else sigma[self.index]
+        return self._with(sigma=own, scale=np.ascontiguousarray(self.used[:, None] / own))
 
     def measured(self, which: Ints, first: int, rows: int) -> Array:
         """The measured values of these problems and rows, (B or 1, m, d)."""
@@ -208,12 +208,9 @@ def numbers(obs: Observations, known: Sequence[Number]) -> list[Parameter]:
     stated = free if isinstance(free, tuple | list) else ()
     for symbol in (*values, *priors, *stated):
         if symbol not in {n.symbol for n in here}:
-            raise ModelError(
-                f"unknown number of {obs.kind}",
-                key=f"{obs.label}.{symbol}",
-                expected=", ".join(n.symbol for n in here) or "none",
-                suggestion=nearest(str(symbol), [n.symbol for n in here]),
-            )
+            names, key = [n.symbol for n in here], f"{obs.label}.{symbol}"
+            facts = one_of(symbol, names) if names else {"expected": "none"}
+            raise ModelError(f"unknown number of {obs.kind}", key=key, **facts)
     return [
         Parameter(
             f"{obs.options[n.option]}.{n.symbol}",
@@ -248,6 +245,11 @@ def place_of(obs: Observations) -> Frame:
     return place
 
 
+def places_of(obs: Observations) -> tuple[Frame, ...]:
+    """The frames of a kind that measures against one place on the base."""
+    return (place_of(obs),)
+
+
 @dataclass(frozen=True)
 class Kind:
     """A way to measure: its name, how many numbers one observation has, its own frames and parameters, and how its rows
@@ -264,13 +266,11 @@ class Kind:
     disturb: Callable[[Array, Array], Array] = lambda value, noise: value + noise
     frames: Callable[[Observations], Sequence[Frame]] = lambda obs: ()
     positional: bool = False  # whether its first three numbers say where the target is, in the instrument's frame
-    metric: bool = (
-        False  # whether readings are lengths themselves; else only a stated length says how long the machine is
-    )
+    # Whether readings are lengths themselves; else only a stated length says how long the machine is.
+    metric: bool = False
     contact: bool = False  # the machine has to touch something, so not every configuration can be measured
-    made: tuple[
-        str, ...
-    ] = ()  # symbols of its own numbers that, like the machine's, somebody made: how far off they can be is known
+    # Symbols of its own numbers that, like the machine's, somebody made: how far off they can be is known.
+    made: tuple[str, ...] = ()
     owner: str = ""  # the option, and the key in a data file, that names the owner of the kind's own numbers
 
 
@@ -311,10 +311,5 @@ def register(kind: Kind) -> Kind:
 def kind_of(obs: Observations) -> Kind:
     """The kind of some observations. Raises ModelError for an unknown name."""
     if obs.kind not in KINDS:
-        raise ModelError(
-            "unknown kind of measurement",
-            found=obs.kind,
-            expected=", ".join(KINDS),
-            suggestion=nearest(obs.kind, KINDS),
-        )
+        raise ModelError("unknown kind of measurement", found=obs.kind, **one_of(obs.kind, KINDS))
     return KINDS[obs.kind]

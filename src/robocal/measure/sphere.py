@@ -12,17 +12,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.errors import ModelError
 from robocal.measure.builder import Builder
-from robocal.measure.data import Frame, Observations
-from robocal.measure.rows import Between, Kind, Number, Rows, number_names, numbers, place_of, register
+from robocal.measure.data import Observations
+from robocal.measure.rows import Between, Kind, Number, Rows, number_names, numbers, place_of, places_of, register
 from robocal.parameters import Parameter
 
 __all__ = ["SPHERE"]
 
-Array = NDArray[np.float64]
 UNSTATED = (1e-4,)
 NUMBERS = (Number("radius", "radius", value=0.01, expected=0.01),)
 
@@ -30,7 +29,7 @@ NUMBERS = (Number("radius", "radius", value=0.01, expected=0.01),)
 class SphereRows(Between):
     """Distance from the centre minus the radius."""
 
-    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         length, j, jl = self.length(x, first, rows)
         length = length - self.measured(which, first, rows) - x[:, None, self.numbers]
         return length, np.concatenate([j, np.full((*j.shape[:3], len(self.own)), -1.0)], axis=3), jl
@@ -49,9 +48,4 @@ def parameters(obs: Observations) -> Sequence[Parameter]:
     return numbers(obs, NUMBERS)
 
 
-def frames(obs: Observations) -> tuple[Frame, ...]:
-    """The place."""
-    return (place_of(obs),)
-
-
-SPHERE = register(Kind("sphere", 1, terms, parameters, ((0, 1, "m"),), frames=frames, contact=True, owner="radius"))
+SPHERE = register(Kind("sphere", 1, terms, parameters, ((0, 1, "m"),), frames=places_of, contact=True, owner="radius"))

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.measure.bearing import angles, wrap
 from robocal.measure.builder import Builder
 from robocal.measure.data import Observations
@@ -21,7 +21,6 @@ from robocal.parameters import Parameter
 
 __all__ = ["SPHERICAL"]
 
-Array = NDArray[np.float64]
 UNSTATED = (1e-4, 1e-4, 1e-4)
 NUMBERS = (Number("zero", "zero", expected=1e-3),)
 
@@ -35,7 +34,7 @@ class SphericalRows(Rows):
         far, up = self.value[0, :, 0], self.value[0, :, 2]
         return np.stack([np.ones_like(far), far * np.cos(up), far], axis=1)
 
-    def evaluate(self, x: Array, which: NDArray[np.int64], first: int, rows: int) -> tuple[Array, Array, Array]:
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         t, j, jl = self.carrier.pose(x, first, rows, turn=False)
         p = t[:, :, :3, 3]
         far = np.linalg.norm(p, axis=-1, keepdims=True)

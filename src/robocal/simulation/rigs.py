@@ -11,17 +11,69 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.arms.chain import Chain
+from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.measure.base import synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
-from robocal.simulation.touching import span, touch
 
 __all__ = ["CONTACTS", "FINE", "RIGS", "STANDS", "Instrument", "measure"]
 
-Array = NDArray[np.float64]
+ROUNDS, STEPS = 30, 40
+
+
+def span(truth: Chain, near: Array) -> tuple[Array, Array]:
+    """Lower and upper joint values (n,): the limits, or the range of `near` (m, n) where there are none."""
+    low, high = truth.limits.T
+    return np.where(np.isfinite(low), low, near.min(axis=0)), np.where(np.isfinite(high), high, near.max(axis=0))
+
+
+def touch(truth: Chain, blank: Observations, near: Array, rng: np.random.Generator) -> Array:
+    """Joint values at which the contact leaves noise of its sigma, (k, n): Gauss-Newton from random starts within the
+    joint limits, or the range of `near` where there are none. Raises ModelError when the arm hardly reaches."""
+    assert blank.sigma is not None
+    k, n = len(blank), near.shape[1]
+    low, high = span(truth, near)
+    wanted = blank.sigma * rng.standard_normal(blank.value.shape)
+    out, left = np.empty((k, n)), np.arange(k)
+    for _ in range(ROUNDS):
+        q = rng.uniform(low, high, (len(left), n))
+        for _ in range(STEPS):
+            r, jac = _slope(truth, blank.take(left), q)
+            gap = wanted[left] - r
+            step = np.einsum("mji,mj->mi", jac, np.linalg.solve(
+                jac @ np.swapaxes(jac, 1, 2) + 1e-6 * np.eye(r.shape[1]), gap[..., None])[..., 0])  # fmt: skip
+            size = np.abs(step).max(axis=1, keepdims=True)
+            q = np.clip(q + step * np.minimum(1.0, 0.3 / np.maximum(size, 1e-12)), low, high)
+        done = np.abs(_values(truth, blank.take(left), q) - wanted[left]).max(axis=1) < 1e-9
+        out[left[done]] = q[done]
+        left = left[~done]
+        if not len(left):
+            return out
+    raise ModelError(
+        "the simulated arm hardly reaches what it should touch", found=f"{len(left)} of {k} contacts failed",
+        expected="wider joint limits",
+    )  # fmt: skip
+
+
+def _values(truth: Chain, blank: Observations, q: Array) -> Array:
+    """What the kind would read at joint values (k, n), (k, d)."""
+    bare = replace(blank, configuration=np.arange(len(q)), sigma=None)
+    made = synthesise(truth, DataSet(Configurations(tuple(map(str, range(len(q)))), q), (bare,)))
+    return made.observations[0].value
+
+
+def _slope(truth: Chain, blank: Observations, q: Array) -> tuple[Array, Array]:
+    """The reading (k, d) and its derivative by the joints (k, d, n), by differences of 1 um or urad."""
+    k, n = q.shape
+    h = 1e-6
+    many = np.concatenate([q[None], q[None] + h * np.eye(n)[:, None]]).reshape(-1, n)
+    value = _values(truth, blank.take(np.tile(np.arange(k), n + 1)), many).reshape(n + 1, k, -1)
+    return value[0], np.moveaxis((value[1:] - value[0]) / h, 0, -1)
+
+
 # Where a tracker typically stands: two metres away, turned and tilted (m, rad).
 STANDS = (1.6, -1.1, 0.4, 0.02, -0.03, 2.1)
 POINT = (True, True, True, False, False, False)
@@ -113,6 +165,11 @@ def _pairs(*unit: str, framed: bool) -> Rig:
     return rig
 
 
+def _spot(name: str, at: Array) -> Frame:
+    """A point (3,) on the base."""
+    return Frame(name, (*map(float, at), 0.0, 0.0, 0.0), POINT)
+
+
 def _ranges(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
     """Four receivers around the arm, not in one plane, in air of a speed that is not quite nominal."""
     m = len(s.q)
@@ -120,14 +177,8 @@ def _ranges(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
     corners = np.array([(1, 1, -0.6), (-1, 1, 0.9), (-1, -1, -0.4), (1, -1, 1.1)]) * size / 1.5
     out = []
     for i, corner in enumerate(corners + centre):
-        place = Frame(f"r{i + 1}", (*(float(v) for v in corner), 0.0, 0.0, 0.0), POINT)
-        options = {
-            "place": place,
-            "medium": "air",
-            "speed": 343.0,
-            "values": {"speed": 343.0, "delay": 0.0},
-            "free": (),
-        }
+        place, values = _spot(f"r{i + 1}", corner), {"speed": 343.0, "delay": 0.0}
+        options = {"place": place, "medium": "air", "speed": 343.0, "values": values, "free": ()}
         out.append(
             Observations("range", np.arange(m), np.zeros((m, 1)), s.sigma(m, "m"), options=options, group=place.name)
         )
@@ -137,7 +188,7 @@ def _ranges(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
 def _bar(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
     """A draw-wire or telescopic bar from a socket in front of the arm to its tool."""
     m = len(s.q)
-    socket = Frame("socket", (*(float(v) for v in _beside(s)), 0.0, 0.0, 0.0), POINT, "base")
+    socket = _spot("socket", _beside(s))
     ball = Frame("ball", (0.0,) * 6, (False,) * 6, "tool")
     obs = Observations(
         "distance", np.arange(m), np.zeros((m, 1)), s.sigma(m, "m"), options={"ends": (socket, ball)}, group="bar"
@@ -147,10 +198,9 @@ def _bar(s: Scene) -> tuple[Configurations, tuple[Observations, ...]]:
 
 def _beside(s: Scene) -> Array:
     """A place at the edge of where the tool comes."""
-    p = s.places
-    return np.asarray(
-        p.mean(axis=0) + 1.1 * (p[np.argmax(np.linalg.norm(p - p.mean(axis=0), axis=1))] - p.mean(axis=0))
-    )
+    middle = s.places.mean(axis=0)
+    out = s.places - middle
+    return np.asarray(middle + 1.1 * out[np.argmax(np.linalg.norm(out, axis=1))])
 
 
 def _reached(s: Scene, count: int, apart: float) -> list[Array]:
@@ -191,13 +241,12 @@ def _contacts(kind: str, frames: Callable[[Scene], list[Frame]], options: dict[s
 
 def _sockets(s: Scene) -> list[Frame]:
     """Two sockets."""
-    a, b = _reached(s, 2, 0.3)
-    return [Frame(n, (*map(float, p), 0.0, 0.0, 0.0), POINT) for n, p in zip("ab", (a, b), strict=True)]
+    return [_spot(n, p) for n, p in zip("ab", _reached(s, 2, 0.3), strict=True)]
 
 
 def _spheres(s: Scene) -> list[Frame]:
     """Two spheres."""
-    return [Frame(f"sphere{i + 1}", (*map(float, p), 0.0, 0.0, 0.0), POINT) for i, p in enumerate(_reached(s, 2, 0.3))]
+    return [_spot(f"sphere{i + 1}", p) for i, p in enumerate(_reached(s, 2, 0.3))]
 
 
 def _plates(s: Scene) -> list[Frame]:

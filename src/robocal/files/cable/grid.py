@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.boundary import Outline
 from robocal.cables.closure import Dexterity
 from robocal.cables.workspace import Grid
@@ -14,8 +14,6 @@ from robocal.files.cable.values import CableUnits
 from robocal.files.csvtable import csv_text
 
 __all__ = ["cells_text", "outlines_text"]
-
-Array = NDArray[np.float64]
 
 
 def cells_text(made: Grid, acceleration: Array, even: Dexterity, units: CableUnits, closure: bool = False) -> str:

@@ -15,12 +15,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.check import FAR
 from robocal.cables.geometry import CableRobot
 from robocal.files.csvtable import CsvTable, read_csv
-from robocal.files.headers import IDS
+from robocal.files.headers import IDS, row_names
 from robocal.files.kinds.base import column_units
 from robocal.files.orientation import quaternion
 from robocal.files.unread import left_over, unread_remarks
@@ -42,7 +42,6 @@ __all__ = [
     "tension_columns",
 ]
 
-Array = NDArray[np.float64]
 QUATERNION = ("qx", "qy", "qz", "qw")
 AWAY = (0.01, np.radians(1.0))  # m and rad across what a platform can do: more than an instrument is off
 UNIT = 2e-2  # from a length of one: what rounding to two digits leaves
@@ -124,7 +123,7 @@ def _unread(table: CsvTable, robot: CableRobot, known: Sequence[str]) -> tuple[R
 
 def _list(table: CsvTable, values: Array, robot: CableRobot) -> CableList:
     lines = tuple(int(line) for line in table.lines)
-    return CableList(_names(table), values, _tensions(table, robot), lines=lines, sha256=table.sha256)
+    return CableList(row_names(table, "rows"), values, _tensions(table, robot), lines=lines, sha256=table.sha256)
 
 
 def _beyond(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:
@@ -178,19 +177,6 @@ def _wrenches(table: CsvTable) -> Array | None:
     out = np.zeros((len(table), 6))
     out[:, given] = _columns(table, [WRENCH[i] for i in given], ["N" if i < 3 else "N m" for i in given])
     return out
-
-
-def _names(table: CsvTable) -> tuple[str, ...]:
-    """One for each row. Raises FormatError for one that is given twice: results go by name."""
-    named = next((n for n in IDS if n in table.names), None)
-    if named is None:
-        return tuple(f"{Path(table.path).name}:{line}" for line in table.lines)
-    names, seen = table.texts(named), set[str]()
-    for row, name in enumerate(names):
-        if name in seen:
-            raise table.fail("two rows have one name", row, named, found=name, expected="a name for each")
-        seen.add(name)
-    return names
 
 
 def length_columns(

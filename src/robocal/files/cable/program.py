@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.cables.geometry import CableRobot
 from robocal.cables.poses import LIMITS, PoseList
 from robocal.cables.program import Program
@@ -21,8 +21,6 @@ from robocal.quantities import Column, Listing
 
 __all__ = ["pose_listing", "program_listing"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 DIGITS = 9  # of a length in m: a nanometre
 
 

@@ -106,14 +106,9 @@ def _comments(document: Document) -> str:
 def _assumed(document: Document, m: int) -> tuple[str, ...]:
     """Names of values behind whose key `# assumed` is written."""
     lines = document.text.splitlines()
-    names = {
-        "frame_anchors": tuple(f"c{i + 1}.a" for i in range(m)),
-        "platform_anchors": tuple(f"c{i + 1}.b" for i in range(m)),
-        "initial_lengths_m": tuple(f"c{i + 1}.zero" for i in range(m)),
-        "tension_limits_N": tuple(f"c{i + 1}.tension" for i in range(m)),
-        "mass_kg": ("mass",),
-        "centre_of_mass_m": ("com",),
-    }
+    each = {"frame_anchors": "a", "platform_anchors": "b", "initial_lengths_m": "zero", "tension_limits_N": "tension"}
+    names = {key: tuple(f"c{i + 1}.{what}" for i in range(m)) for key, what in each.items()}
+    names |= {"mass_kg": ("mass",), "centre_of_mass_m": ("com",)}
     out: list[str] = []
     for key, those in names.items():
         row = document.lines.get((key,))

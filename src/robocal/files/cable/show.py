@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.values import CableUnits
 from robocal.files.units import number
@@ -83,7 +83,7 @@ def _owner(robot: CableRobot, cable: str, letter: str) -> int:
     return robot.cables.index(robot.row(f"{cable}.{letter}x").rpartition(".")[0]) + 1
 
 
-def _numbers(value: NDArray[np.float64], units: CableUnits, si: str) -> str:
+def _numbers(value: Array, units: CableUnits, si: str) -> str:
     unit = units.of(si)
     if np.ndim(value) == 0:
         return number(unit.from_si(float(value)))

@@ -8,15 +8,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robocal.errors import nearest
+from robocal._types import Array
+from robocal.errors import one_of
 from robocal.files.units import UNITS, Unit
 from robocal.files.yamlio import Document, Path_, path_text
 
 __all__ = ["CableUnits", "Values"]
 
-Array = NDArray[np.float64]
 KEYS = ("value", "unit", "source", "assumed")
 
 
@@ -81,9 +80,7 @@ class Values:
             return raw, unit, at
         for key in raw:
             if key not in KEYS:
-                self.document.fail(
-                    "unknown key", (*at, key), expected=", ".join(KEYS), suggestion=nearest(str(key), KEYS)
-                )
+                self.document.fail("unknown key", (*at, key), **one_of(key, KEYS))
         if "value" not in raw:
             self.document.fail("a key is missing", (*at, "value"), expected="{value: ..., source: ..., assumed: true}")
         if raw.get("unit") is not None:

@@ -21,6 +21,7 @@ from robocal.files.kinds.base import (
     Written,
     columns,
     quantity,
+    refuse_one_sigma,
     scalar,
     section,
     show_scalar,
@@ -70,9 +71,7 @@ def read_spherical(model: SphericalModel, table: CsvTable, document: Document) -
     table.insist(far > 0, model.range.columns or ("range",), "a range must be above 0", units[0].from_si(far))
     turned = read_bearing(model, table, document)
     if (spread is None) != (turned.sigma is None):
-        missing = "range" if spread is None else "bearing"
-        expected = "both, or neither (then estimated)"
-        document.fail("only one of two standard deviations is stated", (missing, "sigma"), expected=expected)
+        refuse_one_sigma("range" if spread is None else "bearing", document)
     sigma = None if spread is None or turned.sigma is None else np.hstack([spread, turned.sigma])
     return Values(np.hstack([far, turned.value]), sigma, units[0], turned.angle)
 
@@ -100,27 +99,15 @@ def write_spherical(obs: Observations, units: Units) -> Written:
     return Written((*far, *turned), (*lines, *show_scalar("zero", obs.options, "zero", units.length)))
 
 
-BEARING = KindFile(
-    "bearing",
-    BearingModel,
-    read_bearing,
-    write_bearing,
-    """bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.002}}    # elevation above the horizon
+BEARING_KEYS = """bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.002}}    # elevation above the horizon
 frame: {{name: theodolite, free: true}}    # one data file for each theodolite, with a frame of its own
-""",
-    POINT_SEEN,
-)
-SPHERICAL = KindFile(
-    "spherical",
-    SphericalModel,
-    read_spherical,
-    write_spherical,
-    """range: {{columns: [range], unit: {length}, sigma: 0.01}}
+"""
+BEARING = KindFile("bearing", BearingModel, read_bearing, write_bearing, BEARING_KEYS, POINT_SEEN)
+SPHERICAL_KEYS = """range: {{columns: [range], unit: {length}, sigma: 0.01}}
 bearing: {{columns: [azimuth, elevation], unit: {angle}, sigma: 0.001}}    # elevation above the horizon
 frame: {{name: tracker, free: true}}    # where the tracker stands is found from the data
 # zero: {{name: prism, value: 0, unit: {length}, free: false}}    # is added to the range; unknown: free: true
-""",
-    POINT_SEEN,
-    parts,
-    lengths="range",
+"""
+SPHERICAL = KindFile(
+    "spherical", SphericalModel, read_spherical, write_spherical, SPHERICAL_KEYS, POINT_SEEN, parts, lengths="range"
 )

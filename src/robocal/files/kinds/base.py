@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, ScalarModel, SigmaModel, ValueModel
 from robocal.files.onething import UNSAID
@@ -17,6 +17,8 @@ from robocal.files.yamlio import Document, Path_, quoted
 from robocal.measure.data import Observations
 
 __all__ = [
+    "DEVIATIONS",
+    "SPREADS",
     "Around",
     "KindFile",
     "Part",
@@ -27,6 +29,7 @@ __all__ = [
     "columns",
     "contact",
     "quantity",
+    "refuse_one_sigma",
     "scalar",
     "section",
     "show_scalar",
@@ -35,10 +38,11 @@ __all__ = [
     "words",
 ]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Column = tuple[str, Unit, Array]
 FULL = (True,) * 6
+# The columns of what a contact leaves, and of their standard deviations, by how many numbers that is.
+DEVIATIONS = {1: ("deviation",), 3: ("dx", "dy", "dz")}
+SPREADS = {1: ("s_contact",), 3: ("sdx", "sdy", "sdz")}
 
 
 @dataclass(frozen=True)
@@ -82,6 +86,12 @@ class Around:
     units: Units
     name: str
     owners: frozenset[str]
+
+    def refuse_taken(self, name: str, at: Path_) -> None:
+        """Raises FormatError at a key path for the name of something that another thing has."""
+        if name in self.owners:
+            taken = ", ".join(sorted(self.owners))
+            self.document.fail("this name is taken", at, found=name, expected=f"a name other than {taken}")
 
 
 @dataclass(frozen=True)
@@ -144,8 +154,7 @@ def contact(
     if model is None:
         return np.zeros((len(table), width)), None, None
     if model.columns is not None:
-        names = ("deviation",) if width == 1 else ("dx", "dy", "dz")
-        value, sigma, units = quantity(model, table, document, (key,), ("m",) * width, names)
+        value, sigma, units = quantity(model, table, document, (key,), ("m",) * width, DEVIATIONS[width])
         return value, sigma, units[0]
     stated = model.unit
     if stated is None and isinstance(model.sigma, SigmaModel):
@@ -189,6 +198,12 @@ def show_scalar(key: str, options: Mapping[str, object], symbol: str, unit: Unit
     if isinstance(free, tuple):
         words.append(f"free: {str(symbol in free).lower()}")
     return (f"{key}: {{{', '.join(words)}}}",)
+
+
+def refuse_one_sigma(missing: str, document: Document) -> NoReturn:
+    """Raises FormatError where one of two quantities states a standard deviation and the other, `missing`, does not."""
+    expected = "both, or neither (then estimated)"
+    document.fail("only one of two standard deviations is stated", (missing, "sigma"), expected=expected)
 
 
 def section(key: str, names: Sequence[str], sigmas: Sequence[str], obs: Observations, more: str = "") -> str:

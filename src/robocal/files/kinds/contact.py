@@ -10,23 +10,27 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, FiniteFloat
 
-from robocal.errors import nearest
+from robocal._types import Array
+from robocal.errors import one_of
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import ScalarModel, ValueModel, column_model
 from robocal.files.kinds.base import (
+    DEVIATIONS,
     FULL,
+    SPREADS,
     Around,
     KindFile,
     Part,
     Values,
     Written,
+    columns,
     contact,
     quantity,
     scalar,
     show_scalar,
+    words,
 )
 from robocal.files.kinds.places import BetweenModel, PlacedModel, between, each_place
 from robocal.files.schema import Model
@@ -36,7 +40,6 @@ from robocal.measure.data import Observations
 
 __all__ = ["PLANE", "POINT", "SPHERE"]
 
-Array = NDArray[np.float64]
 XYZ = (True, True, True, False, False, False)
 # The faces of a cube: unit normals that point away from its centre.
 FACES = {f"{sign}{axis}": (1 if sign == "+" else -1) * np.eye(3)[i] for i, axis in enumerate("xyz") for sign in "+-"}
@@ -82,15 +85,8 @@ class PlaneModel(ContactModel):
 
 
 def read_point(model: PointModel, table: CsvTable, document: Document) -> Values:
-    """Deviations (k, 3) in m, normally 0."""
-    value, sigma, unit = contact(model.contact, table, document, "contact", 3)
-    return Values(value, sigma, unit)
-
-
-def read_sphere(model: SphereModel, table: CsvTable, document: Document) -> Values:
-    """Deviations (k, 1) in m, normally 0."""
-    value, sigma, unit = contact(model.contact, table, document, "contact", 1)
-    return Values(value, sigma, unit)
+    """Deviations in m, normally 0: (k, 3) of a point, (k, 1) of a sphere."""
+    return Values(*contact(model.contact, table, document, "contact", 1 if isinstance(model, SphereModel) else 3))
 
 
 def read_plane(model: PlaneModel, table: CsvTable, document: Document) -> Values:
@@ -123,27 +119,18 @@ def _faces(cube: CubeModel, table: CsvTable) -> Array:
         word = cell if cell[:1] in "+-" else f"+{cell}"
         if word not in FACES:
             label = table.label(table.find(cube.column))
-            raise table.fail(
-                "not a face of a cube",
-                row,
-                label,
-                found=cell,
-                expected=", ".join(FACES),
-                suggestion=nearest(cell, FACES),
-            )
+            raise table.fail("not a face of a cube", row, label, found=cell, **one_of(cell, FACES))
         out[row] = FACES[word]
     return out
 
 
 def _with_distances(model: PointModel, values: Values, around: Around) -> Sequence[Part]:
     """One part for every place, and one distance for every pair that is a known distance apart."""
-    out = []
-    frames = {}
-    touched = {}
+    out, frames, touched = [], {}, {}
     for part, known in each_place(model, values, XYZ, around):
         out.append(part)
         frames.update(known)
-        touched[next(n for n, f in known.items() if f is part.options["place"])] = int(part.rows[0])
+        touched[part.group] = int(part.rows[0])
     return [*out, *between(model.between, frames, touched, around)]
 
 
@@ -175,19 +162,13 @@ def plane_parts(model: PlaneModel, values: Values, around: Around) -> Sequence[P
 def _contact(obs: Observations, units: Units) -> Written:
     """The sigma, and deviations where there are any."""
     size = obs.value.shape[1]
-    names = ("deviation",) if size == 1 else ("dx", "dy", "dz")
-    spread = ("s_contact",) if size == 1 else ("sdx", "sdy", "sdz")
-    made = []
-    words = []
-    if obs.value.any():
-        made += [(n, units.length, obs.value[:, i]) for i, n in enumerate(names)]
-        words.append(f"columns: [{', '.join(names)}]")
-    else:
-        words.append(f"unit: {units.length.name}")
+    names, spread = DEVIATIONS[size], SPREADS[size]
+    made, stated = columns(names, spread, [units.length] * size, obs), f"columns: {words(names)}"
+    if not obs.value.any():
+        made, stated = made[size:], f"unit: {units.length.name}"
     if obs.sigma is not None:
-        made += [(n, units.length, obs.sigma[:, i]) for i, n in enumerate(spread)]
-        words.append(f"sigma: {{columns: [{', '.join(spread)}]}}")
-    return Written(tuple(made), (f"contact: {{{', '.join(words)}}}",))
+        stated += f", sigma: {{columns: {words(spread)}}}"
+    return Written(made, (f"contact: {{{stated}}}",))
 
 
 def write_plane(obs: Observations, units: Units) -> Written:
@@ -209,45 +190,21 @@ def write_sphere(obs: Observations, units: Units) -> Written:
     return Written(made.columns, (*made.lines, *show_scalar("radius", obs.options, "radius", units.length)))
 
 
-POINT = KindFile(
-    "point",
-    PointModel,
-    read_point,
-    _contact,
-    """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball sits
+POINT_KEYS = """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball sits
 place: place    # the column that names the socket; one socket: {{name: socket, xyz: [...]}}
 # places: {{a: {{xyz: [{near}]}}}}    # roughly where they stand; by default unknown
 # between: {{places: [a, b], distance: 50, sigma: 0.01, unit: {length}}}    # sockets a known distance apart
-""",
-    XYZ,
-    _with_distances,
-    XYZ,
-)
-SPHERE = KindFile(
-    "sphere",
-    SphereModel,
-    read_sphere,
-    write_sphere,
-    """contact: {{unit: {length}, sigma: 0.01}}    # how well the probe touches
+"""
+POINT = KindFile("point", PointModel, read_point, _contact, POINT_KEYS, XYZ, _with_distances, XYZ)
+SPHERE_KEYS = """contact: {{unit: {length}, sigma: 0.01}}    # how well the probe touches
 place: place    # the column that names the sphere; one sphere: {{name: sphere, xyz: [...]}}
 radius: {{name: sphere, value: {ball}, unit: {length}, free: false}}    # sphere and probe together; unknown: free: true
 # between: {{places: [a, b], distance: 300, sigma: 0.01, unit: {length}}}    # centres a known distance apart: the scale
-""",
-    XYZ,
-    sphere_parts,
-    XYZ,
-)
-PLANE = KindFile(
-    "plane",
-    PlaneModel,
-    read_plane,
-    write_plane,
-    """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball touches
+"""
+SPHERE = KindFile("sphere", SphereModel, read_point, write_sphere, SPHERE_KEYS, XYZ, sphere_parts, XYZ)
+PLANE_KEYS = """contact: {{unit: {length}, sigma: 0.02}}    # how well the ball touches
 place: place    # the column that names the plane; one plane: {{name: plate}}
 # radius: {{name: ball, value: 5, unit: {length}, free: false}}    # of the ball on the tool; default: the tool's point touches
 # cube: {{column: face, edge: 100}}    # faces +x, -x, +y, ... of a datum cube, whose centre is the place
-""",
-    XYZ,
-    plane_parts,
-    FULL,
-)
+"""
+PLANE = KindFile("plane", PlaneModel, read_plane, write_plane, PLANE_KEYS, XYZ, plane_parts, FULL)

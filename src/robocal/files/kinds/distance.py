@@ -35,7 +35,7 @@ from robocal.measure.data import Frame, Observations
 
 __all__ = ["DISTANCE"]
 
-POINT = (True, True, True, False, False, False)
+POINT: tuple[bool, ...] = (True, True, True, False, False, False)
 
 
 class EndModel(PlaceModel):
@@ -84,14 +84,12 @@ def parts(model: DistanceModel, values: Values, around: Around) -> Sequence[Part
 
 
 def _end(name: str, given: EndModel, around: Around) -> Frame:
-    if name in around.owners:
-        taken = ", ".join(sorted(around.owners))
-        around.document.fail("this name is taken", ("ends", name), found=name, expected=f"a name other than {taken}")
+    around.refuse_taken(name, ("ends", name))
     # On the tool a stated place is a part that was made; beside the robot it is where somebody put it.
     loose = not given.given or given.mount == "base"
-    flags = (POINT if loose else (False,) * 6) if given.free is None else given.free_flags(True)
-    if given.free is True:
-        flags = POINT
+    flags = POINT if loose else (False,) * 6
+    if given.free is not None:
+        flags = POINT if given.free is True else given.free_flags(True)
     expected = (0.01, 0.05) if given.given and given.mount == "tool" else (0.1, 0.1) if given.given else (3.0, 3.0)
     return Frame(name, frame_vector(given, around.units), flags, given.mount, expected, given.said)
 
@@ -106,18 +104,12 @@ def write_distance(obs: Observations, units: Units) -> Written:
     return Written(columns(("distance",), ("s_distance",), [units.length], obs), tuple(lines))
 
 
-DISTANCE = KindFile(
-    "distance",
-    DistanceModel,
-    read_distance,
-    write_distance,
-    """distance: {{columns: [distance], unit: {length}, sigma: 0.005}}    # a fixed bar: {{unit: {length}, sigma: 0.005}}
+DISTANCE_KEYS = """distance: {{columns: [distance], unit: {length}, sigma: 0.005}}    # a fixed bar: {{unit: {length}, sigma: 0.005}}
 ends:    # a bar between two configurations has no ends, but `second: {{columns: [...]}}` as other kinds have
   socket: {{mount: base, xyz: [{near}], free: true}}    # roughly where it stands
   ball: {{mount: tool, xyz: [0, 0, 0], free: false}}    # where the ball sits on the tool
 # length: {{name: bar, value: 300, unit: {length}, free: false}}    # is added to the reading; unknown: free: true
-""",
-    POINT,
-    parts,
-    lengths="distance",
+"""
+DISTANCE = KindFile(
+    "distance", DistanceModel, read_distance, write_distance, DISTANCE_KEYS, POINT, parts, lengths="distance"
 )

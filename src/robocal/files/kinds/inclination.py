@@ -36,13 +36,14 @@ def write_inclination(obs: Observations, units: Units) -> Written:
     return Written(made, (section("inclination", TILTS, TILT_SIGMAS, obs),))
 
 
+INCLINATION_KEYS = """inclination: {{columns: [tilt_x, tilt_y], unit: {angle}, sigma: 0.05}}    # of the sensor's x and y above the horizon
+# target: {{name: level, free: [rx, ry, rz]}}    # how the sensor sits on the platform, where that is not known
+"""
 INCLINATION = KindFile(
     "inclination",
     InclinationModel,
     read_inclination,
     write_inclination,
-    """inclination: {{columns: [tilt_x, tilt_y], unit: {angle}, sigma: 0.05}}    # of the sensor's x and y above the horizon
-# target: {{name: level, free: [rx, ry, rz]}}    # how the sensor sits on the platform, where that is not known
-""",
+    INCLINATION_KEYS,
     (False, False, False, True, True, True),
 )

@@ -122,11 +122,8 @@ def parts(model: DataModel, values: Values, around: Around) -> Sequence[Part]:
     rows, many = values.value.shape
     sigma = None if values.sigma is None else values.sigma.reshape(-1, 1)
     extra = {"cable": np.tile(np.arange(many, dtype=float), rows), **{k: v.ravel() for k, v in values.extra.items()}}
-    return [
-        Part(
-            np.repeat(np.arange(rows), many), values.value.reshape(-1, 1), sigma, extra, values.options, targeted=False
-        )
-    ]
+    each = np.repeat(np.arange(rows), many)
+    return [Part(each, values.value.reshape(-1, 1), sigma, extra, values.options, targeted=False)]
 
 
 def write_each(obs: Observations, units: Units) -> Written:
@@ -134,38 +131,21 @@ def write_each(obs: Observations, units: Units) -> Written:
     raise ModelError("this kind cannot be written to a table", found=obs.kind)
 
 
-LENGTHS = KindFile(
-    "lengths",
-    LengthsModel,
-    read_lengths,
-    write_each,
-    """lengths: {{columns: [c1, c2, c3, c4], unit: {length}, sigma: 1}}    # a column for each cable of the robot
+LENGTHS_KEYS = """lengths: {{columns: [c1, c2, c3, c4], unit: {length}, sigma: 1}}    # a column for each cable of the robot
 # tension: {{columns: [t1, t2, t3, t4], unit: N}}    # or tension: computed
 # gain: {{name: drums, each: true}}    # each drum winds up a little more or less than it shows; without each, all alike
 # zeros: evening    # the sensors were set anew: zeros of their own, free, shared by all files that say so
-""",
-    parts=length_parts,
-    lengths="lengths",
+"""
+LENGTHS = KindFile(
+    "lengths", LengthsModel, read_lengths, write_each, LENGTHS_KEYS, parts=length_parts, lengths="lengths"
 )
 
-SWIVEL = KindFile(
-    "swivel",
-    SwivelModel,
-    read_swivel,
-    write_each,
-    """swivel: {{columns: [s1, s2, s3, s4], unit: {angle}, sigma: 0.1}}    # a column for each cable of the robot
+SWIVEL_KEYS = """swivel: {{columns: [s1, s2, s3, s4], unit: {angle}, sigma: 0.1}}    # a column for each cable of the robot
 # zero: {{value: 0, unit: {angle}, free: false}}    # where the encoders count from; left out: found, for each cable
-""",
-    parts=swivel_parts,
-)
+"""
+SWIVEL = KindFile("swivel", SwivelModel, read_swivel, write_each, SWIVEL_KEYS, parts=swivel_parts)
 
-LOAD = KindFile(
-    "load",
-    LoadModel,
-    read_load,
-    write_each,
-    """load: {{columns: [t1, t2, t3, t4], unit: N, sigma: 1}}    # a load cell in every cable, the platform at rest
+LOAD_KEYS = """load: {{columns: [t1, t2, t3, t4], unit: N, sigma: 1}}    # a load cell in every cable, the platform at rest
 # free: [mass, cx, cy, cz]    # of the platform: else as the robot's file states them
-""",
-    parts=parts,
-)
+"""
+LOAD = KindFile("load", LoadModel, read_load, write_each, LOAD_KEYS, parts=parts)

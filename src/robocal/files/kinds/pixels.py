@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, FiniteFloat
 
-from robocal.errors import nearest
+from robocal.errors import one_of
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, ValueModel
 from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, columns, quantity, section
@@ -35,8 +35,7 @@ def _free(value: Any) -> Any:
     parts = parts if isinstance(parts, list) else [parts]
     for part in parts:
         if part not in SYMBOLS:
-            guess = nearest(str(part), SYMBOLS)
-            refuse("not a number of a camera", found=part, expected=", ".join(SYMBOLS), suggestion=guess)
+            refuse("not a number of a camera", found=part, **one_of(part, SYMBOLS))
     return tuple(dict.fromkeys(parts))
 
 
@@ -106,10 +105,7 @@ def parts(model: PixelsModel, values: Values, around: Around) -> Sequence[Part]:
         if model.corners.size <= 0:
             around.document.fail("not a length", ("corners", "size"), found=model.corners.size, expected="above 0")
         extra["point"] = extra["point"] * around.units.length.to_si(model.corners.size) / 2
-    if camera.name in around.owners:
-        taken = ", ".join(sorted(around.owners))
-        expected = f"a name other than {taken}"
-        around.document.fail("this name is taken", ("camera", "name"), found=camera.name, expected=expected)
+    around.refuse_taken(camera.name, ("camera", "name"))
     numbers = tuple(float(getattr(camera, s)) for s in SYMBOLS)
     options = {"camera": camera.name, "intrinsics": numbers, "free": camera.free}
     return [Part(np.arange(len(values.value)), values.value, values.sigma, extra, options)]
@@ -127,15 +123,9 @@ def write_pixels(obs: Observations, units: Units) -> Written:
     return Written(made, lines)
 
 
-PIXELS = KindFile(
-    "pixels",
-    PixelsModel,
-    read_pixels,
-    write_pixels,
-    """pixels: {{columns: [u, v], sigma: 0.2}}
+PIXELS_KEYS = """pixels: {{columns: [u, v], sigma: 0.2}}
 points: {{columns: [point_x, point_y, point_z], unit: {length}}}    # in the target's frame; or corners: {{column: corner, size: 60}}
 frame: {{name: camera, mount: base, free: true}}    # say roughly where: the base seen from the camera; in hand: mount: tool
 camera: {{name: lens, fx: 1400, fy: 1400, cx: 640, cy: 480, free: []}}    # also k1 k2 p1 p2 k3; free: true identifies all
-""",
-    parts=parts,
-)
+"""
+PIXELS = KindFile("pixels", PixelsModel, read_pixels, write_pixels, PIXELS_KEYS, parts=parts)

@@ -10,10 +10,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, FiniteFloat
 
-from robocal.errors import nearest
+from robocal._types import Ints
+from robocal.errors import one_of
 from robocal.files.datamodel import ColumnModel, DataModel, Sigma, column_model
 from robocal.files.frames import frame_vector
 from robocal.files.kinds.base import Around, Part, Values
@@ -34,8 +34,6 @@ __all__ = [
     "frame_words",
     "place_frames",
 ]
-
-Ints = NDArray[np.int64]
 
 
 class PlaceModel(FrameModel):
@@ -75,13 +73,9 @@ class BetweenModel(Model):
 def frame_of(name: str, given: PlaceModel, free: Sequence[bool], around: Around, at: tuple[str | int, ...]) -> Frame:
     """T_base_place as a frame; what its kind can see of it is free unless stated. Raises FormatError for a name that is
     taken."""
-    if name in around.owners:
-        taken = ", ".join(sorted(around.owners))
-        around.document.fail("this name is taken", at, found=name, expected=f"a name other than {taken}")
-    flags = tuple(free) if given.free is None else given.free_flags(True)
-    if given.free is True:
-        # Turning a point moves nothing.
-        flags = tuple(free)
+    around.refuse_taken(name, at)
+    # Turning a point moves nothing.
+    flags = tuple(free) if given.free in (None, True) else given.free_flags(True)
     # Stated by hand it is right to a few centimetres; unknown it is anywhere in reach.
     expected = (0.1, 0.1) if given.given else (3.0, 3.0)
     return Frame(name, frame_vector(given, around.units), flags, "base", expected, given.said)
@@ -111,9 +105,7 @@ def place_frames(
     known: Mapping[str, PlaceModel] = model.places or {name: PlaceModel() for name in names}
     for name in names:
         if name not in known:
-            raise around.document.fail(
-                "unknown place", ("places",), found=name, expected=", ".join(known), suggestion=nearest(name, known)
-            )
+            around.document.fail("unknown place", ("places",), found=name, **one_of(name, known))
     return {name: frame_of(name, given, free, around, ("places", name)) for name, given in known.items()}
 
 
@@ -133,10 +125,7 @@ def each_place(
     label = table.label(table.find(model.place.column))
     for row, cell in enumerate(cells):
         if model.places and cell not in model.places:
-            known = model.places
-            raise table.fail(
-                "unknown place", row, label, found=cell, expected=", ".join(known), suggestion=nearest(cell, known)
-            )
+            raise table.fail("unknown place", row, label, found=cell, **one_of(cell, model.places))
         if any(c in cell for c in ".,;:\"'"):
             raise table.fail("not a usable name", row, label, found=cell, expected="a word without dots or commas")
     frames = place_frames(model, free, around, tuple(dict.fromkeys(cells)))
@@ -165,10 +154,7 @@ def between(
         at = ("between", i) if len(models) > 1 else ("between",)
         for name in given.places:
             if name not in frames:
-                around.document.fail(
-                    "unknown place", (*at, "places"), found=name, expected=", ".join(frames),
-                    suggestion=nearest(name, frames),
-                )  # fmt: skip
+                around.document.fail("unknown place", (*at, "places"), found=name, **one_of(name, frames))
         a, b = given.places
         if a == b:
             around.document.fail("the two places are the same", (*at, "places"), found=a, expected="two places")

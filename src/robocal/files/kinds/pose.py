@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.files import orientation
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import OrientationModel, SigmaModel
-from robocal.files.kinds.base import KindFile, Values, Written, column_units, columns, section, sigmas
+from robocal.files.kinds.base import KindFile, Values, Written, column_units, columns, refuse_one_sigma, section, sigmas
 from robocal.files.kinds.position import XYZ, XYZ_SIGMA, PositionModel, matrix_columns, position
 from robocal.files.units import UNITS, Unit, Units
 from robocal.files.yamlio import Document, Path_
@@ -20,7 +20,6 @@ from robocal.measure.data import Observations
 
 __all__ = ["POSE", "PoseModel", "read_pose", "write_pose"]
 
-Array = NDArray[np.float64]
 TURN = ("rx", "ry", "rz")
 TURN_SIGMA = ("srx", "sry", "srz")
 ROTATION = {9: tuple(range(9)), 12: (0, 1, 2, 4, 5, 6, 8, 9, 10), 16: (0, 1, 2, 4, 5, 6, 8, 9, 10)}
@@ -55,19 +54,12 @@ def _rotations(model: OrientationModel, table: CsvTable, document: Document) -> 
             )  # fmt: skip
         if model.form == "rotation_vector":
             return so3.exp(angles), plain, units[0]
-        for word in ("order", "frame"):
+        for word, expected in (("order", "XYZ, ZYX, ..."), ("frame", "intrinsic or extrinsic")):
             if getattr(model, word) is None:
-                document.fail(
-                    "a key is missing",
-                    (*at, word),
-                    expected="XYZ, ZYX, ..." if word == "order" else "intrinsic or extrinsic",
-                )
-        intrinsic = model.frame == "intrinsic"
-        return (
-            orientation.euler(angles, model.order, intrinsic=intrinsic),
-            orientation.euler_axes(angles, model.order, intrinsic=intrinsic),
-            units[0],
-        )
+                document.fail("a key is missing", (*at, word), expected=expected)
+        order, intrinsic = model.order, model.frame == "intrinsic"
+        axes = orientation.euler_axes(angles, order, intrinsic=intrinsic)
+        return orientation.euler(angles, order, intrinsic=intrinsic), axes, units[0]
     numbers = table.numbers(columns)
     unit = None if model.unit in (None, "1") else document.unit(model.unit, "rad", at, "orientation.unit")
     if model.form == "matrix":
@@ -98,18 +90,12 @@ def read_pose(model: Any, table: CsvTable, document: Document) -> Values:
     given = model.orientation.sigma
     both = None
     if (sigma is None) != (given is None):
-        missing = "position" if sigma is None else "orientation"
-        document.fail(
-            "only one of two standard deviations is stated",
-            (missing, "sigma"),
-            expected="both, or neither (then estimated)",
-        )
+        refuse_one_sigma("position" if sigma is None else "orientation", document)
     if sigma is not None:
         turn = sigmas(model.orientation, table, [angle or UNITS["rad"]] * 3, "rad", document, ("orientation",))
         if angle is None and not isinstance(given, SigmaModel):
-            document.fail(
-                "the unit is missing", ("orientation", "unit"), expected="deg, rad, ... in which sigma is stated"
-            )
+            expected = "deg, rad, ... in which sigma is stated"
+            document.fail("the unit is missing", ("orientation", "unit"), expected=expected)
         assert turn is not None
         if isinstance(given, SigmaModel) and len(given.columns) == 3:
             # Independent errors of the file's angles, carried to the axes about which they turn.
@@ -127,16 +113,9 @@ def write_pose(obs: Observations, units: Units) -> Written:
     return Written(made, (section("position", XYZ, XYZ_SIGMA, obs), turn))
 
 
-POSE = KindFile(
-    "pose",
-    PoseModel,
-    read_pose,
-    write_pose,
-    """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
+POSE_KEYS = """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
 orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigma: 0.005}}
 #   form: or matrix, quaternion_xyzw, quaternion_wxyz, euler with order: XYZ, frame: intrinsic
 frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
-""",
-    located=True,
-    lengths="position",
-)
+"""
+POSE = KindFile("pose", PoseModel, read_pose, write_pose, POSE_KEYS, located=True, lengths="position")

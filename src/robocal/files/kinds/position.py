@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, OrientationModel, PlaceValuesModel
 from robocal.files.kinds.base import KindFile, Values, Written, columns, quantity, section
@@ -15,8 +15,6 @@ from robocal.files.yamlio import Document, Path_
 from robocal.measure.data import Observations
 
 __all__ = ["POSITION", "PositionModel", "matrix_columns", "place_columns", "position"]
-
-Array = NDArray[np.float64]
 
 
 class PositionModel(FramedModel):
@@ -78,14 +76,15 @@ def write_position(obs: Observations, units: Units) -> Written:
     return Written(columns(XYZ, XYZ_SIGMA, [units.length] * 3, obs), (section("position", XYZ, XYZ_SIGMA, obs),))
 
 
+POSITION_KEYS = """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
+frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
+"""
 POSITION = KindFile(
     "position",
     PositionModel,
     read_position,
     write_position,
-    """position: {{columns: [x, y, z], unit: {length}, sigma: 0.02}}    # or {{columns: [sx, sy, sz]}}, or leave it out
-frame: {{name: tracker, free: true}}    # where the instrument stands is found from the data
-""",
+    POSITION_KEYS,
     (True, True, True, False, False, False),
     located=True,
     lengths="position",

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BeforeValidator, FiniteFloat
 
 from robocal.files.csvtable import CsvTable
-from robocal.files.datamodel import ColumnModel, SigmaModel, ValueModel
+from robocal.files.datamodel import SigmaModel, ValueModel
 from robocal.files.kinds.base import Around, KindFile, Part, Values, Written, agreed, columns, section, sigmas
 from robocal.files.kinds.places import PlacedModel, each_place, place_frames
 from robocal.files.schema import Model, Name, refuse
@@ -60,17 +60,13 @@ def read_range(model: RangeModel, table: CsvTable, document: Document) -> Values
     if isinstance(given.sigma, SigmaModel):
         # A sigma column may speak of time or of length on its own.
         spread = [_unit(model, c, table, document, units[0]) for c in given.sigma.columns]
-        raw = sigmas(given, _bare(table), [UNITS["1"]] * len(names), "1", document, ("range",))
+        bare = replace(table, units=(None,) * table.width)
+        raw = sigmas(given, bare, [UNITS["1"]] * len(names), "1", document, ("range",))
         sigma = None if raw is None else raw * np.array([u.factor for u in spread])
     else:
         sigma = sigmas(given, table, units, "m", document, ("range",))
     length = next((u for u in units if u.name in UNITS and UNITS[u.name].si == "m"), None)
     return Values(value, sigma, length)
-
-
-def _bare(table: CsvTable) -> CsvTable:
-    """The table without the units of its headers."""
-    return replace(table, units=(None,) * table.width)
 
 
 def _unit(
@@ -88,9 +84,8 @@ def _unit(
     if found.si == "s":
         return Unit(found.name, "m", found.factor * model.medium.speed)
     if found.si != "m":
-        document.fail(
-            "the unit is of another quantity", ("range", "unit"), found=found.name, expected="a time or a length"
-        )
+        expected = "a time or a length"
+        document.fail("the unit is of another quantity", ("range", "unit"), found=found.name, expected=expected)
     return found
 
 
@@ -106,7 +101,7 @@ def parts(model: RangeModel, values: Values, around: Around) -> Sequence[Part]:
     width = values.value.shape[1]
     if width == 1:
         return [p for p, _ in each_place(model, Values(values.value, values.sigma, options=options), XYZ, around)]
-    if isinstance(model.place, ColumnModel) or model.place is not None:
+    if model.place is not None:
         expected = "a column per receiver and no place, or one column with `place`"
         around.document.fail("several columns, and a place", ("place",), expected=expected)
     table = around.table
@@ -114,17 +109,11 @@ def parts(model: RangeModel, values: Values, around: Around) -> Sequence[Part]:
     if not table.names:
         names = [f"receiver{c}" for c in names]
     frames = place_frames(model, XYZ, around, names)
-    every = np.arange(len(values.value))
-    return [
-        Part(
-            every,
-            values.value[:, [i]],
-            None if values.sigma is None else values.sigma[:, [i]],
-            options={**options, "place": frames[name]},
-            group=name,
-        )
-        for i, name in enumerate(names)
-    ]
+    every, out = np.arange(len(values.value)), []
+    for i, name in enumerate(names):
+        sigma = None if values.sigma is None else values.sigma[:, [i]]
+        out.append(Part(every, values.value[:, [i]], sigma, options={**options, "place": frames[name]}, group=name))
+    return out
 
 
 def write_range(obs: Observations, units: Units) -> Written:
@@ -132,28 +121,15 @@ def write_range(obs: Observations, units: Units) -> Written:
     values, free = obs.options.get("values", {}), obs.options.get("free", ())
     assert isinstance(values, dict) and isinstance(free, tuple)
     speed = float(values.get("speed", obs.options.get("speed", SOUND)))
-    words = [
-        f"name: {obs.options['medium']}",
-        f"speed: {number(speed)}",
-        f"delay: {number(units.length.from_si(values.get('delay', 0.0)))}",
-        f"free: [{', '.join(free)}]",
-    ]
+    delay = number(units.length.from_si(values.get("delay", 0.0)))
+    medium = f"name: {obs.options['medium']}, speed: {number(speed)}, delay: {delay}, free: [{', '.join(free)}]"
     made = columns(("range",), ("s_range",), [units.length], obs)
-    return Written(made, (section("range", ("range",), ("s_range",), obs), f"medium: {{{', '.join(words)}}}"))
+    return Written(made, (section("range", ("range",), ("s_range",), obs), f"medium: {{{medium}}}"))
 
 
-RANGE = KindFile(
-    "range",
-    RangeModel,
-    read_range,
-    write_range,
-    """range: {{columns: [range], unit: {length}, sigma: 0.2}}    # or times: unit: us; or one column per receiver
+RANGE_KEYS = """range: {{columns: [range], unit: {length}, sigma: 0.2}}    # or times: unit: us; or one column per receiver
 place: place    # the column that names the receiver of a row
 # places: {{r1: {{xyz: [{near}]}}}}    # roughly where they stand; by default unknown
 medium: {{name: air, speed: 343, delay: 0, free: [speed]}}    # m/s; what a time was, or is, multiplied by
-""",
-    XYZ,
-    parts,
-    XYZ,
-    lengths="range",
-)
+"""
+RANGE = KindFile("range", RangeModel, read_range, write_range, RANGE_KEYS, XYZ, parts, XYZ, lengths="range")

@@ -47,27 +47,24 @@ def write_displacement(obs: Observations, units: Units) -> Written:
     return Written(made, (section("displacement", STEP, STEP_SIGMA, obs),))
 
 
-RELATIVE_POSE = KindFile(
-    "relative_pose",
-    RelativePoseModel,
-    read_pose,
-    write_pose,
-    """second: {{columns: [{second}], unit: {joint_unit}}}    # the joints of the other configuration of a row
+RELATIVE_POSE_KEYS = """second: {{columns: [{second}], unit: {joint_unit}}}    # the joints of the other configuration of a row
 position: {{columns: [x, y, z], unit: {length}, sigma: 0.05}}    # where it came to, seen from the first
 orientation: {{columns: [rx, ry, rz], form: rotation_vector, unit: {angle}, sigma: 0.005}}
 # targets: {{imu: {{xyz: [0, 0, 50], free: true}}}}    # the measured thing on the tool; default the tool frame
-""",
-    lengths="position",
+"""
+RELATIVE_POSE = KindFile(
+    "relative_pose", RelativePoseModel, read_pose, write_pose, RELATIVE_POSE_KEYS, lengths="position"
 )
+DISPLACEMENT_KEYS = """second: {{columns: [{second}], unit: {joint_unit}}}    # the joints of the other configuration of a row
+displacement: {{columns: [dx, dy, dz], unit: {length}, sigma: 0.05}}    # second minus first
+frame: {{name: camera, free: [rx, ry, rz]}}    # only how the instrument is turned is seen
+"""
 DISPLACEMENT = KindFile(
     "displacement",
     DisplacementModel,
     read_displacement,
     write_displacement,
-    """second: {{columns: [{second}], unit: {joint_unit}}}    # the joints of the other configuration of a row
-displacement: {{columns: [dx, dy, dz], unit: {length}, sigma: 0.05}}    # second minus first
-frame: {{name: camera, free: [rx, ry, rz]}}    # only how the instrument is turned is seen
-""",
+    DISPLACEMENT_KEYS,
     (True, True, True, False, False, False),
     lengths="displacement",
 )

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from robocal._types import Array, Ints
 from robocal.cables.geometry import STRETCH, WHEEL, CableRobot
 from robocal.cables.pulley import Pulleys, by_wheel, run
 
 __all__ = ["Material", "known"]
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 EVERY = slice(None)
 
 
