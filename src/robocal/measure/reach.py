@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.geometry.path.program import compile_path
 from robocal.measure.builder import Builder
 from robocal.measure.data import Configurations
