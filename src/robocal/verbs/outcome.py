@@ -74,6 +74,14 @@ class Outcome(Generic[T]):
         recipe = plain(self.document()).get("provenance")
         return self.kept(write_files(folder, {**texts(), page: report.page(sections=told, recipe=recipe, **head)}))
 
+    def recorded(self, place: Path | None, text: str | None) -> Outcome[T]:
+        """The same with a file that grows, such as a history, written anew where there is a text."""
+        if place is None or text is None:
+            return self
+        from robocal.files.writing import write_text
+
+        return self.kept((*self.written, write_text(place, text)))
+
     def kept(self, written: tuple[Path, ...]) -> Outcome[T]:
         """The same with the files that were written, which the document lists too."""
         return self._with(written, [str(p) for p in written])

@@ -11,7 +11,6 @@ from robocal.errors import ModelError
 from robocal.remarks.remark import sentences
 from robocal.report.sections import Cell, Section, Style, Text, ends, figure, quiet, table
 from robocal.verbs import words as w
-from robocal.verbs.cable import drift as cables
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
@@ -62,19 +61,22 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[An
     """Compares two run folders of one robot, or one with the truth; a folder gets drift.json, and of a truth or of cables a page.
     Raises InputError when they cannot be compared."""
     from robocal.files.opened import machine_kind
+    from robocal.files.runfolder import ROBOTS
+
+    if o.second.is_file():
+        return _beside_truth(o, command)
+    cables = machine_kind(o.first / ROBOTS[0]) == "cable"
+    return _cables(o, command) if cables else _arms(o, watch, command)
+
+
+def _arms(o: Options, watch: Watch | None, command: str) -> Outcome[Any]:
     from robocal.files.plain import json_text
-    from robocal.files.runfolder import ROBOTS, open_run
+    from robocal.files.runfolder import open_run
     from robocal.files.units import parse_quantity
     from robocal.files.writing import refuse_existing, write_files, write_text
     from robocal.session.history import with_history
     from robocal.verbs.drift.result import drifted
 
-    if o.second.is_file():
-        return _beside_truth(o, command)
-    if machine_kind(o.first / ROBOTS[0]) == "cable":
-        _refuse(o, ("new_tool", "matters"), "this option is for arms", "nothing, for a cable robot")
-        both = cables.Options((str(o.first), str(o.second)), history=o.history, output=o.output, force=o.force)
-        return cables.run(both, watch, command)
     refuse_existing(o.output, (FILE,), o.force)
     matters = parse_quantity(o.matters, "m", key="--matters")
     made = drifted(o.first, o.second, o.new_tool, matters, command, watch)
@@ -86,18 +88,32 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[An
     return Outcome(made, lambda: made.document, not made.void, made.warnings, written=made.written)
 
 
+def _cables(o: Options, command: str) -> Outcome[Any]:
+    """As `cable drift` of two runs."""
+    from robocal.files.writing import refuse_existing
+    from robocal.session.cable.drift import drifts
+    from robocal.session.history import with_history
+
+    _refuse(o, ("new_tool", "matters"), "this option is for arms", "nothing, for a cable robot")
+    refuse_existing(o.output, (FILE, PAGE), o.force)
+    made = drifts((str(o.first), str(o.second)), False, False, command)
+    text = None if o.history is None else with_history(o.history, made.runs)
+    outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
+    return outcome.paged(o.output, list(sections(outcome)), made.texts, PAGE, **made.head).recorded(o.history, text)
+
+
 def _beside_truth(o: Options, command: str) -> Outcome[Any]:
     """A run beside the truth of its simulation."""
     from robocal.files.plain import json_text
     from robocal.files.writing import refuse_existing
-    from robocal.verbs.drift import truth
+    from robocal.verbs.drift.truth import compare_with_truth
 
     _refuse(o, ("new_tool", "matters", "history"), "this is for two runs", "nothing, beside a truth")
     refuse_existing(o.output, (FILE, PAGE), o.force)
-    made = truth.compare_with_truth(o.first, o.second, command)
+    made = compare_with_truth(o.first, o.second, command)
     outcome = Outcome(made, lambda: made.document, True, made.remarks)
     return outcome.paged(
-        o.output, list(truth.sections(outcome)), lambda: {FILE: json_text(made.document)}, PAGE,
+        o.output, list(sections(outcome)), lambda: {FILE: json_text(made.document)}, PAGE,
         title=f"{made.name}: identified and true", kind="Simulated truth",
     )  # fmt: skip
 
@@ -112,14 +128,16 @@ def _refuse(o: Options, names: tuple[str, ...], message: str, expected: str) -> 
 
 def sections(made: Outcome[Any]) -> Iterator[Section]:
     """What two runs, or a run and the truth, come to."""
-    from robocal.verbs.drift import truth
-    from robocal.verbs.drift.result import Comparison
+    from robocal.report.cable.drift import drift_sections
+    from robocal.session.cable.drift import Drifts
+    from robocal.verbs.drift.truth import TruthComparison, truth_sections
 
-    pages = {Comparison: _arms, truth.TruthComparison: truth.sections}
-    yield from pages.get(type(made.result), cables.sections)(made)
+    pages = {Drifts: drift_sections, TruthComparison: truth_sections}
+    page = pages.get(type(made.result))
+    yield from _arm_sections(made) if page is None else page(made.result, made.written)
 
 
-def _arms(made: Outcome[Comparison]) -> Iterator[Section]:
+def _arm_sections(made: Outcome[Comparison]) -> Iterator[Section]:
     """The verdict, how far predictions are apart, and the parameters that changed most."""
     found = made.result
     apart = found.apart

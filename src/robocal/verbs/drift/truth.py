@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -25,9 +25,8 @@ from robocal.session.calibration import Calibration, open_calibration
 from robocal.session.inputs import open_machine
 from robocal.session.opened import Opened
 from robocal.session.runs import verdict_remarks
-from robocal.verbs.outcome import Outcome
 
-__all__ = ["TruthComparison", "compare_with_truth", "sections"]
+__all__ = ["TruthComparison", "compare_with_truth", "truth_sections"]
 
 TEN = 10
 SAME = 1e-9  # of two values, m or rad
@@ -140,9 +139,8 @@ def _open_truth(place: Path, like: Opened[Any]) -> Opened[Any]:
     return open_machine(place, base=base, tip=tip)
 
 
-def sections(made: Outcome[Any]) -> Iterator[Section]:
+def truth_sections(found: TruthComparison, written: Sequence[Path] = ()) -> Iterator[Section]:
     """The errors by group, and the parameters that are farthest from the truth."""
-    found: TruthComparison = made.result
     yield Section.of(
         "",
         Text.of((found.name, "strong"), f"   {found.places[0]} beside {found.places[1]}"),
@@ -176,7 +174,7 @@ def sections(made: Outcome[Any]) -> Iterator[Section]:
         "", table(*heads, right=(1, 2, 3, 4, 6, 7), rows=rows[:TEN], styles=styles[:TEN]), *quiet(*lines),
         title="Parameters farthest from the truth", key="parameters",
     )  # fmt: skip
-    yield from ends(found.remarks, made.written)
+    yield from ends(found.remarks, written)
 
 
 def _style(chance: float) -> Style:

@@ -15,6 +15,8 @@ from robocal.apply.anchors import AnchorDrift, CableChange, compare_anchors
 from robocal.cables.calibration.drift import Scattered, scattered
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
+from robocal.files.plain import json_text
+from robocal.files.runfolder import Run
 from robocal.files.text import InputFile
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -65,6 +67,20 @@ class Drifts:
     def trusted(self) -> bool:
         """Whether anything follows: at least one comparison, and only of runs that improved the robot."""
         return bool(self.compared) and not any(c.doubts for c in self.all)
+
+    @property
+    def runs(self) -> list[Run]:
+        """The run folders among them."""
+        return [c.run for c in self.all if c.run is not None]
+
+    @property
+    def head(self) -> dict[str, str]:
+        """What stands at the head of a page."""
+        return {"title": f"{self.robot.name}: calibrations compared", "kind": "Cable robot"}
+
+    def texts(self) -> dict[str, str | bytes]:
+        """The files that a folder gets beside a page."""
+        return {"drift.json": json_text(self.document)}
 
     @property
     def document(self) -> dict[str, Any]:

@@ -1,0 +1,66 @@
+"""`cable drift`: calibrations of one cable robot side by side; which anchor moved, and what nobody could see."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from robocal.report.sections import Section
+from robocal.verbs import words as w
+from robocal.verbs.option import Arg, Told, opt
+from robocal.verbs.outcome import Outcome, Watch
+
+if TYPE_CHECKING:
+    from robocal.session.cable.drift import Drifts
+
+__all__ = ["Options", "run", "sections"]
+
+FILE, PAGE = "drift.json", "report.html"
+RUNS = Arg("RUNS...", "Run folders of one robot, the earliest first; robot files give only the scatter.")
+
+
+@dataclass(frozen=True)
+class Options(Told):
+    """Find which frame anchor of a cable robot moved between calibrations, and how calibrations scatter.
+
+    It also reports changes of zeros, scale and base.
+
+    Every later run is compared with the first. Towards the platform, an anchor and the zero of its cable have the same effect. So
+    that direction has the largest uncertainty, unless --zeros-unchanged states that the sensors counted on.
+
+    \b
+    robocal cable drift march/run june/run
+    robocal cable drift march/run june/run --zeros-unchanged
+    robocal cable drift march/run june/run september/run --history laval.csv -o compared
+
+    Exit status 3 when nothing follows from these runs.
+    """
+
+    runs: Annotated[tuple[str, ...], RUNS]
+    zeros_unchanged: bool = opt(False, "The sensors counted on between the runs: their zeros are the same")
+    base_moves: bool = opt(False, "The coordinates may differ by a motion: another instrument, or another place of it")
+    history: w.History = None
+    output: Path | None = opt(None, f"Write {FILE} and {PAGE} here", short="-o", metavar="DIR")
+    force: w.Force = False
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Drifts]:
+    """Compares calibrations; a folder gets drift.json and a page. Raises InputError."""
+    from robocal.files.writing import refuse_existing
+    from robocal.session.cable.drift import drifts
+    from robocal.session.history import with_history
+
+    refuse_existing(o.output, (FILE, PAGE), o.force)
+    made = drifts(o.runs, o.zeros_unchanged, o.base_moves, command)
+    text = None if o.history is None else with_history(o.history, made.runs)
+    outcome = Outcome(made, lambda: made.document, made.trusted, made.remarks)
+    return outcome.paged(o.output, list(sections(outcome)), made.texts, PAGE, **made.head).recorded(o.history, text)
+
+
+def sections(made: Outcome[Drifts]) -> Iterator[Section]:
+    """What moved, cable by cable, and how all of them scatter."""
+    from robocal.report.cable.drift import drift_sections
+
+    yield from drift_sections(made.result, made.written)
