@@ -100,7 +100,8 @@ def _tension(made: Data) -> None:
 
 
 def _workspace(made: Data) -> None:
-    made["box"]["m"], made["grid"]["m"] = made["box"].pop("sides"), made["grid"].pop("sides")
+    for part in (made["box"], made["grid"]):
+        part[part.pop("unit")] = part.pop("sides")
     for part in (made["grid"], made["rays"] or {}):
         for unit, word in (("m3", "volume"), ("m2", "area")):
             if f"size_{unit}" in part:
@@ -143,6 +144,46 @@ def _check(made: Data) -> None:
     for name in ("cables", "cable_robot"):
         if made["robot"][name] is None:
             made["robot"].pop(name)
+    for joint in made["robot"]["joints"]:
+        joint.pop("unit")
+    if "cable_robot" in made["robot"]:
+        facts = made["robot"]["cable_robot"]
+        facts["cables"] = {row["cable"]: _cable(row) for row in facts["cables"]}
+
+
+def _cable(row: Data) -> Data:
+    known = {k.replace(" ", "_"): v for k, v in row.items() if k != "cable"}
+    if not known.get("pulley_m"):
+        known = {k: v for k, v in known.items() if k not in ("pulley_m", "pulley_axis")}
+    named = {"tension_N": "limits_N", "pulley_m": "pulley_radius_m"}
+    return {named.get(k, k): v for k, v in known.items()}
+
+
+def _verify(made: Data) -> None:
+    def both(part: Data) -> Data:
+        named = {"position": "position_mm", "orientation": "orientation_deg"}
+        return {named[k]: {n: x for n, x in v.items() if n != "unit"} for k, v in part.items()}
+
+    made["sources"] = {s: {view: both(e) for view, e in of.items()} for s, of in made["sources"].items()}
+    if made["agreement"] is not None:
+        made["agreement"] = both(made["agreement"])
+
+
+def _require(made: Data) -> None:
+    moves = {"ax": "x", "ay": "y", "az": "z", "l0": "zero"}
+    made["sigma_m"] = {
+        row["cable"]: {moves[k.removesuffix("_m")]: v for k, v in row.items() if k != "cable"}
+        for row in made.pop("sigma")
+    }
+    if made["accuracy"] is not None:
+        made["accuracy"]["alone"] = {k.rpartition("_")[0] or k: v for k, v in made["accuracy"]["alone"].items()}
+        made["accuracy"]["value"] = made["accuracy"].pop("value")
+        made["accuracy"].pop("unit", None)
+
+
+def _path(made: Data) -> None:
+    for row in made["motions"]:
+        row["ends_by"] = row.pop("ends by")
 
 
 def _plan(made: Data) -> None:
@@ -150,7 +191,7 @@ def _plan(made: Data) -> None:
     accuracy = made.pop("accuracy")
     made["asked_accuracy_mm"] = accuracy.pop("asked")
     made["accuracy"] = {f"{k}_mm": v for k, v in accuracy.items() if k != "unit"}
-    made["travel_rad"] = made.pop("travel")
+    made["travel_rad"] = {k: v for k, v in made.pop("travel").items() if k != "unit"}
     own = ("name", "rank", "candidate")
     made["program"] = [
         {"id": r["name"], **{k: r[k] for k in own[1:]}, "joints_si": [v for k, v in r.items() if k not in own]}
@@ -159,6 +200,7 @@ def _plan(made: Data) -> None:
 
 
 def _validation(made: Data) -> None:
+    (made["gain"] or {}).pop("unit", None)
     for key in [k for k in made if k.startswith("predicting_the_mean_")]:
         made["predicting_the_mean"] = made.pop(key)
 
@@ -175,6 +217,9 @@ RULES: tuple[tuple[set[str], Callable[[Data], None]], ...] = (
     ({"poses", "stopped_by"}, _list),
     ({"instruments", "identifiability"}, _check),
     ({"forecast", "program"}, _plan),
+    ({"sources", "agreement"}, _verify),
+    ({"sigma", "estimator"}, _require),
+    ({"motions", "whole"}, _path),
     ({"predicting_the_mean"}, _validation),
     ({"verdict_of_the_calibration"}, _compensation),
     ({"simulated", "largest_error"}, lambda made: made.pop("robocal")),

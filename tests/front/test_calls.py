@@ -210,9 +210,9 @@ def test_tables_and_runs_are_given_as_they_are(place: Path, monkeypatch: pytest.
         rc.predict(found, "poses.csv")
     kept = rc.identify("robot.yaml", "data.yaml", output="kept")
     q = rc.table({"j1 [deg]": [10.0, 20.0], "j2 [deg]": [0.0, 5.0], "j3 [deg]": [3.0, 4.0]})
-    rows = rc.predict(kept, q).result.rows
+    rows = list(rc.predict(kept, q).result.poses.rows)
     assert len(rows) == 2 and np.allclose(
-        [rows[0][k] for k in ("x_mm", "y_mm", "z_mm")],
+        [rows[0][k] for k in "xyz"],
         kept.pose(np.radians([[10.0, 0.0, 3.0]]))[0, :3, 3] * 1e3,
         atol=1e-9,
     )
@@ -305,7 +305,9 @@ def test_what_goes_beside_a_list_is_said(place: Path, monkeypatch: pytest.Monkey
     found = rc.cable.tension(arm, far)
     assert not found.trusted and found.remarks
     for said in (found.summary(), found._repr_html_()):
-        assert found.text.splitlines()[0] in said and all(r.sentence[:30] in said for r in found.remarks)
+        assert all(h in said for h in found.text.splitlines()[0].split(",")) and all(
+            r.sentence[:30] in said for r in found.remarks
+        )
     json.dumps(found.document)
 
 

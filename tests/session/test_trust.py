@@ -110,7 +110,7 @@ def test_the_map_is_written_and_drawn(place):
     assert "Where it can be trusted" in page and "95 % band of the corrected model" in page
     rows = list(csv.DictReader((place / "run-one" / "accuracy_map.csv").read_text().splitlines()))
     assert {r["slice"] for r in rows} == {"horizontal", "vertical"} and len(rows) > 300
-    error, band = (np.array([float(r[k]) for r in rows]) for k in ("nominal_error_mm", "band"))
+    error, band = (np.array([float(r[k]) for r in rows]) for k in ("nominal_error_mm", "band_mm"))
     assert 0 < band.max() < 0.3 < error.max() < 10
     again = called("report", folder=place / "run-one", output=place / "again.html").result.read_text()
     assert again.count("<path fill=") == page.count("<path fill=") > 8  # one scale of colours for both maps
