@@ -290,7 +290,11 @@ def test_a_pose_that_is_held_but_bears_nothing_more_is_remarked_on(tmp_path):
     (tmp_path / "robot.yaml").write_text(describe_cable(robot))
     (tmp_path / "poses.csv").write_text(POSES.splitlines()[0] + "\nlevel,300,100,1000,0,0,0\n")
     ran = robocal("cable", "tension", tmp_path / "robot.yaml", tmp_path / "poses.csv")
-    assert ran.status == 0 and "held, but with no margin" in ran.err and "disturbance moves the platform: level. " in ran.err
+    assert (
+        ran.status == 0
+        and "held, but with no margin" in ran.err
+        and "disturbance moves the platform: level. " in ran.err
+    )
 
 
 def test_poses_may_have_quaternions(tmp_path):
