@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,58 +10,30 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal.errors import FileError, FormatError
-from robocal.estimate.uncertainty import LEVEL, radius
+from robocal.estimate.uncertainty import radius
 from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
-from robocal.files.csvtable import csv_text
 from robocal.files.layerfile import LAYER
-from robocal.files.parts import hashes
 from robocal.files.robot import Robot
 from robocal.files.runfolder import open_run
 from robocal.files.targets import read_targets
 from robocal.files.text import InputFile, read_text
-from robocal.files.units import number
 from robocal.geometry import so3
 from robocal.prove.workspace import Predicted, base_motion, parameters_of, predict, sample_joints
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark, told
-from robocal.session.inputs import open_arm
+from robocal.remarks.remark import Remark
+from robocal.report.sections import figure
+from robocal.session.prediction import Prediction
 from robocal.session.reference import run_doubts
-from robocal.session.watching import Watch
 
-__all__ = ["Prediction", "known_of", "predicted", "prediction_text", "shape_motion"]
+__all__ = ["known_of", "predicted", "shape_motion"]
 
 Array = NDArray[np.float64]
 SAME = 1e-7  # of a value that was written and read
 ANCHORS = 2000  # configurations over which the base is aligned
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """Predicted poses with 95 % bands (mm, deg): `rows` in the order of the file; `absolute` when the place of the base is
-    part of the band."""
-
-    robot: Robot
-    rows: tuple[dict[str, Any], ...]
-    absolute: bool
-    region: str
-    inputs: tuple[InputFile, ...]
-    warnings: tuple[Remark, ...]
-    written: tuple[Path, ...] = ()
-
-    @property
-    def document(self) -> dict[str, Any]:
-        """What --json prints."""
-        return {
-            "robocal": 1,
-            "robot": self.robot.name,
-            "level": LEVEL,
-            "relative_to": "base" if self.absolute else "the best place of the base over the workspace",
-            "units": {"length": "mm", "angle": "deg"},
-            "poses": list(self.rows),
-            "inputs": hashes(self.inputs),
-            **told(self.warnings),
-            "written": [str(p) for p in self.written],
-        }
+BLIND = 30.0  # deg: from here on nothing was known of a turn
+COLUMNS = (
+    "configuration", "x [mm]", "y [mm]", "z [mm]", "rx [deg]", "ry [deg]", "rz [deg]", "± model", "± new", "± turn",
+)  # fmt: skip
 
 
 def known_of(folder: Path, arm: Robot) -> Knowledge:
@@ -93,15 +64,12 @@ def shape_motion(robot: Robot, known: Knowledge) -> tuple[Array, str]:
     return base_motion(jac, robot.chain.pose(sample, known.conditions)[:, :3, 3]), region
 
 
-def predicted(folder: Path, poses: Path, absolute: bool, watch: Watch | None = None) -> Prediction:
+def predicted(folder: Path, robot: Robot, poses: Path, absolute: bool) -> Prediction:
     """Predicts the tool's pose at the joint values of a CSV. Raises InputError.
 
     The band is that of the arm's shape, unless `absolute` or the run measured the base itself: then it is that of the
     pose in base coordinates.
     """
-    if watch:
-        watch({"stage": "read"})
-    robot = open_arm(folder)
     known = known_of(folder, robot)
     targets = read_targets(poses, robot.chain)
     q = targets.targets.joints
@@ -125,7 +93,22 @@ def predicted(folder: Path, poses: Path, absolute: bool, watch: Watch | None = N
         warnings.append(Remark.of(Code.LAYER_LEFT_OUT, what="predictions"))
     rows = tuple(_rows(targets.ids, found, known))
     files = (InputFile(folder / COVARIANCE, read_text(folder / COVARIANCE).sha256), *targets.files)
-    return Prediction(robot, rows, whole, region, files, tuple(warnings))
+    shape = f"of the arm's shape: the base placed best over the {region}"
+    notes = "± are 95 % radii: of the model [mm], of a new measurement [mm], of the model's turn [deg]; "
+    return Prediction(
+        robot.name, rows, "base" if whole else "the best place of the base over the workspace",
+        f"{len(rows)} poses of the tool, in base coordinates", COLUMNS, tuple(map(_cells, rows)),
+        notes + ("where the base stands included" if whole else shape), files, tuple(warnings),
+    )  # fmt: skip
+
+
+def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
+    """One line of the table that people read."""
+    places = [f"{row[f'{a}_mm']:.3f}" for a in "xyz"] + [f"{row[f'r{a}_deg']:.3f}" for a in "xyz"]
+    bars = [figure(row[k], 2) for k in ("band_mm", "band_new_mm", "turn_band_deg")]
+    if row["turn_band_deg"] > BLIND:
+        bars[2] = "not seen"
+    return (row["configuration"], *places, *bars)
 
 
 def _outside(robot: Robot, known: Knowledge, q: Array) -> list[Remark]:
@@ -171,14 +154,3 @@ def _rows(ids: Sequence[str], found: Predicted, known: Knowledge) -> list[dict[s
         row |= {"turn_band_new_deg": None if angle_new is None else float(angle_new[i])}
         out.append(row)
     return out
-
-
-def prediction_text(rows: Sequence[dict[str, Any]]) -> str:
-    names = list(rows[0]) if rows else ["configuration"]
-    cells = (["" if r[n] is None else r[n] if isinstance(r[n], str) else number(r[n]) for n in names] for r in rows)
-    return csv_text([_header(n) for n in names], cells)
-
-
-def _header(name: str) -> str:
-    stem, _, unit = name.rpartition("_")
-    return f"{stem} [{unit}]" if unit in ("mm", "deg") else name

@@ -5,21 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from robocal.report.sections import Section, Text, ends, figure, quiet, table
+from robocal.report.sections import Section, Text, ends, quiet, table
 from robocal.verbs import words as w
 from robocal.verbs.option import Told, arg, opt
 from robocal.verbs.outcome import Outcome, Watch
 
+if TYPE_CHECKING:
+    from robocal.session.prediction import Prediction
+
 __all__ = ["Options", "run", "sections"]
 
 MOST = 40
-BLIND = 30.0  # deg: from here on nothing was known of a turn
 
 
 @dataclass(frozen=True)
 class Options(Told):
-    """Predict where the tool is at given joint values, with 95 % bands.
+    """Predict where the tool is at given joint values, with 95 % bands; of a cable robot its lengths at poses, or its poses at lengths.
 
     Two bands: of the model's prediction, and of a new measurement there (as fitted: it adds the noise and what the
     model leaves). Bands are those of the arm's shape; --absolute adds what is not known of the base's place.
@@ -30,54 +33,37 @@ class Options(Told):
     """
 
     folder: Path = arg(..., "RUN", "A run folder, as identify -o writes it.")
-    poses: Path = arg(..., "POSES", "A CSV of joint values with units in its headers: q1 [deg], ...")
+    poses: Path = arg(
+        ...,
+        "POSES",
+        "A CSV with units in its headers: q1 [deg], ...; of a cable robot x [m], ..., or c1 [m], ...",
+    )
     absolute: bool = opt(False, "Include what is not known of where the base stands")
     output: w.OutputFile = None
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome:
-    """Predicts the tool's pose at the joint values of a CSV; `output` gets the same as a CSV. Raises InputError."""
+    """Predicts what a CSV asks for; `output` gets the same as a CSV. Raises InputError."""
     from robocal.files.writing import refuse_existing, write_text
-    from robocal.session.predict import predicted, prediction_text
+    from robocal.session.inputs import open_machine
 
     refuse_existing(o.output, (), o.force)
-    found = predicted(o.folder, o.poses, o.absolute, watch)
+    if watch:
+        watch({"stage": "read"})
+    found = open_machine(o.folder).predict(o.poses, o.absolute)
     if o.output is not None:
-        found = replace(found, written=(write_text(o.output, prediction_text(found.rows)),))
+        found = replace(found, written=(write_text(o.output, found.text),))
     return Outcome(found, lambda: found.document, remarks=found.warnings, written=found.written)
 
 
 def sections(made: Outcome) -> Iterator[Section]:
     """One line per pose: where, and how far that may be off."""
-    found = made.result
-    yield Section.of(
-        "", Text.of((found.robot.name, "strong"), f"   {len(found.rows)} poses of the tool, in base coordinates")
-    )
-    rows = []
-    for row in found.rows[:MOST]:
-        places = [f"{row[f'{a}_mm']:.3f}" for a in "xyz"] + [f"{row[f'r{a}_deg']:.3f}" for a in "xyz"]
-        bars = [figure(row[k], 2) for k in ("band_mm", "band_new_mm", "turn_band_deg")]
-        if row["turn_band_deg"] > BLIND:
-            bars[2] = "not seen"
-        rows.append((row["configuration"], *places, *bars))
-    columns = (
-        "configuration",
-        "x [mm]",
-        "y [mm]",
-        "z [mm]",
-        "rx [deg]",
-        "ry [deg]",
-        "rz [deg]",
-        "± model",
-        "± new",
-        "± turn",
-    )
+    found: Prediction = made.result
+    yield Section.of("", Text.of((found.name, "strong"), f"   {found.what}"))
     lines = [f"... and {len(found.rows) - MOST} more; -o FILE writes all"] if len(found.rows) > MOST else []
-    shape = f"of the arm's shape: the base placed best over the {found.region}"
-    words = "where the base stands included" if found.absolute else shape
-    lines.append(f"± are 95 % radii: of the model [mm], of a new measurement [mm], of the model's turn [deg]; {words}")
-    yield Section.of("", table(*columns, right=tuple(range(1, 10)), rows=rows), *quiet(*lines))
+    right = tuple(range(1, len(found.columns)))
+    yield Section.of("", table(*found.columns, right=right, rows=found.cells[:MOST]), *quiet(*lines, found.notes))
     yield from ends(made.remarks)
     if made.written:
         yield Section.of("", Text.of(f"Written: {made.written[0]}"))
