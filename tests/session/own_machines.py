@@ -77,7 +77,7 @@ class TurnRows(Rows):
         slope = self.slopes[first : first + rows]
         r = (x[:, self.numbers] @ slope.T)[:, :, None] - self.measured(which, first, rows)
         jac = np.broadcast_to(slope[:, None, self.own], (len(x), rows, 1, len(self.own)))
-        return r, np.ascontiguousarray(jac), np.zeros((len(x), rows, 1, 0))
+        return r, jac.copy(), np.zeros((len(x), rows, 1, 0))
 
 
 def of_rows(builder, obs):
@@ -174,7 +174,9 @@ def files_of(nominal, truth, label, units, kind):
 
 def turntable():
     rows = (Parameter("axis.gain", 1.0, "1", True, expected=0.01), *frame_parameters("plate", expected=(0.01, 0.05)))
-    return Turntable(Table(rows).with_values({"plate.x": 0.2, "plate.y": 0.05}).with_free(("axis.gain", "plate.x", "plate.y")))
+    return Turntable(
+        Table(rows).with_values({"plate.x": 0.2, "plate.y": 0.05}).with_free(("axis.gain", "plate.x", "plate.y"))
+    )
 
 
 def opener(made, opened):
@@ -187,7 +189,8 @@ def opener(made, opened):
         machine = made.with_values({n: units.of(made.table[n].unit).to_si(float(p["value"])) for n, p in rows})
         doubts = () if run is None else run.doubts
         return opened(
-            Bare(machine, units, place, source.text, source.sha256, warnings=doubts, convention=data["kind"]), os.fspath(name)
+            Bare(machine, units, place, source.text, source.sha256, warnings=doubts, convention=data["kind"]),
+            os.fspath(name),
         )
 
     return opens

@@ -47,7 +47,9 @@ def test_check_simulate_identify_validate(kind, tmp_path):
     said = json.loads(judged.out)
     what = said["errors"] if kind == "turntable" else said["angle"]
     assert what["this"]["mean"] < 0.3 * what["against"]["mean"]
-    assert judged.status == (0 if kind == "turntable" else 3), said["reasons"]  # of angles alone `validate` trusts no figure
+    assert judged.status == (0 if kind == "turntable" else 3), said[
+        "reasons"
+    ]  # of angles alone `validate` trusts no figure
     again = robocal("validate", sim / "run", sim / data, "--json")
     assert again.status == 3 and any("fitted" in r for r in json.loads(again.out)["reasons"])
 

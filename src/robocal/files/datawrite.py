@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-
 from robocal.errors import ModelError
 from robocal.files.csvtable import csv_text
 from robocal.files.headers import CONFIGURATION, PER_JOINT
