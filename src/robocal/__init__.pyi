@@ -342,13 +342,13 @@ def predict(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found:
-    """Predict where the tool is at given joint values, with 95 % bands.
+    """Predict where the tool is at given joint values, with 95 % bands; of a cable robot its lengths at poses, or its poses at lengths.
 
     Two bands: of the model's prediction, and of a new measurement there (as fitted: it adds the noise and what the
     model leaves). Bands are those of the arm's shape; --absolute adds what is not known of the base's place.
 
     folder: A run folder, as identify -o writes it.
-    poses: A CSV of joint values with units in its headers: q1 [deg], .
+    poses: A CSV with units in its headers: q1 [deg], ...; of a cable robot x [m], ..., or c1 [m], .
     absolute: Include what is not known of where the base stands.
     output: Write here, not to the terminal.
     force: Replace files that exist.
@@ -363,13 +363,15 @@ def simulate(
     output: _Path,
     poses: int = 80,
     at: str | None = None,
-    kind: str = 'position',
+    kind: str | None = None,
     noise: float | None = None,
     angle_noise: float | None = None,
+    cable_noise: float | None = None,
     length_error: float | None = None,
     angle_error: float | None = None,
     settings: str | Sequence[str] = (),
     frame: str = 'auto',
+    fresh: int = 0,
     seed: int = 0,
     force: bool = False,
     base: str | None = None,
@@ -380,15 +382,17 @@ def simulate(
 
     robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (robocal new --list).
     output: Folder for robot, data and truth.
-    poses: Configurations drawn within the joint limits, 1 to 1000000.
-    at: Take the joint values of this data file or list of poses instead of drawing them.
-    kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels.
+    poses: Configurations drawn within the joint limits, or within the frame, 1 to 1000000.
+    at: Take the joint values of this data file or list of poses, or the platform's poses.
+    kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels; of a cable robot position or pose, beside its lengths.  [default: position; pose of a platform that turns]
     noise: Standard deviation per axis, in the robot file's unit of length, 0 or more.  [default: 0.05 mm, converted]
     angle_noise: The same for orientations, in the robot file's unit of angle, 0 or more.  [default: 0.1 mrad, converted]
-    length_error: Standard deviation of true lengths around nominal ones, in the robot file's unit of length, 0 or more.  [default: 0.3 mm, converted]
+    cable_noise: Of the lengths of cables, in the robot file's unit of length, 0 or more.  [default: 0.5 mm, converted]
+    length_error: Standard deviation of true lengths around nominal ones, in the robot file's unit of length, 0 or more.  [default: 0.3 mm, converted; 10 mm of a cable robot's anchors and zeros]
     angle_error: The same for angles, in the robot file's unit of angle, 0 or more.  [default: 1 mrad, converted]
     settings: A true value, in the robot file's units; may be repeated.
     frame: The base seen from the instrument: x,y,z,rx,ry,rz; auto: somewhere; none: base coordinates.
+    fresh: As many more configurations of the same robot, to validate with, 0 to 1000000.
     seed: For whatever is drawn at random, 0 or more.
     force: Replace files that exist.
     base: First link of the chain in a URDF.
