@@ -15,7 +15,7 @@ from robocal.front.arrays import robot as robot
 from robocal.front.arrays import table as table
 from robocal.front.found import Found as Found
 from robocal.front.found import Identified as Identified
-from robocal.session.predict import Prediction as _predict_Prediction
+from robocal.session.prediction import Prediction as _predict_Prediction
 from robocal.studies.run import Found as _study_Found
 from robocal.verbs.check.result import Checked as _check_Checked
 from robocal.verbs.compensate.result import Compensated as _compensate_Compensated
@@ -360,13 +360,13 @@ def predict(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_predict_Prediction]:
-    """Predict the pose of the tool at given joint values, with 95 % bands.
+    """Predict the pose of the tool at given joint values, with 95 % bands; of a cable robot its lengths at poses, or its poses at lengths.
 
     There are two bands: of the model's prediction, and of a new measurement there. The second adds the noise and the
     residual of the fit. Bands are those of the arm's shape; --absolute adds the uncertainty of the base's place.
 
     folder: A run folder, as identify -o writes it.
-    poses: A CSV of joint values with units in its headers: q1 [deg], .
+    poses: A CSV with units in its headers: q1 [deg], ...; of a cable robot x [m], ..., or c1 [m], .
     absolute: Include the uncertainty of the base's place.
     output: Write here, not to the terminal.
     force: Replace files that exist.

@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 
 from robocal._types import Array
-from robocal.arms.chain import Chain
 from robocal.errors import ModelError
 from robocal.files.csvtable import csv_text
 from robocal.files.headers import CONFIGURATION, PER_JOINT
@@ -23,6 +22,8 @@ from robocal.files.kinds.registry import READERS
 from robocal.files.units import UNITS, Unit, Units, number
 from robocal.files.yamlio import quoted
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
+from robocal.measure.machine import Mechanism
+from robocal.measure.reach import names_of
 
 __all__ = ["data_text", "table_text"]
 
@@ -30,7 +31,7 @@ SHOWN = {"temperature": UNITS["degC"]}
 TORQUE = UNITS["Nm"]
 
 
-def table_text(dataset: DataSet, chain: Chain, units: Units | None = None, *, digits: bool = True) -> str:
+def table_text(dataset: DataSet, chain: Mechanism, units: Units | None = None, *, digits: bool = True) -> str:
     """The CSV of a data set of one file; without `digits` lengths are rounded to 0.1 um and angles to 0.1 urad."""
     units = units or Units()
     obs, places = _one(dataset)
@@ -70,7 +71,7 @@ def table_text(dataset: DataSet, chain: Chain, units: Units | None = None, *, di
     return csv_text(headers, zip(*columns, strict=True))
 
 
-def data_text(dataset: DataSet, chain: Chain, file: str, units: Units | None = None) -> str:
+def data_text(dataset: DataSet, chain: Mechanism, file: str, units: Units | None = None) -> str:
     """The data.yaml for a CSV that `table_text` made, with frames, places and targets."""
     units = units or Units()
     obs, places = _one(dataset)
@@ -79,10 +80,10 @@ def data_text(dataset: DataSet, chain: Chain, file: str, units: Units | None = N
         f"kind: {obs.kind}",
         f"file: {quoted(file)}",
         f"units: {{length: {units.length.name}, angle: {units.angle.name}}}",
-        f"joints: {{columns: {words(chain.joint_names)}}}",
+        f"joints: {{columns: {words(names_of(chain))}}}",
     ]
     if obs.second is not None:
-        lines.append(f"second: {{columns: {words([f'second.{n}' for n in chain.joint_names])}, id: second}}")
+        lines.append(f"second: {{columns: {words([f'second.{n}' for n in names_of(chain)])}, id: second}}")
     if obs.group and obs.frame is None and not places:
         lines.append(f"group: {quoted(obs.group)}")
     lines += _kind(obs).write(_bare(obs), units).lines

@@ -8,8 +8,8 @@ from robocal.front.arrays import Measurements
 from robocal.front.cables import CableArm as CableArm
 from robocal.front.cables import robot as robot
 from robocal.front.found import Found
+from robocal.session.cable.drift import Drifts as _drift_Drifts
 from robocal.verbs.cable.contact.result import Motions as _contact_Motions
-from robocal.verbs.cable.drift.result import Drifts as _drift_Drifts
 from robocal.verbs.cable.forward.result import Poses as _forward_Poses
 from robocal.verbs.cable.poses.result import Listed as _poses_Listed
 from robocal.verbs.cable.require.result import Required as _require_Required

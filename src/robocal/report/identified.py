@@ -142,12 +142,13 @@ def ended(result: Any, written: Sequence[Path], left_out: Sequence[str]) -> Sect
 
 
 def _next(result: Any, folder: Path) -> list[str]:
-    """The command that comes next, by the verdict; a machine without joints is a cable robot."""
+    """The command that comes next, by the verdict and the kind of machine."""
     if result.verdict.status == "improved":
         place = quote(str(folder))
-        if not result.robot.joints:
+        if result.robot.convention.startswith("cable "):
             return [f"next: robocal cable forward {place} LENGTHS; robocal cable drift {place} LATER_RUN"]
-        return [f"next: robocal validate {place} OTHER_DATA; robocal compensate {place} TARGETS"]
+        more = f"; robocal compensate {place} TARGETS" if result.robot.joints else ""
+        return [f"next: robocal validate {place} OTHER_DATA{more}"]
     read = [str(i.file).removeprefix("catalogue:") for i in result.provenance.inputs[:2]]
     files = " ".join(map(quote, read)) or "ROBOT DATA"
     return [f"next: do what the reasons above say; robocal check {files} says what the files can tell"]

@@ -12,14 +12,15 @@ from robocal.arms.chain import Chain
 from robocal.errors import FileError
 from robocal.files.causes.refusals import data_remarks
 from robocal.files.dataset import Reading, read_datasets
-from robocal.files.robot import Robot, open_robot, render_robot
+from robocal.files.robot import Robot, describe, open_robot, render_robot
 from robocal.files.runfolder import RESULT, ROBOTS, Run, find_run
 from robocal.files.text import InputFile, read_text
-from robocal.files.units import parse_unit
+from robocal.files.units import UNITS, Units, parse_unit
 from robocal.prove.identification import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.opened import Data, Inputs, Opened, Rendered, one_frame_per_name
+from robocal.session.prediction import Prediction
 from robocal.session.simulator import Request, Simulator
 from robocal.session.watching import Watch, computable
 
@@ -64,6 +65,19 @@ class OpenedArm(Opened[Chain]):
         from robocal.session.simulate import ArmSimulator
 
         return ArmSimulator(self.file, request)
+
+    def predict(self, rows: Path, absolute: bool) -> Prediction:
+        """The tool's poses at joint values."""
+        from robocal.session.predict import predicted
+
+        return predicted(Path(self.given), self.file, rows, absolute)
+
+    @property
+    def yaml(self) -> str:
+        """The arm as a robot.yaml; of a URDF, in m and rad."""
+        return (
+            self.file.text if self.file.format == "yaml" else describe(self.file.chain, Units(UNITS["m"], UNITS["rad"]))
+        )
 
     def render(self, found: Identification[Chain]) -> Rendered:
         """Its file with what was identified."""

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from robocal.errors import FormatError, InputError, ModelError, nearest
 from robocal.files.kinds.registry import READERS, reader_of
 from robocal.files.opened import machine_kind
+from robocal.files.robot import Robot
 from robocal.files.runfolder import ROBOTS
 from robocal.files.yamlio import load
 from robocal.measure.data import DataSet, Frame
@@ -20,7 +21,7 @@ from robocal.session.arm import OpenedArm, open_arm, robot_files
 from robocal.session.opened import Inputs, Opened, every_frame
 from robocal.session.watching import Watch
 
-__all__ = ["Inputs", "choose", "open_arm", "open_machine", "read_inputs", "register_machine", "robot_files"]
+__all__ = ["Inputs", "choose", "need_arm", "open_arm", "open_machine", "read_inputs", "register_machine", "robot_files"]
 
 O = TypeVar("O", bound=Opened[Any])
 Name = str | os.PathLike[str]
@@ -52,6 +53,11 @@ def open_machine(name: Name, *, base: str | None = None, tip: str | None = None)
     place = Path(name)
     file = place / ROBOTS[0] if place.is_dir() else place
     return OPENERS.get(machine_kind(file), _arm)(name, base, tip)
+
+
+def need_arm(name: Name, expected: str, *, base: str | None = None, tip: str | None = None) -> Robot:
+    """The file of an arm. Raises ModelError for another machine; `expected` says what does for it what was asked for."""
+    return open_machine(name, base=base, tip=tip).need_arm(expected)
 
 
 def read_inputs(

@@ -12,7 +12,7 @@ from robocal.files.accuracy import accuracy_columns, accuracy_text
 from robocal.files.covariance import COVARIANCE, Knowledge, covariance_text
 from robocal.files.runfolder import ACCURACY
 from robocal.fit.estimators import estimator
-from robocal.measure.machine import Mechanism, freedom_of
+from robocal.measure.machine import Model, freedom_of
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.identification import Identification
 
@@ -21,7 +21,7 @@ __all__ = ["knowledge", "knowledge_files", "map_columns"]
 ABOARD = ("lengths", "swivel", "load", "inclination")  # kinds that say nothing of where the base is
 
 
-def knowledge(found: Identification[Mechanism]) -> Knowledge:
+def knowledge(found: Identification[Model]) -> Knowledge:
     """What an identification knows of its parameters."""
     assert found.total is not None
     by_name = {p.name: p for p in found.parameters}
@@ -32,7 +32,7 @@ def knowledge(found: Identification[Mechanism]) -> Knowledge:
     return Knowledge(found.total, values, nominal, found.joints, found.conditions, noise, _placed(found), found.kept)
 
 
-def _placed(found: Identification[Mechanism]) -> bool:
+def _placed(found: Identification[Model]) -> bool:
     """Whether an instrument stood still on the base: no frame was free, and of a platform on cables one of the instruments is no part
     of the robot."""
     assert found.total is not None
@@ -42,24 +42,23 @@ def _placed(found: Identification[Mechanism]) -> bool:
     return not frames and any(g.kind not in ABOARD for g in found.groups)
 
 
-def map_columns(found: Identification[Mechanism]) -> dict[str, list[Any]]:
+def map_columns(found: Identification[Model]) -> dict[str, list[Any]]:
     """The columns of accuracy_map.csv; none for a method that knows no errors, or where the model asks for columns that
     nobody recorded."""
     if found.total is None or found.baseline is None or estimator(found.options.method).blind:
         return {}
-    if freedom_of(found.nominal) is not None:
+    moving, corrected = found.nominal.mechanism, found.corrected.mechanism
+    if moving is None or corrected is None or moving.freedom is not None:
         return {}  # joint values do not say where it is
     before = {n: found.baseline[n].value for n in found.nominal.table.names if n in found.baseline}
     try:
-        made = accuracy_map(
-            found.nominal.with_values(before), found.corrected, found.total, found.conditions, found.joints
-        )
+        made = accuracy_map(moving.with_values(before), corrected, found.total, found.conditions, found.joints)
     except ModelError:
         return {}
     return accuracy_columns(made)
 
 
-def knowledge_files(found: Identification[Mechanism], cells: dict[str, list[Any]]) -> dict[str, str]:
+def knowledge_files(found: Identification[Model], cells: dict[str, list[Any]]) -> dict[str, str]:
     """The texts by file name; a method that knows no errors has none."""
     if found.total is None or estimator(found.options.method).blind:
         return {}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from robocal.errors import FormatError, ModelError
@@ -25,6 +26,7 @@ from robocal.prove.identification import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
+from robocal.session.prediction import Prediction
 from robocal.session.simulator import Request, Simulator
 from robocal.session.watching import Watch
 
@@ -169,6 +171,17 @@ class Opened(Generic[M]):
         raise ModelError(
             f"nothing says what is measured of a {self.noun}", found=self.name, expected="an arm or a cable robot"
         )
+
+    def predict(self, rows: Path, absolute: bool) -> Prediction:
+        """What a run folder of such a machine knows of rows that nobody measured. Raises ModelError where nothing says how."""
+        raise ModelError(
+            f"nothing says what is predicted of a {self.noun}", found=self.name, expected="an arm or a cable robot"
+        )
+
+    @property
+    def yaml(self) -> str:
+        """The machine as a robot.yaml."""
+        return parameter_text(self.file, {})
 
     def render(self, found: Identification[M]) -> Rendered:
         """The text of the machine's file with what was identified."""

@@ -20,7 +20,7 @@ from robocal.files.parts import kept
 from robocal.files.run import RESIDUAL_COLUMNS, write_run
 from robocal.files.shown import shown
 from robocal.fit.estimators import ended, estimator
-from robocal.measure.machine import Mechanism, joints_of
+from robocal.measure.machine import Model, joints_of
 from robocal.prove.bootstrap import Resampled
 from robocal.prove.identification import Identification, ParameterResult, RowTable
 from robocal.remarks.remark import Remark, sentences
@@ -44,7 +44,7 @@ class Outcome:
 
     result: files.Result
     residuals: dict[str, list[Any]]
-    identification: Identification[Mechanism]
+    identification: Identification[Model]
     robot: Opened[Any]
     written: tuple[Path, ...] = ()
     left_out: tuple[str, ...] = ()
@@ -58,7 +58,7 @@ class Outcome:
 
 
 def to_result(
-    found: Identification[Mechanism], robot: Opened[Any], recipe: files.Provenance, warnings: Sequence[Remark] = ()
+    found: Identification[Model], robot: Opened[Any], recipe: files.Provenance, warnings: Sequence[Remark] = ()
 ) -> files.Result:
     """result.json of an identification."""
     said = tuple(dict.fromkeys((*warnings, *found.warnings)))
@@ -104,7 +104,7 @@ def _parameter(p: ParameterResult, robot: Opened[Any], drawn: Resampled | None) 
     return shown(files.ParameterResult, p, robot.units, bootstrap=ends)
 
 
-def _identifiability(found: Identification[Mechanism], robot: Opened[Any]) -> files.Identifiability:
+def _identifiability(found: Identification[Model], robot: Opened[Any]) -> files.Identifiability:
     seen = found.identifiability
     units = {p.name: robot.units.of(p.unit) for p in found.parameters}
     combinations = []
@@ -125,7 +125,7 @@ def _identifiability(found: Identification[Mechanism], robot: Opened[Any]) -> fi
     )
 
 
-def _residuals(found: Identification[Mechanism]) -> files.Residuals:
+def _residuals(found: Identification[Model]) -> files.Residuals:
     """The errors of positions with those of angles beside them, else of pixels; of bearings alone, those of angles, once."""
     by_unit = {s.unit: s for s in found.stages}
     main = next((by_unit[u] for u in ("m", "px", "rad") if u in by_unit), None)
@@ -134,13 +134,13 @@ def _residuals(found: Identification[Mechanism]) -> files.Residuals:
     return files.Residuals(unit="mm") if main is None else shown(files.Residuals, main, angle=angle)
 
 
-def _fit(found: Identification[Mechanism]) -> files.Fit:
+def _fit(found: Identification[Model]) -> files.Fit:
     sources = list(dict.fromkeys(g.sigma_source for g in found.groups))
     ends = ended(found.options.method, found.reason)[0]
     return shown(files.Fit, found, reason=ends, sigma_source=", ".join(sources))
 
 
-def residual_columns(found: Identification[Mechanism]) -> dict[str, list[Any]]:
+def residual_columns(found: Identification[Model]) -> dict[str, list[Any]]:
     """The columns of residuals.csv; None where a row has no such number."""
     rows = found.rows
     numbers = {name: np.full(len(rows.parts), None, dtype=object) for name in RESIDUAL_COLUMNS}

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robocal.errors import FileError, FormatError
-from robocal.estimate.uncertainty import LEVEL, radius
+from robocal.estimate.uncertainty import radius
 from robocal.files.covariance import COVARIANCE, Knowledge, read_covariance
 from robocal.files.layerfile import LAYER
-from robocal.files.parts import Document, InputHash, hashes
 from robocal.files.robot import Robot
 from robocal.files.runfolder import open_run
 from robocal.files.targets import read_targets
@@ -22,55 +21,18 @@ from robocal.geometry import so3
 from robocal.prove.workspace import Predicted, base_motion, parameters_of, predict, sample_joints
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark, told
-from robocal.session.inputs import open_arm
+from robocal.remarks.remark import Remark
+from robocal.report.sections import figure
+from robocal.session.prediction import Prediction
 from robocal.session.reference import run_doubts
-from robocal.session.watching import Watch
 
-__all__ = ["Prediction", "known_of", "predicted", "shape_motion"]
+__all__ = ["known_of", "predicted", "shape_motion"]
 
 Array = NDArray[np.float64]
 SAME = 1e-7  # tolerance: of a value that was written and read
 ANCHORS = 2000  # configurations over which the base is aligned
-
-
-@dataclass(frozen=True, kw_only=True)
-class PredictionDocument(Document):
-    """What `predict --json` prints; bands are radii that hold the truth with the probability `level`."""
-
-    robot: str
-    level: float
-    relative_to: str
-    poses: Listing
-    inputs: list[InputHash]
-    written: list[str]
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """Predicted poses with 95 % bands (mm, deg), one row each in the order of the file; `absolute` when the place of the base is
-    part of the band."""
-
-    robot: Robot
-    poses: Listing
-    absolute: bool
-    region: str
-    inputs: tuple[InputFile, ...]
-    warnings: tuple[Remark, ...]
-    written: tuple[Path, ...] = ()
-
-    @property
-    def document(self) -> PredictionDocument:
-        """What --json prints."""
-        return PredictionDocument(
-            robot=self.robot.name,
-            level=LEVEL,
-            relative_to="base" if self.absolute else "the best place of the base over the workspace",
-            poses=self.poses,
-            inputs=hashes(self.inputs),
-            **told(self.warnings),
-            written=[str(p) for p in self.written],
-        )
+BLIND = 30.0  # deg: from here on nothing was known of a turn
+COLUMNS = ("configuration", *"xyz", "rx", "ry", "rz", "band", "band_new", "turn_band")  # that readers see
 
 
 def known_of(folder: Path, arm: Robot) -> Knowledge:
@@ -101,15 +63,12 @@ def shape_motion(robot: Robot, known: Knowledge) -> tuple[Array, str]:
     return base_motion(jac, robot.chain.pose(sample, known.conditions)[:, :3, 3]), region
 
 
-def predicted(folder: Path, poses: Path, absolute: bool, watch: Watch | None = None) -> Prediction:
+def predicted(folder: Path, robot: Robot, poses: Path, absolute: bool) -> Prediction:
     """Predicts the tool's pose at the joint values of a CSV. Raises InputError.
 
     The band is that of the arm's shape, unless `absolute` or the run measured the base itself: then it is that of the
     pose in base coordinates.
     """
-    if watch:
-        watch({"stage": "read"})
-    robot = open_arm(folder)
     known = known_of(folder, robot)
     targets = read_targets(poses, robot.chain)
     q = targets.targets.joints
@@ -133,7 +92,21 @@ def predicted(folder: Path, poses: Path, absolute: bool, watch: Watch | None = N
         warnings.append(Remark.of(Code.LAYER_LEFT_OUT, what="predictions"))
     rows = _listing(targets.ids, found, known)
     files = (InputFile(folder / COVARIANCE, read_text(folder / COVARIANCE).sha256), *targets.files)
-    return Prediction(robot, rows, whole, region, files, tuple(warnings))
+    shape = f"of the arm's shape: the base placed best over the {region}"
+    notes = "± are 95 % radii: of the model [mm], of a new measurement [mm], of the model's turn [deg]; "
+    return Prediction(
+        robot.name, rows, "base" if whole else "the best place of the base over the workspace",
+        f"{len(rows)} poses of the tool, in base coordinates", _table(rows), notes + ("where the base stands included" if whole else shape),
+        files, tuple(warnings),
+    )  # fmt: skip
+
+
+def _table(rows: Listing) -> Listing:
+    """What readers see of the poses; of a turn that nothing determines no number."""
+    *others, turn = rows.only(*COLUMNS).columns
+    return Listing(
+        (*others, replace(turn, values=["not seen" if v > BLIND else figure(v, turn.figures) for v in turn.plain]))
+    )
 
 
 def _outside(robot: Robot, known: Knowledge, q: Array) -> list[Remark]:

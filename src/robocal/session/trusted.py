@@ -6,7 +6,7 @@ from __future__ import annotations
 from robocal.files import evidence as files
 from robocal.files.shown import shown
 from robocal.fit.estimators import estimator
-from robocal.measure.machine import Mechanism
+from robocal.measure.machine import Model
 from robocal.prove.identification import Identification
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -16,7 +16,7 @@ __all__ = ["prediction_part", "range_part", "scale_part"]
 NOTHING = 1e-9  # tolerance: m; two models that differ by rounding are one, and neither is the better
 
 
-def prediction_part(found: Identification[Mechanism]) -> files.Prediction | None:
+def prediction_part(found: Identification[Model]) -> files.Prediction | None:
     """The predicted error in mm with the check of the bands; a method that fits what cannot be seen has no honest one."""
     if estimator(found.options.method).blind:
         return None
@@ -26,7 +26,7 @@ def prediction_part(found: Identification[Mechanism]) -> files.Prediction | None
     return shown(files.Prediction, found.band, coverage=shares)
 
 
-def range_part(found: Identification[Mechanism]) -> files.WorkingRange | None:
+def range_part(found: Identification[Model]) -> files.WorkingRange | None:
     """The working range in mm, and in words; None where nothing was gained and nothing changed."""
     h = found.holds
     if h is None or (h.moved < NOTHING and found.verdict.status != "improved"):
@@ -42,7 +42,7 @@ def range_part(found: Identification[Mechanism]) -> files.WorkingRange | None:
     return shown(files.WorkingRange, h, text=said.sentence)
 
 
-def scale_part(found: Identification[Mechanism]) -> files.Scale | None:
+def scale_part(found: Identification[Model]) -> files.Scale | None:
     """The common scale, and in words where a stated length is all that gives it."""
     s = found.scale
     if s is None:

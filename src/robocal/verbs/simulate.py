@@ -151,8 +151,9 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Si
 
 def sections(made: Outcome[Simulated]) -> Iterator[Section]:
     """How wrong the model is, the files, and the next commands."""
-    found = made.result
-    names = [p for p in made.written if p.suffix != ".csv" and p.stem != "truth"]
+    found: Simulated = made.result
+    tables = {p.stem for p in made.written if p.suffix != ".csv"}  # those that a file beside them describes
+    names = [p for p in made.written if p.stem != "truth" and (p.suffix != ".csv" or p.stem not in tables)]
     robot, data = names[0], [p for p in names[1:] if not p.stem.startswith("fresh")]
     fresh = [p for p in names[1:] if p.stem.startswith("fresh")]
     wrong = f"{len(found.data.configurations)} configurations, the model is wrong by up to {found.largest_error * 1e3:.3g} mm."

@@ -14,6 +14,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.robot import read_cable
+from robocal.files.cable.show import describe_cable
 from robocal.files.cable.write import render_cable
 from robocal.files.dataset import read_datasets
 from robocal.files.runfolder import ROBOTS, find_run
@@ -30,6 +31,7 @@ from robocal.session.cable.stretch import stretched
 from robocal.session.cable.summed import facts, summary
 from robocal.session.cable.weighed import weighed
 from robocal.session.opened import Data, Inputs, Opened, Rendered
+from robocal.session.prediction import Prediction
 from robocal.session.simulator import Request, Simulator
 from robocal.session.watching import Watch, computable
 
@@ -92,6 +94,17 @@ class OpenedCable(Opened[CableRobot]):
         from robocal.session.cable.simulate import CableSimulator
 
         return CableSimulator(self.file, request)
+
+    def predict(self, rows: Path, absolute: bool) -> Prediction:
+        """Lengths at poses, or poses at lengths."""
+        from robocal.session.cable.predict import predict
+
+        return predict(self.given, rows, absolute)
+
+    @property
+    def yaml(self) -> str:
+        """The robot as a robot.yaml."""
+        return self.file.text if self.file.format == "yaml" else describe_cable(self.file.robot, self.file.units)
 
     def render(self, found: Identification[CableRobot]) -> Rendered:
         """Its file with what was identified, the platform's weight too."""

@@ -28,7 +28,7 @@ from robocal.prove.workspace import predict
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, told
-from robocal.session.inputs import open_arm, robot_files
+from robocal.session.inputs import need_arm, robot_files
 from robocal.session.predict import known_of, shape_motion
 from robocal.session.reference import nominal_chain, run_result
 from robocal.session.watching import Watch, computable
@@ -36,6 +36,7 @@ from robocal.session.watching import Watch, computable
 __all__ = ["Compensated", "compensated"]
 
 Array = NDArray[np.float64]
+INSTEAD = "an arm; of a cable robot the corrected lengths are those of: robocal cable inverse RUN/calibrated.yaml POSES"
 # No calibration moves an arm by more (m, median): the two models are of two robots.
 ELSEWHERE = 0.05
 SHOWN = 5  # targets that are named
@@ -139,7 +140,7 @@ class Compensated:
 def compensated(o: Any, command: str = "", watch: Watch | None = None) -> Compensated:
     """Compensates targets, by the options of the verb. Both models carry the tool that was found (calibrated) or the nominal
     one, each its own, or one of six numbers in the robot's units. Raises InputError."""
-    arm = open_arm(o.robot, base=o.base, tip=o.tip)
+    arm = need_arm(o.robot, INSTEAD, base=o.base, tip=o.tip)
     reference = nominal_chain(
         o.robot, arm, o.nominal, base=o.base, tip=o.tip, what="compensation needs the model that the controller keeps"
     )

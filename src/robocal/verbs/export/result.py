@@ -10,12 +10,12 @@ from robocal.arms.denavit import to_denavit
 from robocal.files.csvtable import csv_text
 from robocal.files.robot import Robot, describe
 from robocal.files.rows import leaves
-from robocal.files.units import UNITS, Units, number
+from robocal.files.units import number
 from robocal.files.urdf_into import urdf_into, urdf_text
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.inputs import open_arm
+from robocal.session.inputs import open_machine
 from robocal.session.reference import nominal_chain, run_doubts, run_result
 from robocal.verbs.export.offsets import OFFSETS, offset_text, worth_of
 
@@ -43,13 +43,16 @@ def exported(
     """The robot (a file, a catalogue name or a run folder) in another form; `into` is a URDF whose origins are to say
     it. Raises InputError, also for a form that cannot hold it."""
     ours = into is None
-    arm = open_arm(robot, base=base if ours else None, tip=tip if ours else None)
+    opened = open_machine(robot, base=base if ours else None, tip=tip if ours else None)
+    if opened.arm is None and form == "yaml":
+        return Exported(opened.yaml, run_doubts(robot))
+    arm = opened.need_arm("an arm, or --format yaml")
     notes: tuple[Remark, ...] = ()
     held: Chain | None = None  # the robot that the file describes, where that is not the whole model
     worth: Remark | None = None
     told = tuple(w for w in arm.warnings if w.code in LACKING)
     if form == "yaml":
-        text = arm.text if arm.format == "yaml" else describe(arm.chain, Units(UNITS["m"], UNITS["rad"]))
+        text = opened.yaml
     elif form == "urdf":
         if into is not None:
             text, notes = urdf_into(arm.chain, into, base=base, tip=tip)

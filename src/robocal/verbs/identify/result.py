@@ -39,7 +39,7 @@ from robocal.fit.repeats import places
 from robocal.fit.working_range import Region
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet
-from robocal.measure.machine import Mechanism
+from robocal.measure.machine import Model
 from robocal.prove.bands import measured_range
 from robocal.prove.identification import Identification
 from robocal.prove.region import SAMPLES, limited
@@ -84,7 +84,7 @@ class Timed:
 
 
 def recipe_of(
-    found: Identification[Mechanism],
+    found: Identification[Model],
     choices: Mapping[str, Any],
     command: str,
     inputs: Sequence[InputFile],

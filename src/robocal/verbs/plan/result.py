@@ -23,13 +23,14 @@ from robocal.planning.route import length, travel
 from robocal.quantities import Column, Listing, UnitValue
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark, told
-from robocal.session.inputs import open_arm, read_inputs, robot_files
+from robocal.session.inputs import need_arm, read_inputs, robot_files
 from robocal.session.watching import Watch, computable
 from robocal.verbs.plan.instruments import known, template
 
 __all__ = ["Planned", "planned", "points"]
 
 Array = NDArray[np.float64]
+INSTEAD = "an arm; of a cable robot: robocal cable poses ROBOT --choose N, which plans poses that its cables can hold"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,7 +151,7 @@ class Planned:
 
 def planned(o: Any, watch: Watch | None = None, command: str = "") -> tuple[Planned, dict[str, str]]:
     """A plan by the options of the verb, and the files that go with it where they are to be written. Raises InputError."""
-    arm = open_arm(o.robot, base=o.base, tip=o.tip)
+    arm = need_arm(o.robot, INSTEAD, base=o.base, tip=o.tip)
     si = o.si(arm.units)
     if o.noise == 0:
         raise ModelError("out of range", key="--noise", found=o.noise, expected="a finite number above 0")

@@ -1,0 +1,154 @@
+"""What a calibrated cable robot predicts: lengths at poses, or poses at lengths, and how far that may be off.
+
+    dl = (dl / dx) dx,    dT = -L^+ (dl / dx) dx,    x the numbers that were identified, L the slopes by the twist
+
+to first order. Unless the base itself was measured, a shift of the whole robot is no error: of dl or dT is taken what one motion of
+the base makes of it, the one that undoes most over all rows. Lengths are what stiff, straight cables show.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robocal.cables.forward import forward
+from robocal.cables.gradient import by_parameters
+from robocal.cables.inverse import inverse
+from robocal.errors import FileError, ModelError
+from robocal.estimate.uncertainty import Total, radius
+from robocal.files.cable.lists import CableList, read_cable_lengths, read_platform_poses
+from robocal.files.covariance import COVARIANCE, read_covariance
+from robocal.files.csvtable import read_csv
+from robocal.files.text import InputFile
+from robocal.geometry import se3
+from robocal.parameters import FRAME_SYMBOLS
+from robocal.prove.workspace import motion_field
+from robocal.quantities import Column, Listing
+from robocal.report.sections import figure
+from robocal.session.cable.calibrated import Calibrated, calibrated
+from robocal.session.cable.load import located, robot_inputs
+from robocal.session.prediction import Prediction
+
+__all__ = ["predict"]
+
+Array = NDArray[np.float64]
+
+
+def predict(folder: str, rows: Path, absolute: bool) -> Prediction:
+    """Lengths at the poses of a CSV, or poses at its lengths, of the robot of a run folder. Raises InputError."""
+    run = calibrated(folder)
+    place = None if run.run is None else run.run.part(COVARIANCE)
+    if place is None:
+        expected = f"a run folder with {COVARIANCE}"
+        raise FileError("this run does not say how far its parameters may be off", file=folder, expected=expected)
+    # What was held since the data cannot tell it from a motion of the base may be off too: together they are that motion.
+    ask = _Asked(run, read_covariance(place).total, rows, absolute or run.placed)
+    return _poses(ask) if any(c in read_csv(rows).names for c in run.robot.cables) else _lengths(ask)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A run with what its numbers may be off by, the file of rows, and whether the place of the base is part of the bands."""
+
+    run: Calibrated
+    total: Total
+    path: Path
+    whole: bool
+
+
+def _lengths(ask: _Asked) -> Prediction:
+    """What the sensors show at poses, and the 95 % band of each."""
+    run, robot = ask.run, ask.run.robot
+    rows = read_platform_poses(ask.path, robot)
+    try:
+        full = inverse(robot, rows.values)[0]
+    except ModelError as error:
+        raise located(error, str(ask.path), rows) from None
+    shown = run.beyond.shown(robot, full)
+    slope, by_number = _slopes(ask, rows.values, shown)
+    left = _placed(by_number, slope @ motion_field(rows.values[:, :3, 3])[:, list(robot.axes)], ask.whole)
+    if run.beyond.gain is not None:
+        left = left / run.beyond.gain[:, None]
+    band = 1e3 * radius(_variance(ask, left[:, :, None]), ask.total.dof)
+    names, lengths = Column("configuration", "", rows.names), (1e3 * shown).T
+    listing = Listing((
+        names,
+        *(Column(c, "mm", v, spec=".3f") for c, v in zip(robot.cables, lengths, strict=True)),
+        *(Column(f"{c}_band", "mm", v, figures=2) for c, v in zip(robot.cables, band.T, strict=True)),
+    ))  # fmt: skip
+    pairs = zip(robot.cables, lengths, band.T, strict=True)
+    table = (Column(c, "mm", [f"{v:.3f} ± {figure(w, 2)}" for v, w in zip(*own, strict=True)]) for c, *own in pairs)
+    what = f"{len(listing)} poses of the platform: what the sensors of its cables show"
+    return _prediction(ask, listing, rows, what=what, table=Listing((names, *table)))
+
+
+def _poses(ask: _Asked) -> Prediction:
+    """Where the platform is by its lengths, and the 95 % radii of its place and turn."""
+    run, robot = ask.run, ask.run.robot
+    rows = read_cable_lengths(ask.path, robot)
+    read = run.beyond.lengths(robot, rows.values)
+    try:
+        pose = forward(robot, read).pose
+    except ModelError as error:
+        raise located(error, str(ask.path), rows) from None
+    axes = list(robot.axes)
+    slope, by_number = _slopes(ask, pose, rows.values)
+    moved = np.full((len(pose), len(axes), by_number.shape[2]), np.nan)
+    good = np.asarray(np.isfinite(slope).all(axis=(1, 2)))
+    moved[good] = -np.linalg.pinv(slope[good]) @ by_number[good]
+    left = _placed(moved, motion_field(pose[:, :3, 3])[:, axes], ask.whole)
+    spread = _variance(ask, left)
+    place, turn = [i for i, a in enumerate(axes) if a < 3], [i for i, a in enumerate(axes) if a >= 3]
+    band = 1e3 * radius(spread[:, place][:, :, place], ask.total.dof)
+    spin = np.degrees(radius(spread[:, turn][:, :, turn], ask.total.dof)) if turn else np.zeros(len(pose))
+    vector = se3.to_vector(np.where(good[:, None, None], pose, np.eye(4))) * np.repeat([1e3, 180 / np.pi], 3)
+    vector[~good] = np.nan
+    listing = Listing((
+        Column("configuration", "", rows.names),
+        *(Column(s, "mm" if s in "xyz" else "deg", v, spec=".3f") for s, v in zip(FRAME_SYMBOLS, vector.T, strict=True)),
+        Column("band", "mm", band, label="± place [mm]", figures=2),
+        Column("turn_band", "deg", spin, label="± turn [deg]", figures=2),
+    ))  # fmt: skip
+    what = f"{len(listing)} poses of the platform, in base coordinates"
+    return _prediction(ask, listing, rows, what=what, table=listing)
+
+
+def _prediction(ask: _Asked, listing: Listing, rows: CableList, *, what: str, table: Listing) -> Prediction:
+    run, whole = ask.run, ask.whole
+    inputs = (*robot_inputs(run.file, run.place), InputFile(ask.path, rows.sha256))
+    shape = "where the base stands included" if whole else "of the robot's shape: the base placed best over these rows"
+    return Prediction(
+        run.robot.name, listing, "base" if whole else "the best place of the base over these rows",
+        notes=f"± are 95 %, of what the calibration does not know; {shape}", inputs=inputs,
+        warnings=(*run.file.warnings, *rows.warnings, *run.remarks), what=what, table=table,
+    )  # fmt: skip
+
+
+def _slopes(ask: _Asked, pose: Array, shown: Array) -> tuple[Array, Array]:
+    """Slopes of the lengths by the twist in the robot's components (k, m, d), and by all numbers of the run (k, m, n)."""
+    names, robot = ask.total.names, ask.run.robot
+    slope, by_number = by_parameters(robot, pose, names)
+    for name, column in ask.run.beyond.columns(shown).items():
+        if name in names:
+            by_number[..., names.index(name)] += column
+    return slope[..., list(robot.axes)], by_number
+
+
+def _placed(slopes: Array, moved: Array, whole: bool) -> Array:
+    """Slopes (k, r, n) less what one motion of the base makes of each, with `moved` (k, r, 6) what its motions do; all of them where the
+    place of the base is part of it."""
+    if whole:
+        return slopes
+    known = np.isfinite(slopes).all(axis=(1, 2))
+    field = moved[known].reshape(-1, 6)
+    motion = np.linalg.lstsq(field, slopes[known].reshape(len(field), -1), rcond=None)[0]
+    return np.asarray(slopes - moved @ motion)
+
+
+def _variance(ask: _Asked, slopes: Array) -> Array:
+    """Covariances (..., r, r) of what follows by slopes (..., r, n). Root by root, so that large errors that cancel leave no rounding."""
+    hidden = slopes @ ask.total.hidden
+    return np.asarray(slopes @ ask.total.noise @ slopes.swapaxes(-1, -2) + hidden @ hidden.swapaxes(-1, -2))

@@ -1,0 +1,55 @@
+"""What a run folder predicts of rows that nobody measured: a listing for machines and a table for readers, of any machine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from robocal.estimate.uncertainty import LEVEL
+from robocal.files.parts import Document, InputHash, hashes
+from robocal.files.text import InputFile
+from robocal.quantities import Listing
+from robocal.remarks.remark import Remark, told
+
+__all__ = ["Prediction", "PredictionDocument"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PredictionDocument(Document):
+    """What `predict --json` prints; bands are radii that hold the truth with the probability `level`."""
+
+    robot: str
+    level: float
+    relative_to: str
+    poses: Listing
+    inputs: list[InputHash]
+    written: list[str]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Predicted `poses` with 95 % bands (mm, deg), in the order of the file; `relative_to` says what the bands leave out, `what` what the
+    rows are, `table` what readers see of them, and `notes` how."""
+
+    name: str
+    poses: Listing
+    relative_to: str
+    what: str
+    table: Listing
+    notes: str
+    inputs: tuple[InputFile, ...]
+    warnings: tuple[Remark, ...]
+    written: tuple[Path, ...] = ()
+
+    @property
+    def document(self) -> PredictionDocument:
+        """What --json prints."""
+        return PredictionDocument(
+            robot=self.name,
+            level=LEVEL,
+            relative_to=self.relative_to,
+            poses=self.poses,
+            inputs=hashes(self.inputs),
+            **told(self.warnings),
+            written=[str(p) for p in self.written],
+        )
