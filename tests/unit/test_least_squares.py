@@ -164,6 +164,7 @@ def test_every_reason_has_words():
         Reason.GRADIENT,
         Reason.STEP,
         Reason.FILTERED,
+        Reason.TOLERANCE,
     }
 
 
