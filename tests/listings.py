@@ -45,3 +45,9 @@ def _gathered(row: dict[str, Any]) -> dict[str, Any]:
         if own:
             out[name] = None if None in own else own
     return out
+
+
+def points_of(document: dict[str, Any]) -> list[dict[str, dict[str, Any]]]:
+    """What a study says of every point: the row of each output by its name."""
+    outputs = {name: rows_of(listing) for name, listing in document["outputs"].items()}
+    return [dict(zip(outputs, point, strict=True)) for point in zip(*outputs.values(), strict=True)]

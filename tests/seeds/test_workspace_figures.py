@@ -80,7 +80,7 @@ def test_figure_3_4_three_sections_agree_with_the_grid(workspace, robot):
 def test_figure_3_5_a_pose_on_the_way(tmp_path, robot):
     ran = robocal("cable", "contact", LAVAL / "robot.yaml", LAVAL / "way.csv", "-o", tmp_path / "way")
     (motion,) = rows_of(json.loads((tmp_path / "way" / "contact.json").read_text())["motions"])
-    assert ran.status == 3 and round(motion["free"], 2) == 0.56 and motion["ends_by"] == "c2 meets c6"
+    assert ran.status == 3 and round(motion["free"], 2) == 0.56 and motion["ends by"] == "c2 meets c6"
     # Looked for again at 20 000 places of the way.
     rows = list(csv.DictReader((LAVAL / "way.csv").read_text().splitlines()))
     start, end = (np.array([float(r[k]) for k in list(r)[1:]]) for r in rows)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from cli.runs import robocal
 from cli.test_cable_import import spatial
+from listings import points_of
 from studies.specs import TEXT, conducted, of
 
 from robocal._version import __version__
@@ -184,10 +185,10 @@ def test_a_study_in_which_nothing_ends_is_not_to_be_trusted(study, workers):
     ran = robocal("study", study, "--workers", workers)
     assert ran.status == 3 and "at 1 of 2 points no trial has a number" in ran.out, ran.said
     document = robocal("study", study, "--force", "--json", "--workers", workers).document
-    assert [r["code"] for r in document["remarks"]] == ["no-trial-ended"] * 2 and document["points"][1]["anchors"][
+    assert [r["code"] for r in document["remarks"]] == ["no-trial-ended"] * 2 and points_of(document)[1]["anchors"][
         "lost"
     ] == 60
-    assert document["points"][1]["anchors"]["rms"] is None
+    assert points_of(document)[1]["anchors"]["rms"] is None
     study.write_text(TEXT.replace("count: 40", "count: 5"))
     ran = robocal("study", study, "--force", "--workers", workers)
     assert ran.status == 0 and "trials are lost" in ran.out, ran.said

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.runs import robocal
+from listings import points_of
 from studies.specs import EXAMPLES, TEXT, conducted, of
 
 from robocal.files.poses import read_poses
@@ -117,7 +118,7 @@ def test_theory_foretells_what_is_drawn(study):
         TEXT.replace("trials: 60", "trials: 1500").replace("chunk: 10\n", "").replace("count: 40", "count: 100")
     )
     ran = robocal("study", study, "--json", "-o", study.parent / "out.npz")
-    points = json.loads(ran.out)["points"]
+    points = points_of(json.loads(ran.out))
     for point, tolerance in zip(points, (0.03, 0.1), strict=True):  # linear in the noise; of squares to second order
         for name in ("anchors", "zeros"):
             assert (
@@ -150,7 +151,7 @@ def test_arms(tmp_path):
     text = (EXAMPLES / "studies" / "poses-of-an-arm.yaml").read_text().replace("trials: 40", "trials: 3\nchunk: 2")
     (tmp_path / "arm.yaml").write_text(text.replace("[30, 56, 100]", "[30]"))
     ran = robocal("study", tmp_path / "arm.yaml", "--workers", 1, "--json")
-    (point,) = json.loads(ran.out)["points"]
+    (point,) = points_of(json.loads(ran.out))
     assert point["improved"]["mean"] == 1 and 0 < point["after"]["mean"] < 0.3 * point["before"]["mean"]
 
 
@@ -382,7 +383,7 @@ def test_constant_errors_end_where_theory_says(study, what, size):
     head = "x [mm],y [mm],z [mm],rx [deg],ry [deg],rz [deg]"
     np.savetxt(study.parent / "poses.csv", rows, delimiter=",", header=head, comments="", fmt="%.6f")
     study.write_text(BIASED.replace("WHAT", what).replace("SIZE", size))
-    for p in robocal("study", study, "--json", "--workers", 1).document["points"]:
+    for p in points_of(robocal("study", study, "--json", "--workers", 1).document):
         for output in ("anchors", "zeros"):
             assert p[output]["rms"] == pytest.approx(p[output]["foretold"], rel=2e-3, abs=1e-11)
         moved = {"length": ("zeros", 5e-3), "position": ("anchors", 5e-3 / 3**0.5)}.get(what)
@@ -395,7 +396,7 @@ def test_a_sweep_is_drawn_beside_its_numbers(study):
     ran = robocal("study", study, "--json")
     page = study.with_suffix(".html")
     assert [Path(p).name for p in ran.document["written"]] == ["study.npz", "study.json", "study.html"]
-    assert json.loads(study.with_suffix(".json").read_text())["points"] == ran.document["points"]
+    assert json.loads(study.with_suffix(".json").read_text())["outputs"] == ran.document["outputs"]
     read = [Path(i["file"]).name for i in ran.document["provenance"]["inputs"]]
     assert read == ["study.yaml", "robot.yaml"] and all(
         i["sha256"] in page.read_text() for i in ran.document["provenance"]["inputs"]
@@ -441,7 +442,7 @@ def test_also_where_it_is_varied(study, key):
 def test_outputs_are_those_that_the_file_names(study):
     study.write_text(TEXT + "outputs: [zeros]\n")
     ran = robocal("study", study, "-o", study.parent / "zeros.npz", "--json")
-    assert list(ran.document["units"]) == ["zeros"] and all("anchors" not in p for p in ran.document["points"])
+    assert list(ran.document["outputs"]) == ["zeros"]
     with np.load(study.parent / "zeros.npz") as file:
         assert sorted(file.files) == ["varied.residual", "zeros"]
     for outputs, said in (
