@@ -24,7 +24,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import figure
 from robocal.session.prediction import Prediction
-from robocal.session.reference import run_doubts
+from robocal.session.runs import run_doubts
 
 __all__ = ["known_of", "predicted", "shape_motion"]
 

@@ -4,32 +4,18 @@ file, as a controller makes of them."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from robocal.arms.chain import Chain
 from robocal.arms.zeros import with_offsets
 from robocal.errors import ModelError
 from robocal.files.offsets import OffsetFile, read_offsets
-from robocal.files.result import Result
 from robocal.files.robot import Robot
-from robocal.files.runfolder import find_run
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.inputs import open_arm
-from robocal.session.runs import verdict_remarks
+from robocal.session.arm import open_arm
+from robocal.session.runs import run_doubts, run_result
 
 __all__ = ["OffsetRobot", "nominal_chain", "offset_robot", "run_doubts", "run_result"]
-
-
-def run_result(name: str) -> Result | None:
-    """The result of the run folder that a robot was opened from; None for a file or a catalogue name."""
-    run = find_run(name) if Path(name).is_dir() else None
-    return None if run is None else run.result
-
-
-def run_doubts(name: str) -> tuple[Remark, ...]:
-    """What is to be said of a run folder whose model is handed on although its verdict is not `improved`."""
-    return verdict_remarks(run_result(name), name)
 
 
 def nominal_chain(name: str, robot: Robot, nominal: str | None, *, base: str | None = None, tip: str | None = None,

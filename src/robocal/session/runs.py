@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from robocal.files.result import Result
+from robocal.files.runfolder import find_run
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["measured_files", "shared_files", "verdict_remarks"]
+__all__ = ["measured_files", "run_doubts", "run_result", "shared_files", "verdict_remarks"]
 
 
 def measured_files(result: Result) -> dict[str, str]:
@@ -28,3 +29,14 @@ def verdict_remarks(result: Result | None, name: str) -> tuple[Remark, ...]:
     if status == "improved":
         return ()
     return (Remark.of(Code.RUN_REFUSED if status == "refused" else Code.RUN_NOT_IMPROVED, run=name),)
+
+
+def run_result(name: str) -> Result | None:
+    """The result of the run folder that a robot was opened from; None for a file or a catalogue name."""
+    run = find_run(name) if Path(name).is_dir() else None
+    return None if run is None else run.result
+
+
+def run_doubts(name: str) -> tuple[Remark, ...]:
+    """Remarks on a run folder whose model is handed on although its verdict is not `improved`."""
+    return verdict_remarks(run_result(name), name)
