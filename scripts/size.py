@@ -47,8 +47,11 @@ IMAGES = frozenset(
     "ladder floor".split()
 )
 TERMS = re.compile(r"held[ _-]?out|hold[ _-]?out", re.IGNORECASE)
-# The field's own terms, keys of documents and names of options, by identifier.
-OWN_TERMS = frozenset({"Found", "beyond", "floor"})
+# The field's own terms (the floor that a robot stands on), keys of documents, names of options and of the Python front.
+OWN_TERMS = frozenset({
+    *("Found", "Result.beyond", "Region.floor", "Options.floor", "Surroundings.floor"),
+    *("GridPart.held", "Spot.held", "RaysPart.seen_share", "IdentifiabilityPart.kept", "Agreed.apart"),
+})  # fmt: skip
 TRACED = """
 import sys
 files = set()
@@ -130,7 +133,7 @@ def image_files(trees: Mapping[str, ast.Module]) -> list[str]:
 
 
 def public_names(tree: ast.Module) -> Iterator[tuple[int, str]]:
-    """Names that others may use: those in `__all__`, functions and classes, methods and fields of classes; with their lines."""
+    """Names that others may use: those in `__all__`, functions and classes, methods and fields as `Class.name`; with their lines."""
     for node in tree.body:
         if isinstance(node, Functions | ast.ClassDef) and not node.name.startswith("_"):
             yield node.lineno, node.name
@@ -139,9 +142,9 @@ def public_names(tree: ast.Module) -> Iterator[tuple[int, str]]:
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
             for part in node.body:
                 if isinstance(part, Functions) and not part.name.startswith("_"):
-                    yield part.lineno, part.name
+                    yield part.lineno, f"{node.name}.{part.name}"
                 if isinstance(part, ast.AnnAssign) and isinstance(part.target, ast.Name):
-                    yield part.lineno, part.target.id
+                    yield part.lineno, f"{node.name}.{part.target.id}"
 
 
 def image_names(trees: Mapping[str, ast.Module]) -> list[str]:
@@ -151,7 +154,7 @@ def image_names(trees: Mapping[str, ast.Module]) -> list[str]:
         for path, tree in trees.items()
         if not path.endswith("_kernels.py")
         for line, name in dict.fromkeys(public_names(tree))
-        if name not in OWN_TERMS and not name.startswith("_") and images_in(name)
+        if name not in OWN_TERMS and not name.startswith("_") and images_in(name.rpartition(".")[2])
     ]
 
 
