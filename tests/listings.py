@@ -8,6 +8,7 @@ import numpy as np
 
 from robocal.geometry import se3
 
+NUMBERS = ("rms", "mean", "scatter", "foretold", "lost")
 POSE = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -50,4 +51,7 @@ def _gathered(row: dict[str, Any]) -> dict[str, Any]:
 def points_of(document: dict[str, Any]) -> list[dict[str, dict[str, Any]]]:
     """What a study says of every point: the row of each output by its name."""
     outputs = {name: rows_of(listing) for name, listing in document["outputs"].items()}
-    return [dict(zip(outputs, point, strict=True)) for point in zip(*outputs.values(), strict=True)]
+    points = [dict(zip(outputs, point, strict=True)) for point in zip(*outputs.values(), strict=True)]
+    # What was varied stands before the numbers of every output.
+    varied = [{k: v for k, v in next(iter(p.values())).items() if k not in NUMBERS} for p in points]
+    return [{**p, "varied": v} for p, v in zip(points, varied, strict=True)]

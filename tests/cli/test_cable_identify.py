@@ -139,7 +139,7 @@ def test_a_run_is_a_robot_again(cell, run):
     folder, _ = cell
     ran = robocal("check", folder / "run", folder / "lengths.yaml", folder / "poses.yaml", "--json")
     assert ran.status == 0
-    assert json.loads(ran.out)["baseline_mean_error_mm"] < 0.2 * run["residuals"]["before"]["mean"]
+    assert json.loads(ran.out)["baseline_error"]["mean"] < 0.2 * run["residuals"]["before"]["mean"]
 
 
 @pytest.mark.parametrize(

@@ -236,7 +236,7 @@ def test_no_length_and_no_overwriting(folder):
 def test_an_arm_is_refused_and_a_cable_robot_is_no_arm(folder):
     (folder / "arm.yaml").write_text(robocal("export", "ur10").out)
     robocal("cable", "inverse", folder / "arm.yaml", folder / "poses.csv").assert_refused("this is an arm")
-    robocal("export", folder / "robot.yaml").assert_refused("this is a cable robot")
+    robocal("export", folder / "robot.yaml", "--format", "dh").assert_refused("cable robot")
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from cli.runs import robocal
 
 from robocal.files.robot import open_robot, read_robot
 from robocal.measure.data import Configurations, DataSet
+from robocal.session.arm import OpenedArm
 from robocal.verbs.identify.result import working_range
 
 RANGES = "robocal: 1\nkind: region\nunits: {length: mm, angle: deg}\njoints: {j1: [-20, 20], j2: [0, 30]}\n"
@@ -78,9 +79,9 @@ def test_measured_near_one_place_is_no_license_for_all(case: Path) -> None:
 def test_a_catalogue_and_a_urdf_bring_the_makers_limits(tmp_path: Path) -> None:
     nothing = DataSet(Configurations(("a", "b"), np.zeros((2, 5))), ())
     robot = open_robot("rv-2aj")
-    assert working_range(robot, nothing, None) == (None, ())
+    assert working_range(OpenedArm(robot), nothing, None) == (None, ())
     (tmp_path / "robot.yaml").write_text(robot.text)
-    assert working_range(read_robot(tmp_path / "robot.yaml"), nothing, None)[0] is None
+    assert working_range(OpenedArm(read_robot(tmp_path / "robot.yaml")), nothing, None)[0] is None
     (tmp_path / "robot.yaml").write_text(robot.text.replace("[-150, 150]", "[-90, 90]"))
-    region, _ = working_range(read_robot(tmp_path / "robot.yaml"), nothing, None)
+    region, _ = working_range(OpenedArm(read_robot(tmp_path / "robot.yaml")), nothing, None)
     assert region is not None and np.abs(np.degrees(region.joints[:, 0])).max() <= 90

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from examples.test_examples import EXAMPLES, commands
 from examples.test_examples import place as place
+from listings import points_of
 from sizes import size
 
 from robocal.cli.main import main
@@ -20,7 +21,7 @@ def points(command, capsys):
 
     capsys.readouterr()
     assert main([*shlex.split(command)[1:], "--json"]) == 0
-    return json.loads(capsys.readouterr().out)["points"]
+    return points_of(json.loads(capsys.readouterr().out))
 
 
 def said():

@@ -65,7 +65,9 @@ def check(p, scale=1.0):
 
 
 def test_every_kind_has_a_scenario():
-    assert {name.partition("/")[0] for name in SCENARIOS} - {"mixed"} == set(KINDS)
+    assert {name.partition("/")[0] for name in SCENARIOS} - {"mixed"} == {
+        k for k, kind in KINDS.items() if kind.terms.__module__.startswith("robocal.")
+    }  # other tests register kinds of their own
 
 
 @pytest.mark.parametrize("name", SCENARIOS)

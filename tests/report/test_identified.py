@@ -13,7 +13,11 @@ from robocal.report.identified import _next
 
 def result(status: str, joints: int, *files: str) -> Made:
     inputs = [Made(file=f) for f in files]
-    return Made(verdict=Made(status=status), robot=Made(joints=joints), provenance=Made(inputs=inputs))
+    return Made(
+        verdict=Made(status=status),
+        robot=Made(joints=joints, convention="dh" if joints else "cable 3R3T"),
+        provenance=Made(inputs=inputs),
+    )
 
 
 def test_a_folder_with_blanks_is_one_word() -> None:

@@ -93,7 +93,7 @@ def test_a_layer_of_a_run_folder_is_used_by_validate(made):
     (run / "layer.json").write_text(layer_text(wrong))
     layered = validate(str(run), [str(made / "again" / "data.yaml")])
     assert layered.statistic == plain.statistic and layered.layer.mean > 3 * plain.statistic.mean
-    assert any(w.code is Code.LAYER_ON_TOP for w in layered.warnings) and layered.document["layer"]["unit"] == "mm"
+    assert any(w.code is Code.LAYER_ON_TOP for w in layered.warnings) and layered.document.layer["unit"] == "mm"
     (run / "layer.json").write_text(layer_text(wrong).replace('"j4"', '"j5"'))
     with pytest.raises(FormatError, match="another robot"):
         validate(str(run), [str(made / "again" / "data.yaml")])

@@ -14,6 +14,7 @@ from cli.runs import Ran, files, robocal, small
 from run_folders import earlier
 
 from robocal.files import orientation
+from robocal.files.listing import listing_text
 from robocal.files.robot import describe, open_robot
 from robocal.files.targets import read_targets
 from robocal.geometry import so3
@@ -83,7 +84,7 @@ def test_every_form_of_orientation_goes_in_and_out(ur10: Path, tmp_path: Path, h
     found = compensate(
         str(ur10 / "calibrated.yaml"), str(tmp_path / "targets.yaml"), nominal=str(ur10 / "nominal.yaml")
     )
-    rows = table(found.text)
+    rows = table(listing_text(found.listing))
     assert [r["status"] for r in rows] == ["ok"] * 6
     unit = "[rad]" if "j1 [rad]" in rows[0] else "[deg]"
     corrected = numbers(rows, ",".join(f"j{i} {unit}" for i in range(1, 7)))

@@ -30,7 +30,7 @@ def test_check_simulate_identify_validate(kind, tmp_path):
     assert alone.status == 0 and json.loads(alone.out)["free"] == list(machine.table.free)
     sim = tmp_path / "sim"
     asked = ("simulate", own, "-n", 60, "--fresh", 30, "--set", f"{machine.table.free[0]}=1.004", "-o", sim)
-    made = robocal(*asked)
+    made = robocal(*asked, env={"COLUMNS": "500"})
     assert made.status == 0 and f"identify {sim}/robot.yaml {sim}/{data}" in " ".join(made.out.split()), made.err
     seen = robocal("check", sim / "robot.yaml", sim / data, "--json")
     assert seen.status == 0 and json.loads(seen.out)["identifiability"]["rank"] == len(machine.table.free), seen.err

@@ -51,7 +51,7 @@ def test_predictions_hold_the_truth(place):
         assert np.linalg.norm([row[a] - 1e3 * p for a, p in zip("xyz", pose[:3, 3], strict=True)]) < 5
         assert 0.005 < row["band"] < 0.2 < 0.9 * row["band_new"] + 0.2
         assert row["band"] < row["band_new"]
-    assert not found.absolute
+    assert found.relative_to != "base"
     written = list(csv.DictReader((place / "predicted.csv").read_text().splitlines()))
     assert [float(r["band [mm]"]) for r in written] == pytest.approx([r["band"] for r in found.poses.rows])
     whole = predict(place / "run-one", place / "poses.csv", absolute=True)

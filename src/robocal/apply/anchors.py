@@ -7,7 +7,8 @@ Three things differ from `drift`, because cables do. Anchors and zeros are all f
 has an inverse. Where the base is tells its coordinates alone, so motions of it are causes as any other. And what changes is a part,
 three numbers of one anchor, beside a zero that looks the same along the line of sight: where zeros stand unchanged, d is
 conditioned on that, and this direction is then known as well as any other; elsewhere zeros are nobody's business and are left out.
-The cable whose e explains most is named while chance would show as much less than `SURE` times in one comparison of all cables.
+The cable whose e explains most is named while chance would show as much less than `DRIFT_PART_CHANCE` times in one comparison of all
+cables.
 """
 
 from __future__ import annotations

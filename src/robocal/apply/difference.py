@@ -1,7 +1,7 @@
 """What moved between two calibrations, or between a calibration and the truth: the statistics, whatever the machine is.
 
     d = x_2 - x_1,    C = cov(d) = C_1 + C_2 + (H_2 - H_1) (H_2 - H_1)^T
-    W = S^-1 V L^-1 V^T S^-1,    V L V^T = S^-1 C S^-1 where L < SEEN        (W = C^-1 where no S is given)
+    W = S^-1 V L^-1 V^T S^-1,    V L V^T = S^-1 C S^-1 where L < DRIFT_OBSERVABLE        (W = C^-1 where no S is given)
     Q = d^T W d  ~  r F(r, nu)  without a change,    Q - Q_T  ~  (r - k) F  where T (n, k) alone changed
 
 C_i is noise, H_i a root of what numbers that were not fitted contribute: what both runs hide alike cancels. S are the errors
@@ -21,12 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from robocal.diagnose.limits import DRIFT_OBSERVABLE, DRIFT_PART_CHANCE
 from robocal.geometry import so3
 from robocal.parameters import Table
 
 __all__ = [
     "POWER",
-    "SURE",
     "TINY",
     "Difference",
     "Known",
@@ -38,11 +38,9 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-SEEN = 0.25  # of the expected variance: known to half of what was expected
 ROUNDING = 1e-14
 TINY = 1e-30
 FLAT = 1e-12  # of the largest eigenvalue: where the numbers of one part are not told apart
-SURE = 0.01  # the chance below which a part is named, of all parts together
 POWER = 0.95  # of naming the smallest change that is reported
 
 
@@ -78,7 +76,7 @@ class Difference:
     covariance: Array
     dof: float = np.inf
     expected: Array | None = None
-    seen: float = SEEN
+    seen: float = DRIFT_OBSERVABLE
 
     @classmethod
     def between(cls, first: Known, second: Known, names: Sequence[str]) -> Difference:
@@ -225,7 +223,7 @@ def name_parts(
     difference: Difference, free: Array, parts: Mapping[str, Sequence[str]], symbols: int, known: Sequence[str] = ()
 ) -> tuple[str, ...]:
     """The parts whose parameters changed, beside those that are known, the most conspicuous first: named while chance would show as
-    much less than SURE times in one comparison of all. Tangents `free` (n, k) may change too; a part has so many `symbols`."""
+    much less than DRIFT_PART_CHANCE times in one comparison of all. Tangents `free` (n, k) may change too; a part has so many `symbols`."""
     at = {part: difference.find(names) for part, names in parts.items()}
     out = list(known)
     while len(out) < len(parts):
@@ -237,7 +235,7 @@ def name_parts(
         changes = [difference.change(at[part], tangents) for part in rest]
         sizes = [float(e @ np.linalg.pinv(c, hermitian=True, rcond=FLAT) @ e) for e, c, _ in changes]
         best = int(np.argmax(sizes))
-        if len(parts) * changes[best][2] >= SURE:
+        if len(parts) * changes[best][2] >= DRIFT_PART_CHANCE:
             break
         out.append(rest[best])
     return tuple(out[len(known) :])
@@ -246,7 +244,7 @@ def name_parts(
 def smallest_named(covariance: Array, direction: Array, parts: int) -> tuple[float, float]:
     """Changes of a part's three numbers, of this covariance (3, 3), along a unit direction (3,) and across it, at worst, that would be
     named among so many parts with a chance of POWER."""
-    level = float(special.chdtri(3, SURE / parts))
+    level = float(special.chdtri(3, DRIFT_PART_CHANCE / parts))
     need = float(special.chndtrinc(level, 3, 1 - POWER))
     weight = np.linalg.pinv(covariance, hermitian=True, rcond=FLAT)
     across = np.linalg.svd(direction[None])[2][1:]

@@ -195,6 +195,8 @@ topic("Two runs of one robot")
 DRIFT_MATTERS = limit(1e-4, "m", "Below, no change is worth an alarm, unless the user says otherwise.")
 DRIFT_CHANCE = limit(1e-3, "chance",
     "A level of 1e-2 accuses one in ten of the worst halves of a real series.", "tests/statistics/test_drift_and_prediction.py")
+DRIFT_PART_CHANCE = limit(0.01, "chance",
+    "Of naming any part that did not move, of all parts together.", "tests/statistics/test_cable_drift.py")
 DRIFT_OBSERVABLE = limit(0.25, "of the expected variance", "Known to half of what was expected.")
 topic("Poses beside poses, and corrections")
 LIKE_POSITIONS = limit(0.1, "of their spread", "Farther apart after the best alignment, poses are not of the same places.")

@@ -31,7 +31,7 @@ __all__ = ["known_of", "predicted", "shape_motion"]
 Array = NDArray[np.float64]
 SAME = 1e-7  # tolerance: of a value that was written and read
 ANCHORS = 2000  # configurations over which the base is aligned
-BLIND = 30.0  # deg: from here on nothing was known of a turn
+BLIND = 30.0  # tolerance: deg; only a word in place of a number that means nothing
 COLUMNS = ("configuration", *"xyz", "rx", "ry", "rz", "band", "band_new", "turn_band")  # that readers see
 
 

@@ -27,7 +27,7 @@ from robocal.session.runs import measured_files, shared_files
 __all__ = ["Drifts", "drifts"]
 
 Array = NDArray[np.float64]
-FEWEST = 2
+FEWEST = 2  # tolerance: none; a comparison takes two
 
 
 @dataclass(frozen=True, eq=False)
