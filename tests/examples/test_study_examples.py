@@ -61,7 +61,7 @@ def test_arms(place, capsys):
     told = re.search(r"to ([\d.]+), ([\d.]+) and ([\d.]+) mm with 30, 56 and 100", said())
     assert after == pytest.approx([float(v) for v in told.groups()], rel=0.02)
     none, huber, tukey = (1e3 * p["after"]["mean"] for p in points(losses, capsys))
-    ends = re.search(r"ends at ([\d.]+) mm in the mean, a Huber or Tukey loss at ([\d.]+) mm", said())
+    ends = re.search(r"ends at ([\d.]+) mm in the mean\. A Huber or Tukey loss ends at ([\d.]+) mm", said())
     assert none == pytest.approx(float(ends[1]), rel=0.02)
     assert [huber, tukey] == pytest.approx([float(ends[2])] * 2, rel=0.02)
 
@@ -87,7 +87,7 @@ def test_constant_errors_of_orientations_and_noise_of_lengths(place, capsys):
     """B.3 and B.4, as the README says."""
     turned = points(spec("figure-b.3"), capsys)
     told = re.search(
-        r"errs by ([\d.]+) mm \(anchors, ([\d.]+) % more than foretold\), lengths by ([\d.]+) mm \(([\d.]+) % less",
+        r"errs by ([\d.]+) mm \(anchors, ([\d.]+) % more than predicted\), lengths by ([\d.]+) mm \(([\d.]+) % less",
         said(),
     )
     of = [mm(turned, "anchors", bias__orientation="10 deg", residual=r) for r in ("squared", "length")]
@@ -95,7 +95,7 @@ def test_constant_errors_of_orientations_and_noise_of_lengths(place, capsys):
     assert 100 * (of[0][0] / of[0][1] - 1) == pytest.approx(float(told[2]), abs=1)
     assert 100 * (1 - of[1][0] / of[1][1]) == pytest.approx(float(told[4]), abs=1)
     noisy = points(spec("figure-b.4"), capsys)
-    told = re.search(r"give ([\d.]+) mm of ([\d.]+) foretold, and lengths ([\d.]+) mm of ([\d.]+)\.", said())
+    told = re.search(r"give ([\d.]+) mm of ([\d.]+) predicted, and lengths ([\d.]+) mm of ([\d.]+)\.", said())
     of = [v for r in ("squared", "length") for v in mm(noisy, "anchors", noise__length="2.8 mm", residual=r)]
     assert of == pytest.approx([float(v) for v in told.groups()], rel=0.01)
 
